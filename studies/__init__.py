@@ -1,0 +1,3 @@
+"""The gallery: each study is one problem with its study file, its figures and one asserted number."""
+
+__distribution__ = "holdfast"
