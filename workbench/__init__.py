@@ -13,7 +13,12 @@ __distribution__ = "holdfast"
 _siblings.check()
 
 # public name -> module that defines it
-_PUBLIC: dict[str, str] = {}
+_PUBLIC = {
+    "Distribution": "workbench.space",
+    "Parameter": "workbench.space",
+    "Response": "workbench.space",
+    "Space": "workbench.space",
+}
 
 __all__ = sorted(_PUBLIC)
 
