@@ -1,5 +1,31 @@
-"""Kriging by restricted maximum likelihood, screening of inputs and validation."""
+"""Kriging by restricted maximum likelihood, screening of inputs and validation.
+
+Public names are loaded on first use.
+"""
+
+from importlib import import_module
+from typing import Any
 
 __distribution__ = "holdfast"
 
-__all__: list[str] = []
+# public name -> module that defines it
+_PUBLIC: dict[str, str] = {
+    "Correlation": "surrogates.correlation",
+    "Diagnosis": "surrogates.diagnosis",
+    "Kriging": "surrogates.kriging",
+    "LeaveOneOut": "surrogates.validation",
+    "NotPositiveDefinite": "surrogates.errors",
+    "TooFewRuns": "surrogates.errors",
+}
+
+__all__ = sorted(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PUBLIC:
+        return getattr(import_module(_PUBLIC[name]), name)
+    raise AttributeError(f"module 'surrogates' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__
