@@ -12,10 +12,20 @@ __distribution__ = "holdfast"
 _PUBLIC: dict[str, str] = {
     "Correlation": "surrogates.correlation",
     "Diagnosis": "surrogates.diagnosis",
+    "Effect": "surrogates.effects",
     "Kriging": "surrogates.kriging",
     "LeaveOneOut": "surrogates.validation",
+    "Measure": "surrogates.measure",
     "NotPositiveDefinite": "surrogates.errors",
+    "SharedKriging": "surrogates.responses",
+    "SobolIndices": "surrogates.sobol",
     "TooFewRuns": "surrogates.errors",
+    "TrendChoice": "surrogates.trend_choice",
+    "accumulated_local_effect": "surrogates.effects",
+    "choose_trend": "surrogates.trend_choice",
+    "main_effects": "surrogates.effects",
+    "partial_dependence": "surrogates.effects",
+    "sobol_indices": "surrogates.sobol",
 }
 
 __all__ = sorted(_PUBLIC)

@@ -37,8 +37,9 @@ def canonical_rows(x: Array, y: Array) -> NDArray[np.intp]:
 def draw(d: int, count: int, *, rng: np.random.Generator) -> Array:
     """(count, d) starts for log theta, columns in canonical order, for inputs scaled to width 1.
 
-    The first is isotropic, the second falls with the rank; then come sparse starts (a few inputs active, the
-    rest inert), which find the few factors of a large set, and wide Gaussian ones in turn.
+    The first is isotropic, the second falls with the rank, the third is isotropic and smooth; then come
+    sparse starts (a few inputs active, the rest inert), which find the few factors of a large set, and wide
+    Gaussian ones in turn.
 
     >>> draw(3, 4, rng=np.random.default_rng(0)).shape
     (4, 3)
@@ -46,11 +47,11 @@ def draw(d: int, count: int, *, rng: np.random.Generator) -> Array:
     out = np.empty((count, d))
     level = -0.7 * np.log(d)
     for i in range(count):
-        if i == 0:
-            out[i] = level
+        if i in (0, 2):
+            out[i] = level - 1.25 * i
         elif i == 1:
             out[i] = np.linspace(ACTIVE, INERT if d > 3 else -2.0, d)
-        elif i % 2 == 0 and d > 3:
+        elif i % 2 == 1 and d > 3:
             out[i] = INERT
             out[i, rng.choice(d, size=min(5, 1 + d // 3), replace=False)] = ACTIVE
         else:

@@ -1,0 +1,217 @@
+"""Runs as a fit sees them: checked, labels coded, inputs in a box of width 1, responses of unit spread."""
+
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import NotPositiveDefinite, TooFewRuns
+from .posterior import Scaling, TrendBasis
+from .trend import TrendFunction, independent, term_name, terms
+
+__all__ = ["LabelCodes", "Runs", "check_finite", "not_positive_definite", "prepare"]
+
+Array = NDArray[np.float64]
+
+DEGENERATE = 1e-11  # residual of the trend relative to the spread of y
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Runs:
+    """Prepared runs.
+
+    Attributes:
+        ids: (n,) run ids.   observed: (n,) responses as given.
+        u: (n, d) scaled inputs.   f: (n, p) trend at the runs.   z: (n, 1) scaled responses.
+        scaling, trend: from the coordinates of X to u and F.   labels: label columns.
+        back: (p, p) M with F in the coordinates of X = F M.
+        term_names, dropped: trend terms kept and left out.
+        shift, scale: response = shift + scale * z.
+        degenerate: the trend reproduces the response.
+    """
+
+    ids: tuple[Hashable, ...]
+    observed: Array
+    u: Array
+    f: Array
+    z: Array
+    scaling: Scaling
+    trend: TrendBasis
+    labels: tuple[int, ...]
+    back: Array
+    term_names: tuple[str, ...]
+    dropped: tuple[str, ...]
+    shift: float
+    scale: float
+    degenerate: bool
+
+
+class LabelCodes:
+    """Codes of the labels in categorical columns; a label never seen gets a code that no run has."""
+
+    def __init__(self, columns: Sequence[int], X: ArrayLike) -> None:
+        self.codes: dict[int, dict[Any, float]] = {}
+        table = np.array(X, dtype=object)
+        for k in columns if table.ndim == 2 else ():
+            if not -table.shape[1] <= k < table.shape[1]:
+                raise ValueError(f"categorical needs columns below {table.shape[1]}, got {k}")
+            found = sorted(set(table[:, k].tolist()), key=lambda label: (str(type(label)), label))
+            self.codes[k % table.shape[1]] = {label: float(code) for code, label in enumerate(found)}
+
+    def __call__(self, X: ArrayLike) -> NDArray[Any]:
+        """X with codes in place of labels."""
+        table = np.array(X, dtype=object)
+        if table.ndim != 2:
+            return np.asarray(X)
+        for k, codes in self.codes.items():
+            if k < table.shape[1]:
+                new = [label for label in dict.fromkeys(table[:, k].tolist()) if label not in codes]
+                unseen = {label: -1.0 - i for i, label in enumerate(new)}
+                table[:, k] = [codes[v] if v in codes else unseen[v] for v in table[:, k].tolist()]
+        refuse_text(table)
+        return table
+
+
+def refuse_text(X: Any) -> None:
+    """Say which column holds text; arrays that are not of object or string type pass."""
+    table = np.asarray(X)
+    if table.ndim != 2 or table.dtype.kind not in "OUS":
+        return
+    for k in range(table.shape[1]):
+        for i, value in enumerate(table[:, k].tolist()):
+            if isinstance(value, str) and not _is_number(value):
+                raise ValueError(
+                    f"column {k} holds text ({value!r} in row {i}): name it in categorical=[{k}] or encode it"
+                )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def check_finite(x: Array, y: Array, names: Iterable[Hashable]) -> None:
+    """Raise a ValueError that names the first run with a NaN or an infinity."""
+    for name, values in (("X", x), ("y", y.reshape(len(x), -1))):
+        bad = np.argwhere(~np.isfinite(values))
+        if len(bad):
+            i, k = bad[0]
+            what = "NaN" if np.isnan(values[i, k]) else "infinity"
+            where = f" in column {k}" if name == "X" else ""
+            rows = len(set(bad[:, 0].tolist()))
+            raise ValueError(
+                f"{name} holds {what} in run {list(names)[i]}{where} ({rows} of {len(values)} runs are not "
+                "finite): leave failed runs out"
+            )
+
+
+def prepare(
+    x: Array,
+    y: Array,
+    *,
+    trend: str | TrendFunction,
+    labels: tuple[int, ...],
+    ids: tuple[Hashable, ...],
+) -> Runs:
+    """Scale runs x (n, d), y (n,), and build the trend. Raises TooFewRuns."""
+    n = len(x)
+    if n < 2:
+        raise TooFewRuns(f"kriging needs at least 2 runs, got n_samples = {n}: add runs")
+    scaling = _box(x, labels)
+    u = scaling(x)
+    basis, f, back, names, dropped = _trend(trend, u, x, labels)
+    if n <= f.shape[1]:
+        what = repr(trend) if isinstance(trend, str) else "function"
+        raise TooFewRuns(
+            f"trend {what} has {f.shape[1]} terms and needs at least {f.shape[1] + 1} runs, got {n}: "
+            "choose a smaller trend (constant, linear) or add runs"
+        )
+    shift, scale = _spread(y, shifted=not callable(trend))
+    z = ((y - shift) / scale)[:, None]
+    residual = z - f @ np.linalg.lstsq(f, z, rcond=None)[0]
+    return Runs(
+        ids=ids,
+        observed=y,
+        u=u,
+        f=f,
+        z=z,
+        scaling=scaling,
+        trend=basis,
+        labels=labels,
+        back=back,
+        term_names=names,
+        dropped=dropped,
+        shift=shift,
+        scale=scale,
+        degenerate=bool(np.abs(residual).max() <= DEGENERATE * max(1.0, float(np.abs(z).max()))),
+    )
+
+
+def _box(x: Array, labels: tuple[int, ...]) -> Scaling:
+    low, width = x.min(axis=0), np.ptp(x, axis=0)
+    width = np.where(width > 0.0, width, 1.0)
+    low[list(labels)], width[list(labels)] = -0.5, 1.0
+    return Scaling(low=low, width=width)
+
+
+def _spread(y: Array, *, shifted: bool) -> tuple[float, float]:
+    """Mean (a constant is in every named trend) and spread; a constant response keeps its own size."""
+    shift = float(y.mean()) if shifted else 0.0
+    scale = float(np.sqrt(np.mean((y - shift) ** 2)))
+    size = float(np.abs(y).max())
+    if scale <= 1e-14 * size:
+        scale = size or 1.0
+    return shift, scale
+
+
+def _trend(
+    trend: str | TrendFunction, u: Array, x: Array, labels: tuple[int, ...]
+) -> tuple[TrendBasis, Array, Array, tuple[str, ...], tuple[str, ...]]:
+    n = len(u)
+    if callable(trend):
+        raw = np.asarray(trend(x), dtype=np.float64)
+        if raw.ndim != 2 or len(raw) != n:
+            raise ValueError(f"trend function needs to return an array of shape ({n}, p), got {raw.shape}")
+        if not np.isfinite(raw).all():
+            raise ValueError("trend function needs to return finite numbers at the runs")
+        kept = independent(raw)
+        size = np.linalg.norm(raw[:, kept], axis=0) / np.sqrt(n)
+        basis = TrendBasis(function=trend, columns=tuple(kept), size=size)
+        dropped = tuple(f"f{k}" for k in range(raw.shape[1]) if k not in kept)
+        return basis, basis(u, x), np.diag(size), tuple(f"f{k}" for k in kept), dropped
+    wanted = terms(trend, u.shape[1], labels=labels)
+    f = TrendBasis(terms=tuple(wanted))(u, x)
+    if len(wanted) == 1 or len(wanted) >= n:  # too many terms: refused by the caller
+        return TrendBasis(terms=tuple(wanted)), f, np.eye(1), tuple(map(term_name, wanted)), ()
+    kept = independent(f)
+    chosen = tuple(wanted[k] for k in kept)
+    dropped = tuple(term_name(t) for k, t in enumerate(wanted) if k not in kept)
+    back = _change_of_basis(f[:, kept], TrendBasis(terms=chosen)(x, x))
+    return TrendBasis(terms=chosen), f[:, kept], back, tuple(map(term_name, chosen)), dropped
+
+
+def _change_of_basis(scaled: Array, raw: Array) -> Array:
+    """M with raw = scaled M, columns of raw brought to one size first."""
+    size = np.linalg.norm(raw, axis=0)
+    return np.asarray(np.linalg.lstsq(scaled, raw / size, rcond=None)[0] * size)
+
+
+def not_positive_definite(runs: Runs, nugget: float) -> NotPositiveDefinite:
+    """The error for runs that are too close, naming the closest pair."""
+    best = (0, 1, np.inf)
+    for i in range(len(runs.u) - 1):
+        distance = np.sqrt(((runs.u[i + 1 :] - runs.u[i]) ** 2).sum(axis=1))
+        j = int(distance.argmin())
+        if distance[j] < best[2]:
+            best = (i, i + 1 + j, float(distance[j]))
+    a, b = runs.ids[best[0]], runs.ids[best[1]]
+    return NotPositiveDefinite(
+        f"correlation matrix is not positive definite: runs {a} and {b} are {best[2]:.1g} apart in "
+        f"the box of "
+        f"the runs. Remove one, or set nugget={max(100 * nugget, 1e-8):.0e}"
+    )
