@@ -18,6 +18,10 @@ _PUBLIC = {
     "Parameter": "workbench.space",
     "Response": "workbench.space",
     "Space": "workbench.space",
+    "WorstCase": "workbench.worst_case",
+    "minimax": "workbench.minimax",
+    "re_evaluate": "workbench.robust",
+    "worst_case": "workbench.worst_case",
 }
 
 __all__ = sorted(_PUBLIC)

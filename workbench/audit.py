@@ -1,0 +1,180 @@
+"""What was really run around a worst case: corners, combinations, monotonicity, and which factors it moved.
+
+The reader of a worst case asks four things that the number alone does not answer: which corners of the box
+were true runs and which does the Kriging still hold open; is the worst a corner because the response is
+monotone; which combinations of discrete factors were tried; and what would a plain search have found at the
+same cost.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from workbench.gap import BOUND_FACTOR
+from workbench.search_model import SearchModel
+from workbench.search_space import SearchSpace
+
+__all__ = ["Audit", "audit_runs"]
+
+PROBES = 200  # points at which the sign of the slope is read
+STEP = 0.02  # of the unit cube, for the slope
+MONOTONE = 0.975  # chance of one sign at every probe that counts as monotone
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Audit:
+    """Counts of corners, evidence of monotonicity per parameter, combinations with their bounds.
+
+    `corners` is None when there are too many to count out (more than 4096). `corners_open` are corners that
+    were not run and whose upper bound exceeds the worst run. `monotone` maps a parameter to "rising",
+    "falling" or "mixed" in the response's own sign, `monotone_share` to the share of probes where that sign
+    is credible.
+    """
+
+    corners: int | None
+    corners_run: int
+    corners_open: int | None
+    is_corner: bool
+    monotone: Mapping[str, str] = field(default_factory=dict)
+    monotone_share: Mapping[str, float] = field(default_factory=dict)
+    combinations: tuple[Mapping[str, Any], ...] = ()
+    corner_consistent: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """For the JSON document."""
+        return {**asdict(self), "sentences": self.sentences}
+
+    @property
+    def sentences(self) -> list[str]:
+        """What to tell a reader."""
+        out = []
+        if self.corners is None:
+            out.append(f"{self.corners_run} corners were run; there are too many to run them all")
+        elif self.corners_run == self.corners:
+            out.append(f"all {self.corners} corners were run")
+        else:
+            out.append(
+                f"{self.corners_run} of {self.corners} corners were run; "
+                f"the Kriging holds {self.corners_open} others open"
+            )
+        if self.corner_consistent:
+            out.append(
+                "the worst run is the corner that the signs of all slopes point to (monotone, model-based)"
+            )
+        open_combinations = [c for c in self.combinations if c["open"]]
+        if self.combinations:
+            out.append(
+                f"{len(self.combinations)} discrete combinations, {len(open_combinations)} of them with an "
+                "upper bound above the worst run"
+            )
+        return out
+
+
+def audit_runs(
+    where: SearchSpace,
+    model: SearchModel,
+    *,
+    u: np.ndarray,
+    v: np.ndarray,
+    sign: float,
+    incumbent: np.ndarray,
+    rng: np.random.Generator,
+) -> Audit:
+    """Audit runs u (n, d) with signed values v (n,) around the worst run `incumbent` (d,)."""
+    corners = where.corners()
+    run = {tuple(np.round(point, 9)) for point in u}
+    best = float(v.max())
+    corners_run = len({tuple(np.round(point, 9)) for point in u if _is_corner(where, point)})
+    corners_open = None
+    if corners is not None:
+        corners = corners[where.allowed(corners)]
+        left = np.array([tuple(np.round(c, 9)) not in run for c in corners], dtype=bool)
+        bounds = model.bound(where.features(corners[left]), BOUND_FACTOR) if left.any() else np.empty(0)
+        corners_open = int((bounds > best).sum())
+    monotone, share, towards = _monotonicity(where, model, sign=sign, rng=rng)
+    numeric = [j for j, word in enumerate(towards) if word != 0]
+    consistent = len(numeric) == where.dimension and all(
+        abs(incumbent[j] - (1.0 if towards[j] * sign > 0 else 0.0)) < 1e-9 for j in numeric
+    )
+    return Audit(
+        corners=None if corners is None else len(corners),
+        corners_run=corners_run,
+        corners_open=corners_open,
+        is_corner=_is_corner(where, incumbent),
+        monotone=monotone,
+        monotone_share=share,
+        combinations=_combinations(where, model, u=u, v=v, sign=sign, rng=rng),
+        corner_consistent=consistent,
+    )
+
+
+def _is_corner(where: SearchSpace, point: np.ndarray) -> bool:
+    ends = (np.abs(point) < 1e-9) | (np.abs(point - 1) < 1e-9)
+    return bool(np.all(ends | np.array(where.categorical)))
+
+
+def _monotonicity(
+    where: SearchSpace, model: SearchModel, *, sign: float, rng: np.random.Generator
+) -> tuple[dict[str, str], dict[str, float], list[int]]:
+    """Words, shares and signs (in the response's own sign) per parameter, from slopes predicted at random."""
+    words: dict[str, str] = {}
+    shares: dict[str, float] = {}
+    signs: list[int] = []
+    base = rng.random((PROBES, where.dimension))
+    for j, (name, grid) in enumerate(zip(where.space.names, where.levels, strict=True)):
+        if where.categorical[j]:
+            signs.append(0)
+            continue
+        low, high = base.copy(), base.copy()
+        if grid is None:
+            low[:, j], high[:, j] = np.clip(base[:, j] - STEP, 0, 1), np.clip(base[:, j] + STEP, 0, 1)
+        else:
+            k = np.minimum((base[:, j] * (len(grid) - 1)).astype(int), len(grid) - 2)
+            low[:, j], high[:, j] = grid[k], grid[k + 1]
+        rise = sign * (
+            model.predict(where.features(where.snap(high)))[0]
+            - model.predict(where.features(where.snap(low)))[0]
+        )
+        up, down = float((rise > 0).mean()), float((rise < 0).mean())
+        shares[name] = max(up, down)
+        word = "rising" if up >= MONOTONE else "falling" if down >= MONOTONE else "mixed"
+        words[name] = word
+        signs.append({"rising": 1, "falling": -1, "mixed": 0}[word])
+    return words, shares, signs
+
+
+def _combinations(
+    where: SearchSpace,
+    model: SearchModel,
+    *,
+    u: np.ndarray,
+    v: np.ndarray,
+    sign: float,
+    rng: np.random.Generator,
+) -> tuple[dict[str, Any], ...]:
+    """Per discrete combination: runs, worst value run, and whether its upper bound exceeds the worst run."""
+    table = where.combinations()
+    if table is None:
+        return ()
+    discrete = list(where.discrete)
+    sample = rng.random((500, where.dimension))
+    names = [where.space.names[j] for j in discrete]
+    out = []
+    for combination in table:
+        points = sample.copy()
+        points[:, discrete] = combination
+        mine = np.all(np.abs(u[:, discrete] - combination) < 1e-9, axis=1)
+        bound = float(model.bound(where.features(points), BOUND_FACTOR).max())
+        values = where.rows(points[:1])[0]
+        out.append(
+            {
+                "combination": {name: values[name] for name in names},
+                "runs": int(mine.sum()),
+                "worst": sign * float(v[mine].max()) if mine.any() else None,
+                "bound": sign * bound,
+                "open": bool(bound > v.max()),
+            }
+        )
+    return tuple(out)

@@ -1,0 +1,97 @@
+"""What a search asks of a model: rows of named parameters in, one outcome each out, failures as data.
+
+A search never calls a model itself. It hands rows to an `Evaluator`; the campaign's evaluator stores every
+run and answers a row it has already run from the store, so an interrupted search continues by asking again.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any, Protocol
+
+from workbench.errors import StudyError
+
+__all__ = ["Evaluator", "FunctionEvaluator", "Outcome", "Reading", "response_reader"]
+
+Reading = Callable[[Mapping[str, float]], float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """One true run. `outputs` is empty unless `status` is "ok"."""
+
+    parameters: Mapping[str, Any]
+    status: str  # ok | failed | timeout | killed | nonfinite
+    outputs: Mapping[str, float] = field(default_factory=dict)
+    key: str = ""  # the run's key in the store, or its running number
+    error: str = ""
+
+
+class Evaluator(Protocol):
+    """Runs rows; the answers come in the order of the rows, whatever the order of completion."""
+
+    def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+        """One outcome per row."""
+
+
+@dataclass(slots=True)
+class FunctionEvaluator:
+    """Calls a plain function in this process; equal rows are run once.
+
+    The function takes the parameters by name and returns a float or a mapping of response name to float.
+    """
+
+    function: Callable[..., Any]
+    _seen: dict[tuple[tuple[str, Any], ...], Outcome] = field(default_factory=dict)
+
+    def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+        """One outcome per row."""
+        return [self._one(row) for row in rows]
+
+    def _one(self, row: Mapping[str, Any]) -> Outcome:
+        address = tuple(sorted(row.items()))
+        if address not in self._seen:
+            self._seen[address] = self._run(row, key=f"run {len(self._seen) + 1}")
+        return self._seen[address]
+
+    def _run(self, row: Mapping[str, Any], *, key: str) -> Outcome:
+        try:
+            answer = self.function(**row)
+        except Exception as exc:  # a model may raise anything; the run becomes data
+            return Outcome(parameters=row, status="failed", key=key, error=f"{type(exc).__name__}: {exc}")
+        if not isinstance(answer, Mapping):
+            answer = {"y": answer}
+        try:
+            outputs = {name: float(value) for name, value in answer.items()}
+        except (TypeError, ValueError) as exc:
+            text = (
+                f"the model returned {answer!r}; a number or a mapping of names to numbers is needed ({exc})"
+            )
+            return Outcome(parameters=row, status="failed", key=key, error=text)
+        if not all(isfinite(value) for value in outputs.values()):
+            return Outcome(parameters=row, status="nonfinite", key=key, error=f"the model returned {outputs}")
+        return Outcome(parameters=row, status="ok", outputs=outputs, key=key)
+
+
+def response_reader(response: str | Reading | None) -> Reading:
+    """How to read the searched number off a run's outputs.
+
+    `response` is a name, a function of the mapping of outputs (a weighted or constrained combination), or
+    None when the model has one response only.
+    """
+    if callable(response):
+        return response
+
+    def read(outputs: Mapping[str, float]) -> float:
+        if response is None:
+            if len(outputs) != 1:
+                raise StudyError(
+                    f"the model returns {sorted(outputs)}; say which with response=, "
+                    "or give a function of the mapping"
+                )
+            return next(iter(outputs.values()))
+        if response not in outputs:
+            raise StudyError(f"response {response!r} is not among the model's outputs {sorted(outputs)}")
+        return outputs[response]
+
+    return read

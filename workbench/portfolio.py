@@ -1,0 +1,198 @@
+"""Which points a worst-case search runs next: a portfolio of proposals in turn.
+
+    predicted    the predicted worst point                            exploits, finds corners at once
+    ei           the largest expected improvement                     balances
+    cautious     the same under the cautious model                    keeps looking where runs are few
+    combination  the largest expected improvement inside the discrete combination whose upper bound is
+    highest,
+                 so that no combination is dropped while it could still hold the worst
+    flip         one coordinate of the worst run moved to another level or to its other end
+    trust        the predicted worst inside a box around the worst run
+    explore      the highest upper bound                              after a stall
+
+Every proposal is multiplied with the chance that the run succeeds, and none lies closer than `CLOSEST` to a
+run already made.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.feasibility import Feasibility
+from workbench.infill import maximise_score
+from workbench.search_model import SearchModel
+from workbench.search_space import SearchSpace
+
+__all__ = ["Batch", "propose"]
+
+Score = Callable[[np.ndarray], np.ndarray]
+
+CLOSEST = 1e-3  # of the unit cube, largest coordinate: closer points tell a Kriging nothing but rounding
+RANDOM_POINTS = 2000
+STARTS = 6
+NORMAL = ("predicted", "ei", "predicted", "cautious")
+STALLED = ("cautious", "ei", "trust", "explore", "flip")
+LOCAL = ("predicted", "trust", "flip")  # given up for an expected improvement where the bound excludes a gain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Batch:
+    """Points (m, d) to run next; predictions (m,) of the signed response, with their standard deviations."""
+
+    u: np.ndarray
+    proposals: tuple[str, ...]
+    predicted: np.ndarray
+    std: np.ndarray
+
+
+def propose(
+    where: SearchSpace,
+    model: SearchModel,
+    *,
+    u: np.ndarray,
+    incumbent: np.ndarray,
+    feasibility: Feasibility,
+    iteration: int,
+    stalled: bool,
+    size: int,
+    rng: np.random.Generator,
+) -> Batch:
+    """Up to `size` points for runs made at u (n, d), failed ones included; `incumbent` (d,) is the worst run.
+
+    Fewer come back when no admissible point is left.
+    """
+    turns = list(STALLED if stalled else NORMAL)
+    if where.combinations() is not None and not where.is_finite:
+        turns.insert(2, "combination")
+    pool = _pool(where, incumbent, rng)
+
+    def best_of(name: str, taken: np.ndarray) -> np.ndarray | None:
+        return _best(name, where, model, taken=taken, incumbent=incumbent, feasibility=feasibility, pool=pool)
+
+    chosen: list[np.ndarray] = []
+    names: list[str] = []
+    attempt = 0
+    while len(chosen) < size and attempt < size + len(turns):
+        name = turns[(iteration + attempt) % len(turns)]
+        attempt += 1
+        taken = np.vstack([u, *chosen]) if chosen else u
+        point = best_of(name, taken)
+        if point is not None and name in LOCAL and not model.promises(where.features(point[None])):
+            name = "cautious" if attempt % 2 else "ei"  # nothing to gain here: look elsewhere
+            point = best_of(name, taken)
+        if point is not None:
+            chosen.append(point[None])
+            names.append(name)
+    points = np.vstack(chosen) if chosen else np.empty((0, where.dimension))
+    mean, std = model.in_units(where.features(points)) if chosen else (np.empty(0), np.empty(0))
+    return Batch(u=points, proposals=tuple(names), predicted=mean, std=std)
+
+
+def _best(
+    name: str,
+    where: SearchSpace,
+    model: SearchModel,
+    *,
+    taken: np.ndarray,
+    incumbent: np.ndarray,
+    feasibility: Feasibility,
+    pool: np.ndarray,
+) -> np.ndarray | None:
+    """The admissible point of the highest score of the proposal `name`, or None."""
+    levels: list[np.ndarray | None] = list(where.levels)
+    acquisition = _acquisition(name, model.cautious if name == "cautious" and model.cautious else model)
+    if name == "combination":
+        levels = _highest_combination(where, model, pool)
+    elif name == "trust":
+        levels = _trust_region(where, model, incumbent)
+    elif name == "flip":
+        pool = _flips(where, incumbent)
+    start = _inside(pool, levels)
+
+    def score(points: np.ndarray) -> np.ndarray:
+        features = where.features(points)
+        value = acquisition(features, feasibility.probability(features))
+        free = np.abs(points[:, None] - taken[None]).max(axis=2).min(axis=1) > CLOSEST
+        return np.where(free & where.allowed(points), value, -np.inf)
+
+    scores = score(start)
+    order = np.argsort(scores)[::-1][:STARTS]
+    order = order[np.isfinite(scores[order])]
+    if not len(order):
+        return None
+    if name == "flip":
+        best: np.ndarray = start[order[0]]
+        return best
+    points, values = maximise_score(score, start[order], levels)
+    best = points[int(np.argmax(values))]
+    return best if np.isfinite(values.max()) else None
+
+
+def _acquisition(name: str, model: SearchModel) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """The score of a proposal on features (m, p) with chances of success (m,)."""
+    if name == "explore":
+        return lambda features, chance: model.warped_bound(features, 3.0) + model.scale * np.log(chance)
+    if name in ("ei", "cautious", "combination"):
+        return lambda features, chance: model.log_ei(features) + np.log(chance)
+    return lambda features, chance: model.predict(features)[0] + model.scale * np.log(chance)
+
+
+def _pool(where: SearchSpace, incumbent: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Random points, random corners, and the worst run with its flips: starts of every proposal."""
+    d = where.dimension
+    inside = rng.random((RANDOM_POINTS, d))
+    corners = rng.integers(0, 2, (200, d)).astype(float)
+    near = np.clip(incumbent + 0.1 * rng.standard_normal((200, d)), 0, 1)
+    return where.snap(np.vstack([inside, corners, near, incumbent[None], _flips(where, incumbent)]))
+
+
+def _flips(where: SearchSpace, incumbent: np.ndarray) -> np.ndarray:
+    """The worst run with one coordinate at another level, or at either end when continuous."""
+    out = []
+    for j, grid in enumerate(where.levels):
+        for value in (0.0, 1.0) if grid is None else grid[:64]:
+            if value != incumbent[j]:
+                point = incumbent.copy()
+                point[j] = value
+                out.append(point)
+    return np.array(out)
+
+
+def _inside(pool: np.ndarray, levels: list[np.ndarray | None]) -> np.ndarray:
+    """The pool moved onto the levels in force."""
+    out = pool.copy()
+    for j, grid in enumerate(levels):
+        if grid is not None:
+            out[:, j] = grid[np.abs(out[:, j, None] - grid).argmin(axis=1)]
+    return np.unique(out, axis=0)
+
+
+def _highest_combination(where: SearchSpace, model: SearchModel, pool: np.ndarray) -> list[np.ndarray | None]:
+    """Levels with the discrete coordinates held at the combination whose upper bound over the pool is
+    highest.
+    """
+    combinations = where.combinations()
+    assert combinations is not None
+    discrete = list(where.discrete)
+    sample = pool[:: max(1, len(pool) // 200)]
+    highest, held = -np.inf, combinations[0]
+    for combination in combinations:
+        points = sample.copy()
+        points[:, discrete] = combination
+        bound = float(model.warped_bound(where.features(points), 3.0).max())
+        if bound > highest:
+            highest, held = bound, combination
+    levels: list[np.ndarray | None] = list(where.levels)
+    for j, value in zip(discrete, held, strict=True):
+        levels[j] = np.array([value])
+    return levels
+
+
+def _trust_region(where: SearchSpace, model: SearchModel, incumbent: np.ndarray) -> list[np.ndarray | None]:
+    """Continuous coordinates cut to eleven values around the worst run."""
+    levels: list[np.ndarray | None] = list(where.levels)
+    for j, grid in enumerate(where.levels):
+        if grid is None:
+            levels[j] = np.unique(np.clip(incumbent[j] + 0.1 * np.linspace(-1, 1, 11), 0, 1))
+    return levels

@@ -1,0 +1,182 @@
+"""The runs of a worst-case search in the order they were made, seen as points and signed values."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import NotEnoughRuns, StudyError
+from workbench.evaluator import Outcome, Reading, response_reader
+from workbench.search_space import SearchSpace
+from workbench.space import Space
+
+__all__ = ["Ledger", "Run"]
+
+IMPROVEMENT = 1e-4  # of the spread of the worst half of the values: less is no progress
+FEWEST_RUNS = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """One run of a search. `value` is None when the run failed; `predicted` and `std` are what the Kriging
+    expected before the run, None for given runs and the start design."""
+
+    key: str
+    number: int  # 1, 2, ... within the search; 0 for a run that was given
+    proposal: str
+    parameters: Mapping[str, Any]
+    status: str
+    value: float | None
+    predicted: float | None = None
+    std: float | None = None
+
+
+@dataclass(slots=True, kw_only=True)
+class Ledger:
+    """Runs so far; v = +value or -value is what the search maximises."""
+
+    where: SearchSpace
+    sign: float
+    read: Reading
+    progress: Callable[[Run, float], None] | None = None
+    runs: list[Run] = field(default_factory=list)
+    _u: list[np.ndarray] = field(default_factory=list)
+
+    @classmethod
+    def opened(
+        cls,
+        space: Space,
+        *,
+        response: str | Reading | None,
+        sense: str,
+        start: Sequence[Outcome],
+        progress: Callable[[Run, float], None] | None,
+    ) -> "Ledger":
+        """A ledger holding the runs in `start`."""
+        if sense not in ("max", "min"):
+            raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
+        where = SearchSpace.of(space)
+        ledger = cls(where=where, sign=1.0 if sense == "max" else -1.0, read=response_reader(response))
+        if start:
+            rows = [{k: v for k, v in o.parameters.items() if k in space.names} for o in start]
+            u = np.empty((len(start), space.dimension))
+            for i, (row, outcome) in enumerate(zip(rows, start, strict=True)):
+                try:
+                    u[i] = space.unit([row])[0]
+                except StudyError as exc:
+                    raise StudyError(
+                        f"run {outcome.key or i + 1} of start is not in the space: {exc}. "
+                        "Leave it out or widen the bounds"
+                    ) from None
+            ledger.add(start, u, proposals=["given"] * len(start), given=True)
+        ledger.progress = progress
+        return ledger
+
+    def add(
+        self,
+        outcomes: Sequence[Outcome],
+        u: np.ndarray,
+        *,
+        proposals: Sequence[str],
+        predicted: np.ndarray | None = None,
+        std: np.ndarray | None = None,
+        given: bool = False,
+    ) -> None:
+        """Append outcomes at the points u (m, d); `predicted` and `std` in the response's unit and sign."""
+        for i, (outcome, point) in enumerate(zip(outcomes, u, strict=True)):
+            run = Run(
+                key=outcome.key,
+                number=0 if given else self.spent + 1,
+                proposal=proposals[i],
+                parameters=dict(outcome.parameters),
+                status=outcome.status,
+                value=self.read(outcome.outputs) if outcome.status == "ok" else None,
+                predicted=None if predicted is None else float(predicted[i]),
+                std=None if std is None else float(std[i]),
+            )
+            if run.value is not None and not np.isfinite(run.value):
+                run = Run(
+                    key=run.key, number=run.number, proposal=run.proposal, parameters=run.parameters,
+                    status="nonfinite", value=None,
+                )  # fmt: skip
+            self.runs.append(run)
+            self._u.append(np.asarray(point, dtype=float))
+            if self.progress is not None:
+                self.progress(run, self.best_value)
+
+    @property
+    def spent(self) -> int:
+        """True runs of this search."""
+        return sum(run.number > 0 for run in self.runs)
+
+    @property
+    def u(self) -> np.ndarray:
+        """Unit points (n, d) of all runs, failed ones included."""
+        return np.array(self._u).reshape(len(self._u), self.where.dimension)
+
+    @property
+    def ok(self) -> np.ndarray:
+        """Which runs gave a value, (n,)."""
+        return np.array([run.value is not None for run in self.runs], dtype=bool)
+
+    @property
+    def u_ok(self) -> np.ndarray:
+        """Unit points of the runs that gave a value."""
+        points: np.ndarray = self.u[self.ok]
+        return points
+
+    @property
+    def incumbent(self) -> np.ndarray:
+        """Unit point (d,) of the worst run so far."""
+        point: np.ndarray = self.u_ok[int(np.argmax(self.v))]
+        return point
+
+    @property
+    def v(self) -> np.ndarray:
+        """Signed values of the runs that gave one."""
+        return self.sign * np.array([run.value for run in self.runs if run.value is not None])
+
+    @property
+    def range(self) -> float:
+        """Largest minus smallest value seen."""
+        return float(np.ptp(self.v)) if self.ok.any() else 0.0
+
+    @property
+    def best(self) -> Run:
+        """The worst true run so far."""
+        self.require_values(1)
+        return max((run for run in self.runs if run.value is not None), key=lambda run: self.sign * run.value)  # type: ignore[operator]
+
+    @property
+    def best_value(self) -> float:
+        """Its value, NaN before any run succeeded."""
+        return float(self.sign * self.v.max()) if self.ok.any() else float("nan")
+
+    @property
+    def since_improvement(self) -> int:
+        """Runs made since the best value last rose by a noticeable amount."""
+        since = 0
+        best = -np.inf
+        threshold = IMPROVEMENT * self.spread_of_the_worst
+        for value in self.v:
+            since += 1
+            if value > best + threshold:
+                best, since = value, 0
+        return since
+
+    @property
+    def spread_of_the_worst(self) -> float:
+        """Difference between the worst and the median of the values: the scale on which progress counts."""
+        return float(self.v.max() - np.median(self.v)) if self.ok.any() else 0.0
+
+    def require_values(self, count: int) -> None:
+        """Raise NotEnoughRuns unless `count` runs gave a value."""
+        n_ok = int(self.ok.sum())
+        if n_ok < count:
+            statuses = dict(Counter(run.status for run in self.runs if run.value is None))
+            raise NotEnoughRuns(
+                f"{n_ok} of {len(self.runs)} runs gave a value and {count} are needed; failures by status: "
+                f"{statuses}. See the failure table, mend the model or narrow the space"
+            )

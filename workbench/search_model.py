@@ -1,0 +1,223 @@
+"""The Kriging behind a worst-case search: trend and output warp chosen by the data, refitted after every
+batch.
+
+The search maximises v = +y or -y. The model predicts w(v), w a monotone warp (see `workbench.warp`), so the
+maximiser of v and the expected improvement carry over; bounds in units of y go through the inverse warp.
+
+Linear trend first: with d + 2 runs it is all that can be estimated, and on monotone responses it names the
+    worst corner at once. Once runs are left over, leave-one-out decides between the trends.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from surrogates import Kriging
+from workbench import warp as warps
+from workbench.infill import log_expected_improvement
+from workbench.warp import Warp
+
+__all__ = ["SearchModel", "fit_search_model"]
+
+WARP_RUNS = 8  # fewer runs cannot tell a warp from chance
+WARP_GAIN = 2.0  # log-likelihood a warp must win to replace the identity
+NOISE_RUNS = 12
+NOISE_GAIN = 2.0  # log-likelihood that a free nugget must win
+GROWTH = 1.25
+NUGGET = 1e-8  # relative to the process variance: the runs are taken as exact
+COLD_STARTS, WARM_STARTS = 5, 1
+MOST_INFLATION = 4.0
+WORTHWHILE = 1e-3  # of the spread of w(v): a smaller gain is not worth a run
+CAUTION = 0.1  # smallest theta of the cautious model, of the mean theta
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchModel:
+    """A fitted Kriging of w(v) with the runs it saw. `inflation` scales its standard deviations by leave-
+    one-out.
+    """
+
+    kriging: Kriging
+    warp: Warp
+    trend: str
+    best: float  # largest v among the runs
+    scale: float  # standard deviation of w(v) over the runs
+    inflation: float
+    q2: float
+    n_runs: int
+    chosen_at: int = 0  # number of runs when trend, warp and nugget were chosen
+    cautious: "SearchModel | None" = None
+
+    def predict(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation of w(v), (n,) each."""
+        return self.kriging.posterior_.mean_and_std(np.ascontiguousarray(features))
+
+    @property
+    def correlation(self) -> str:
+        """Kind of the correlation in force."""
+        return str(self.kriging.correlation)
+
+    def mean(self, features: np.ndarray) -> np.ndarray:
+        """Predicted v (the median of its predictive law when a warp is in force)."""
+        return self.warp.inverse(self.predict(features)[0])
+
+    def bound(self, features: np.ndarray, k: float) -> np.ndarray:
+        """Upper bound of v, k inflated standard deviations above the mean, in units of v."""
+        mean, std = self.predict(features)
+        return self.warp.inverse(mean + k * self.inflation * std)
+
+    def warped_bound(self, features: np.ndarray, k: float) -> np.ndarray:
+        """The same bound in warped units, for ranking."""
+        mean, std = self.predict(features)
+        return mean + k * self.inflation * std
+
+    def promises(self, features: np.ndarray) -> bool:
+        """Whether any of the points may exceed the best run by a noticeable amount, one deviation allowed."""
+        best = float(self.warp.forward(np.array([self.best]))[0])
+        return bool((self.warped_bound(features, 1.0) > best + WORTHWHILE * self.scale).any())
+
+    def in_units(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Predicted v and half the width of its one-standard-deviation interval, in units of v."""
+        mean, std = self.predict(features)
+        low, high = self.warp.inverse(mean - std), self.warp.inverse(mean + std)
+        return self.warp.inverse(mean), 0.5 * (high - low)
+
+    def log_ei(self, features: np.ndarray) -> np.ndarray:
+        """Log expected improvement over the best run, in warped units."""
+        mean, std = self.predict(features)
+        return log_expected_improvement(mean, std, float(self.warp.forward(np.array([self.best]))[0]))
+
+
+def fit_search_model(
+    features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None, seed: int
+) -> SearchModel:
+    """Fit to features (n, p) and values v (n,) to be maximised, with its cautious twin beside it."""
+    model = _chosen(features, v, previous=previous, seed=seed)
+    before = None if previous is None else previous.cautious
+    return replace(model, cautious=_cautious(features, v, model, before, seed=seed))
+
+
+def _cautious(
+    features: np.ndarray, v: np.ndarray, model: SearchModel, before: SearchModel | None, *, seed: int
+) -> SearchModel:
+    """A model that takes no input for inert and no response for smooth.
+
+    Matern 5/2 on the plain values; every theta at least a tenth of their mean. Runs that crowd around one
+    peak can make an input look inert that decides about another peak; a search and a gap that believe it miss
+    that peak.
+    """
+    plain = _fit(features, v, model.trend, warps.IDENTITY, seed=seed, previous=before)
+    theta = plain.kriging.theta_
+    floor = CAUTION * float(theta.mean())
+    if (theta >= floor).all():
+        return plain
+    return _fit(features, v, model.trend, warps.IDENTITY, seed=seed, theta=np.maximum(theta, floor))
+
+
+def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None, seed: int) -> SearchModel:
+    """Trend, warp and nugget are chosen anew when the number of runs has grown by a quarter.
+
+    In between they are kept and the ranges start from the previous optimum.
+    """
+    n, p = features.shape
+    if previous is not None and n < GROWTH * previous.chosen_at and n > p + 4:
+        warp = _moved(previous.warp, v)
+        kept = _fit(
+            features,
+            v,
+            previous.trend,
+            warp,
+            seed=seed,
+            previous=previous,
+            nugget=previous.kriging.nugget,
+            correlation=previous.correlation,
+        )
+        return replace(kept, chosen_at=previous.chosen_at)
+    trend = "linear" if n >= p + 2 else "constant"
+    chosen = _fit(features, v, trend, warps.IDENTITY, seed=seed)
+    if trend == "linear" and n >= p + 1 + max(5, p // 2):
+        rival = _fit(features, v, "constant", warps.IDENTITY, seed=seed)
+        if _prediction_score(rival) > _prediction_score(chosen):
+            chosen = rival
+    if n >= max(WARP_RUNS, p + 4):
+        smooth = _fit(features, v, chosen.trend, warps.IDENTITY, seed=seed, correlation="gaussian")
+        if smooth.kriging.log_likelihood_ > chosen.kriging.log_likelihood_:
+            chosen = smooth
+        plain = chosen
+        bar = chosen.kriging.log_likelihood_ + WARP_GAIN
+        for warp in warps.candidates(v)[1:]:
+            rival = _fit(
+                features, v, chosen.trend, warp, seed=seed, previous=plain, correlation=plain.correlation
+            )
+            score = rival.kriging.log_likelihood_ + warp.log_jacobian(v)
+            if score > bar:
+                bar, chosen = score, rival
+    if n >= NOISE_RUNS:
+        noisy = _fit(
+            features,
+            v,
+            chosen.trend,
+            chosen.warp,
+            seed=seed,
+            previous=chosen,
+            nugget="estimate",
+            correlation=chosen.correlation,
+        )
+        if noisy.kriging.log_likelihood_ > chosen.kriging.log_likelihood_ + NOISE_GAIN:
+            chosen = noisy
+    return replace(chosen, chosen_at=n)
+
+
+def _fit(
+    features: np.ndarray,
+    v: np.ndarray,
+    trend: str,
+    warp: Warp,
+    *,
+    seed: int,
+    previous: SearchModel | None = None,
+    nugget: float | str = NUGGET,
+    correlation: str = "matern52",
+    theta: np.ndarray | None = None,
+) -> SearchModel:
+    """Kriging of w(v); ranges start from the previous optimum where there is one."""
+    w = warp.forward(v)
+    kriging = Kriging(
+        trend=trend,
+        correlation=correlation,
+        nugget=nugget,
+        theta=theta,
+        theta_start=None if previous is None else previous.kriging.theta_,
+        n_starts=COLD_STARTS if previous is None else WARM_STARTS,
+        seed=seed,
+    )
+    kriging.fit(features, w)
+    residual = kriging.leave_one_out()
+    usable = np.isfinite(residual.std) & (residual.std > 0)
+    spread = np.sqrt(np.mean(residual.standardised[usable] ** 2)) if usable.any() else 1.0
+    return SearchModel(
+        kriging=kriging,
+        warp=warp,
+        trend=trend,
+        n_runs=len(v),
+        best=float(v.max()),
+        scale=float(np.std(w)) or 1.0,
+        inflation=float(np.clip(spread, 1.0, MOST_INFLATION)),
+        q2=float(residual.q2),
+    )
+
+
+def _moved(warp: Warp, v: np.ndarray) -> Warp:
+    """The warp anchored at the values seen by now."""
+    return (
+        warp
+        if warp.kind == "identity"
+        else replace(warp, anchor=float(v.max() if warp.is_towards_max else v.min()))
+    )
+
+
+def _prediction_score(model: SearchModel) -> float:
+    """Log predictive density of every run from the others, summed: comparable between trends."""
+    loo = model.kriging.leave_one_out()
+    usable = np.isfinite(loo.std) & (loo.std > 0)
+    return float(-(np.log(loo.std[usable]) + 0.5 * loo.standardised[usable] ** 2).sum())

@@ -1,0 +1,74 @@
+"""Monotone output warps: a response over five decades is easier to predict after a logarithm.
+
+For values y that are to be maximised, with spread s = upper quartile - lower quartile of y:
+
+    identity     w = y
+    toward max   w = -s log((y_max - y)/s + c)     stretches the region next to the best value
+    away         w =  s log((y - y_min)/s + c)     compresses a few very large values
+
+The warp of highest restricted likelihood of the fitted Kriging wins; the likelihood of the warped values is
+carried back to y by the log Jacobian, sum log w'(y), as for any transformation (Box and Cox 1964).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["IDENTITY", "Warp", "candidates"]
+
+OFFSETS = (1.0, 0.1, 0.01)  # c: how hard the warp bends
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Warp:
+    """A monotone increasing map of the response."""
+
+    kind: str  # identity | toward max | away
+    anchor: float = 0.0  # y_max or y_min
+    spread: float = 1.0
+    offset: float = 1.0
+
+    def forward(self, y: np.ndarray) -> np.ndarray:
+        """W(y); values beyond the anchor are held at the offset's tenth."""
+        if self.kind == "identity":
+            return y
+        return self._sign * self.spread * np.log(self._distance(y))
+
+    def inverse(self, w: np.ndarray) -> np.ndarray:
+        """The y of w."""
+        if self.kind == "identity":
+            return w
+        distance = np.exp(np.clip(self._sign * w / self.spread, -700, 700))
+        return self.anchor + self._sign * self.spread * (distance - self.offset)
+
+    def log_jacobian(self, y: np.ndarray) -> float:
+        """Sum of log w'(y)."""
+        if self.kind == "identity":
+            return 0.0
+        return float(-np.log(self._distance(y)).sum())
+
+    @property
+    def is_towards_max(self) -> bool:
+        """Whether the warp stretches the region next to the largest value."""
+        return self.kind == "toward max"
+
+    @property
+    def _sign(self) -> float:
+        return -1.0 if self.is_towards_max else 1.0
+
+    def _distance(self, y: np.ndarray) -> np.ndarray:
+        return np.maximum(self._sign * (y - self.anchor) / self.spread + self.offset, self.offset / 10)
+
+
+IDENTITY = Warp(kind="identity")
+
+
+def candidates(y: np.ndarray) -> list[Warp]:
+    """The warps worth trying for the values y (n,): identity first, then both families."""
+    low, high = np.quantile(y, [0.25, 0.75])
+    spread = float(high - low) or float(y.max() - y.min())
+    if spread <= 0:
+        return [IDENTITY]
+    toward = [Warp(kind="toward max", anchor=float(y.max()), spread=spread, offset=c) for c in OFFSETS]
+    away = [Warp(kind="away", anchor=float(y.min()), spread=spread, offset=c) for c in OFFSETS]
+    return [IDENTITY, *toward, *away]

@@ -1,0 +1,422 @@
+"""The worst case of a response over an uncertain space: searched on a Kriging, confirmed by true runs.
+
+    result = worst_case(function, space, sense="max", budget=60, seed=0)
+
+The search reuses the runs it is given, starts with d + 2 space-filling points when there are none, and then
+runs the model where a Kriging of all runs so far predicts the worst (`predicted`), where an improvement is
+most expected (`ei`), at single changes of the worst point (`flip`), inside a trust region around it
+(`trust`), in the discrete combination whose upper bound is highest (`combination`), and, after a stall,
+where the bound still exceeds the best run (`explore`). What is reported as worst is always a true run. The
+remaining gap is an upper credible bound of the Kriging, stated as model-based, unless the space was
+enumerated or a Lipschitz constant was given.
+
+The search is a function of the seed and of the model's answers alone. To resume it, ask again with an
+evaluator that remembers its runs (the campaign's does): the same batches come back and finished runs are
+not repeated.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+import doe
+from workbench.audit import Audit, audit_runs
+from workbench.errors import StudyError
+from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading
+from workbench.feasibility import Feasibility
+from workbench.gap import Gap, lipschitz_gap, remaining_gap
+from workbench.portfolio import propose
+from workbench.search_ledger import FEWEST_RUNS, Ledger, Run
+from workbench.search_model import SearchModel, fit_search_model
+from workbench.space import Space
+from workbench.streams import stream
+
+__all__ = ["Status", "WorstCase", "search_worst_case", "surrogate_worst_case", "worst_case"]
+
+Progress = Callable[[Run, float], None]
+
+QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the search stops
+START_TRIES = 200
+PROFILE_POINTS = 41
+
+
+class Status(Enum):
+    """Why the search stopped."""
+
+    CONVERGED = "the model-based gap fell below the tolerance and no candidate was left to try"
+    BUDGET = "the budget of runs was spent"
+    EXHAUSTED = "every point of the finite space was run"
+    SURROGATE = "no model to run: the extreme of the surrogate, unconfirmed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorstCase:
+    """The worst true run found, how it was found, and how much worse it could still be."""
+
+    response: str
+    unit: str
+    sense: str
+    value: float
+    parameters: Mapping[str, Any]
+    confirmed: bool
+    run_key: str
+    predicted: float | None
+    predicted_std: float | None
+    status: Status
+    budget: int
+    seed: int
+    runs: tuple[Run, ...]
+    gap: Gap
+    audit: Audit
+    profile: Mapping[str, Mapping[str, list[float]]] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """How the value was obtained."""
+        return "confirmed by a true run" if self.confirmed else "surrogate only, unconfirmed"
+
+    @property
+    def history(self) -> np.ndarray:
+        """True values in the order run, failed runs left out."""
+        return np.array([run.value for run in self.runs if run.number and run.value is not None])
+
+    @property
+    def evaluations(self) -> int:
+        """True runs of this search, failures included."""
+        return sum(run.number > 0 for run in self.runs)
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """Runs without a value, by status."""
+        return dict(Counter(run.status for run in self.runs if run.value is None))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document `worst_case.json`."""
+        sign = 1.0 if self.sense == "max" else -1.0
+        best, history = -np.inf, []
+        for run in self.runs:
+            best = max(best, sign * run.value) if run.value is not None else best
+            history.append(
+                {
+                    "run_key": run.key,
+                    "iteration": run.number,
+                    "proposal": run.proposal,
+                    "status": run.status,
+                    "value": run.value,
+                    "best": sign * best if np.isfinite(best) else None,
+                    "predicted": run.predicted,
+                    "predicted_std": run.std,
+                    "parameters": dict(run.parameters),
+                }
+            )
+        return {
+            "response": self.response,
+            "unit": self.unit,
+            "sense": self.sense,
+            "value": self.value,
+            "parameters": dict(self.parameters),
+            "confirmed": self.confirmed,
+            "label": self.label,
+            "run_key": self.run_key,
+            "predicted": self.predicted,
+            "predicted_std": self.predicted_std,
+            "status": self.status.value,
+            "evaluations": self.evaluations,
+            "budget": self.budget,
+            "seed": self.seed,
+            "failures": self.failures,
+            "history": history,
+            "gap": self.gap.to_dict(),
+            "audit": self.audit.to_dict(),
+            "profile": {name: dict(band) for name, band in self.profile.items()},
+        }
+
+
+def worst_case(
+    function: Callable[..., Any],
+    space: Space,
+    *,
+    response: str | Reading | None = None,
+    sense: str = "max",
+    budget: int = 60,
+    seed: int = 0,
+    start: Sequence[Outcome] = (),
+    workers: int = 1,
+    tolerance: float = 1e-3,
+    lipschitz: float | None = None,
+    progress: Progress | None = None,
+) -> WorstCase:
+    """Search the worst case of `function(**parameters)` over `space`.
+
+    Args:
+        function: takes the parameters by name, returns a float or a mapping of response names to floats.
+        space: names, bounds, units and kinds of the uncertain parameters.
+        response: a name, or a function of the mapping of outputs; not needed when there is one response.
+        sense: "max" when large is bad, "min" when small is bad.
+        budget: true runs to spend, the start design included; runs given in `start` cost nothing.
+        seed: of the start design and of the search's random candidates.
+        start: runs already made, for instance those of a screening.
+        workers: how many runs a batch proposes.
+        tolerance: stop when the remaining gap is below this share of the range of the values seen.
+        lipschitz: bound of |f(u) - f(v)| / |u - v| in the unit cube when it is known; makes the gap a
+            certificate.
+        progress: called with every run and the best value so far.
+
+    Returns: a `WorstCase`; `value` and `parameters` belong to a true run.
+
+    Raises:
+        StudyError: unknown sense or response, empty space, budget below the start design, start outside the
+            space.
+        NotEnoughRuns: every run failed, or too few gave a value to fit a Kriging.
+
+    >>> from workbench import Parameter
+    >>> space = Space([Parameter("a", lower=-1, upper=2), Parameter("b", lower=0, upper=1)])
+    >>> found = worst_case(lambda a, b: a * a - b, space, budget=12)
+    >>> found.parameters, found.value
+    ({'a': 2.0, 'b': 0.0}, 4.0)
+    """
+    return search_worst_case(
+        FunctionEvaluator(function),
+        space,
+        response=response,
+        sense=sense,
+        budget=budget,
+        seed=seed,
+        start=start,
+        workers=workers,
+        tolerance=tolerance,
+        lipschitz=lipschitz,
+        progress=progress,
+    )
+
+
+def search_worst_case(
+    evaluate: Evaluator,
+    space: Space,
+    *,
+    response: str | Reading | None = None,
+    unit: str = "1",
+    sense: str = "max",
+    budget: int = 60,
+    seed: int = 0,
+    start: Sequence[Outcome] = (),
+    workers: int = 1,
+    tolerance: float = 1e-3,
+    lipschitz: float | None = None,
+    progress: Progress | None = None,
+) -> WorstCase:
+    """`worst_case` on an evaluator, which stores runs and repeats none; see there for the arguments."""
+    ledger = Ledger.opened(space, response=response, sense=sense, start=start, progress=progress)
+    where = ledger.where
+    points = _start_points(ledger, budget=budget, seed=seed)
+    if len(points):
+        ledger.add(evaluate(where.rows(points), purpose="start"), points, proposals=["start"] * len(points))
+    ledger.require_values(FEWEST_RUNS)
+    model, status, quiet = None, Status.BUDGET, 0
+    while ledger.spent < budget:
+        model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=model, seed=seed)
+        gap = remaining_gap(
+            where,
+            model,
+            u=ledger.u,
+            v=ledger.v,
+            rng=stream(seed, "gap", replicate=ledger.spent),
+            polish=False,
+        )
+        if gap.kind == "enumerated":
+            status = Status.EXHAUSTED
+            break
+        quiet = quiet + 1 if gap.width <= tolerance * ledger.range else 0
+        if quiet > QUIET_BATCHES:
+            status = Status.CONVERGED
+            break
+        batch = propose(
+            where,
+            model,
+            u=ledger.u,
+            incumbent=ledger.incumbent,
+            feasibility=Feasibility.of(where.features(ledger.u), ledger.ok),
+            iteration=ledger.spent - len(points),
+            stalled=ledger.since_improvement > max(2 * where.dimension, 6),
+            size=min(workers, budget - ledger.spent),
+            rng=stream(seed, "worst case", replicate=ledger.spent),
+        )
+        if not len(batch.u):
+            status = Status.CONVERGED
+            break
+        outcomes = evaluate(where.rows(batch.u), purpose=batch.proposals[0])
+        ledger.add(
+            outcomes,
+            batch.u,
+            proposals=batch.proposals,
+            predicted=ledger.sign * batch.predicted,
+            std=batch.std,
+        )
+    if status is Status.CONVERGED:
+        _run_corners(evaluate, ledger, budget=budget)
+    return _result(
+        ledger, response=response, unit=unit, budget=budget, seed=seed, status=status, lipschitz=lipschitz
+    )
+
+
+def surrogate_worst_case(
+    space: Space,
+    runs: Sequence[Outcome],
+    *,
+    response: str | Reading | None = None,
+    unit: str = "1",
+    sense: str = "max",
+    seed: int = 0,
+) -> WorstCase:
+    """The extreme that a Kriging of given runs predicts, when there is no model to run.
+
+    The result is labelled as unconfirmed: `confirmed` is False, `value` and `parameters` are the
+    *predicted* worst and `run_key` names the worst run that truly exists; `audit` and `gap` as for a
+    search.
+
+    Raises:
+        NotEnoughRuns: fewer than three runs gave a value.
+    """
+    ledger = Ledger.opened(space, response=response, sense=sense, start=runs, progress=None)
+    ledger.require_values(FEWEST_RUNS)
+    where = ledger.where
+    model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=None, seed=seed)
+    batch = propose(
+        where,
+        model,
+        u=np.empty((0, where.dimension)),
+        incumbent=ledger.incumbent,
+        feasibility=Feasibility.of(where.features(ledger.u), ledger.ok),
+        iteration=0,
+        stalled=False,
+        size=1,
+        rng=stream(seed, "worst case"),
+    )
+    found = _result(
+        ledger, response=response, unit=unit, budget=0, seed=seed, status=Status.SURROGATE, lipschitz=None
+    )
+    predicted = float(ledger.sign * batch.predicted[0])
+    return replace(
+        found,
+        value=predicted,
+        parameters=where.rows(batch.u)[0],
+        confirmed=False,
+        predicted=predicted,
+        predicted_std=float(batch.std[0]),
+        profile=_profile(ledger, model, batch.u[0]),
+    )
+
+
+def _start_points(ledger: Ledger, *, budget: int, seed: int) -> np.ndarray:
+    """Space-filling points that bring the usable runs up to d + 2; none when there are enough."""
+    where = ledger.where
+    wanted = max(where.n_features + 2, FEWEST_RUNS)
+    needed = max(wanted - int(ledger.ok.sum()), 0)
+    if where.is_finite:
+        needed = int(min(needed, where.size))
+    if needed and budget < needed:
+        raise StudyError(
+            f"budget={budget} is below the start design of {needed} runs for {where.dimension} parameters. "
+            f"Raise the budget to at least {needed + 1}, or give runs already made with start="
+        )
+    if needed == 0:
+        return np.empty((0, where.dimension))
+    rng = stream(seed, "worst case start")
+    drawn = where.snap(doe.optimised_lhs(needed, where.dimension, criterion="phi_p", swaps=20_000, rng=rng))
+    allowed = drawn[where.allowed(drawn)]
+    tries = 0
+    while len(np.unique(allowed, axis=0)) < needed and tries < START_TRIES:
+        more = where.snap(rng.random((max(200, 10 * needed), where.dimension)))
+        allowed = np.vstack([allowed, more[where.allowed(more)]])
+        tries += 1
+    first = np.sort(np.unique(allowed, axis=0, return_index=True)[1])[:needed]
+    if not len(first):
+        raise StudyError("no point of the space meets its constraints: loosen them or widen the bounds")
+    points: np.ndarray = allowed[first]
+    return points
+
+
+def _run_corners(evaluate: Evaluator, ledger: Ledger, *, budget: int) -> None:
+    """Run the corners that are left when all of them fit into what remains of the budget."""
+    corners = ledger.where.corners()
+    if corners is None:
+        return
+    corners = corners[ledger.where.allowed(corners)]
+    run = {tuple(np.round(point, 9)) for point in ledger.u}
+    left = np.array([c for c in corners if tuple(np.round(c, 9)) not in run])
+    if 0 < len(left) <= budget - ledger.spent:
+        ledger.add(
+            evaluate(ledger.where.rows(left), purpose="corner"), left, proposals=["corner"] * len(left)
+        )
+
+
+def _result(
+    ledger: Ledger,
+    *,
+    response: str | Reading | None,
+    unit: str,
+    budget: int,
+    seed: int,
+    status: Status,
+    lipschitz: float | None,
+) -> WorstCase:
+    """The record of a finished search: gap, audit and profile from a last Kriging of all runs."""
+    where = ledger.where
+    model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=None, seed=seed)
+    if lipschitz is None:
+        gap = remaining_gap(where, model, u=ledger.u, v=ledger.v, rng=stream(seed, "gap"))
+    else:
+        gap = lipschitz_gap(where, u=ledger.u_ok, v=ledger.v, constant=lipschitz)
+    best = ledger.best
+    return WorstCase(
+        response=response if isinstance(response, str) else "y" if response is None else "combination",
+        unit=unit,
+        sense="max" if ledger.sign > 0 else "min",
+        value=float(best.value if best.value is not None else np.nan),
+        parameters=best.parameters,
+        confirmed=True,
+        run_key=best.key,
+        predicted=best.predicted,
+        predicted_std=best.std,
+        status=status,
+        budget=budget,
+        seed=seed,
+        runs=tuple(ledger.runs),
+        gap=replace(gap, upper=ledger.sign * gap.upper),
+        audit=audit_runs(
+            where,
+            model,
+            u=ledger.u_ok,
+            v=ledger.v,
+            sign=ledger.sign,
+            incumbent=ledger.incumbent,
+            rng=stream(seed, "audit"),
+        ),
+        profile=_profile(ledger, model, ledger.incumbent),
+    )
+
+
+def _profile(ledger: Ledger, model: SearchModel, point: np.ndarray) -> dict[str, dict[str, list[Any]]]:
+    """The predicted response along every parameter through `point` (d,), with its 95 % band."""
+    where = ledger.where
+    out: dict[str, dict[str, list[Any]]] = {}
+    for j, (name, grid) in enumerate(zip(where.space.names, where.levels, strict=True)):
+        line = np.linspace(0, 1, PROFILE_POINTS) if grid is None or len(grid) > PROFILE_POINTS else grid
+        points = np.repeat(point[None], len(line), axis=0)
+        points[:, j] = line
+        points = where.snap(points)
+        mean, std = model.predict(where.features(points))
+        low, middle, high = (
+            ledger.sign * model.warp.inverse(mean + k * model.inflation * std) for k in (-1.96, 0.0, 1.96)
+        )
+        out[name] = {
+            "x": [row[name] for row in where.rows(points)],
+            "mean": middle.tolist(),
+            "lower": np.minimum(low, high).tolist(),
+            "upper": np.maximum(low, high).tolist(),
+        }
+    return out
