@@ -1,0 +1,1 @@
+"""Systems, joints, members, integrators, trajectories and objectives."""

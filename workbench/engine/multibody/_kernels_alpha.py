@@ -1,0 +1,252 @@
+# mypy: ignore-errors
+"""Generalised-alpha for the index-3 DAE and its discrete adjoint, compiled: eqs. (2.29), (2.30) and their
+transpose.
+
+One step, with c = (1 - alpha_f)/(1 - alpha_m) and the unknown dw (scaled: no 1/h^2 appears in the matrix):
+
+    a1 = (alpha_f w - alpha_m a)/(1 - alpha_m) + c w1
+    q1 = q + h v + h^2 ((1/2 - beta) a + beta a1),   v1 = v + h ((1 - gamma) a + gamma a1)
+    [M + h gamma c C + h^2 beta c K   Phi_q^T] [dw]        [r                  ]
+    [Phi_q                            0      ] [dlambda] = -[Phi/(h^2 beta c)   ]
+
+The adjoint runs the same matrices transposed at the converged states, so it is exact to rounding.
+"""
+
+from numba import njit
+
+from ._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
+from ._kernels_elements import pair_map
+from ._kernels_equations import contract, contract_parameters, evaluate, pair_covector
+
+FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
+
+CONVERGED, STALLED, SINGULAR = 0, 1, 2
+
+
+@njit(**FAST)
+def fill_matrix(T, W, hc, h2c, shift, matrix):
+    """The saddle matrix of the step; shift > 0 regularises redundant constraints (a proximal term)."""
+    n, m = T.mass.shape[0], T.row.shape[0]
+    for a in range(n):
+        for b in range(n):
+            matrix[a, b] = hc * W.c[a, b] + h2c * W.k[a, b]
+        matrix[a, a] += T.mass[a]
+        for r in range(m):
+            matrix[a, n + r] = W.phi_q[r, a]
+            matrix[n + r, a] = W.phi_q[r, a]
+    for r in range(m):
+        for b in range(m):
+            matrix[n + r, n + b] = 0.0
+        matrix[n + r, n + r] = -shift
+
+
+@njit(**FAST)
+def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, matrix, rhs, pivot, settings, info):
+    """Integrate from node 0 (all of whose arrays are set) to the end of q (steps + 1, n).
+
+    settings: tolerance, most iterations, shift, reuse of factors.  info: status, step, Newton iterations,
+    last update, factorisations.
+    """
+    am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
+    steps, n = q.shape[0] - 1, q.shape[1]
+    m = lam.shape[1]
+    tolerance, most, shift, reuse = settings[0], int(settings[1].real), settings[2], settings[3] > 0.0
+    c = (1.0 - af) / (1.0 - am)
+    hc, h2c = h * gamma * c, h * h * beta * c
+    acc = w[0].copy()
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, abs(w[0, i]))
+    fresh = False
+    for step in range(1, steps + 1):
+        q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
+        for i in range(n):
+            w1[i] = 2.0 * w[step - 1, i] - w[step - 2, i] if step > 1 else w[0, i]
+            known = (af * w[step - 1, i] - am * acc[i]) / (1.0 - am)
+            a1 = known + c * w1[i]
+            q1[i] = q[step - 1, i] + h * v[step - 1, i] + h * h * ((0.5 - beta) * acc[i] + beta * a1)
+            v1[i] = v[step - 1, i] + h * ((1.0 - gamma) * acc[i] + gamma * a1)
+            acc[i] = known  # completed with c w1 after the iteration
+        for r in range(m):
+            l1[r] = 2.0 * lam[step - 1, r] - lam[step - 2, r] if step > 1 else lam[0, r]
+        old, theta = -1.0, 1.0
+        done = False
+        refresh = (not reuse) or (not fresh)
+        for _ in range(most):
+            evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, refresh)
+            info[2] += 1
+            if refresh:
+                fill_matrix(T, W, hc, h2c, shift, matrix)
+                info[4] += 1
+                if lu_factor(matrix, pivot) > 0:
+                    info[0], info[1] = SINGULAR, step
+                    return
+                fresh = True
+                old = -1.0
+            for i in range(n):
+                rhs[i] = -(T.mass[i] * w1[i] + W.force[i])
+            for r in range(m):
+                rhs[n + r] = -W.phi[r] / h2c
+            lu_solve(matrix, pivot, rhs)
+            size, level, extent = 0.0, 0.0, 1.0
+            for i in range(n):
+                w1[i] += rhs[i]
+                q1[i] += h2c * rhs[i]
+                v1[i] += hc * rhs[i]
+                size = max(size, abs(rhs[i]))
+                level = max(level, abs(w1[i]))
+                extent = max(extent, abs(q1[i]))
+            for r in range(m):
+                l1[r] += rhs[n + r]
+            info[3] = size
+            if not size < 1e200:
+                break
+            level = max(level, largest)
+            if old > 0.0:
+                theta = size / old
+            # error left ~ size theta/(1 - theta); below the rounding of the positions nothing can improve
+            left = size if old < 0.0 else size * min(theta, 0.9) / (1.0 - min(theta, 0.9))
+            floor = 1e-9 * level
+            if m > 0:
+                floor = max(floor, 1e-14 * extent / h2c.real)
+            if left <= tolerance.real * level or (old > 0.0 and theta > 0.3 and size <= floor):
+                done = True
+                break
+            refresh = old > 0.0 and theta > 0.1
+            old = size
+        if not done:
+            info[0], info[1] = STALLED, step
+            return
+        if theta > 0.05:
+            fresh = False
+        for i in range(n):
+            acc[i] += c * w1[i]
+            largest = max(largest, abs(w1[i]))
+        for e in range(z.shape[1]):
+            z[step, e] = W.z[e]
+            zdot[step, e] = W.zdot[e]
+    info[0], info[1] = CONVERGED, steps
+
+
+@njit(**FAST)
+def add_bushings(T, W, vectors, weights, out):
+    """out (n,) += sum over the bushings of weight J^T vector, vectors (B, 3) in pair coordinates."""
+    free = out.shape[0] // 3
+    for e in range(T.bushing_pair.shape[0]):
+        p = T.bushing_pair[e]
+        i, j = T.pair[p, 0], T.pair[p, 1]
+        pair_map(W.q, W.v, i, j, W.big[p], W.jac)
+        for a in range(6):
+            body = i if a < 3 else j
+            if body < free:
+                total = (
+                    vectors[e, 0] * W.jac[0, a] + vectors[e, 1] * W.jac[1, a] + vectors[e, 2] * W.jac[2, a]
+                )
+                out[3 * body + a % 3] += weights[e] * total
+
+
+@njit(**FAST)
+def refine(matrix, keep, pivot, rhs, right, n, m, shift):
+    """Two corrections of the transposed solve towards the unshifted matrix (redundant constraints)."""
+    total = n + m
+    for _ in range(2):
+        for a in range(total):
+            value = right[a]
+            for b in range(total):
+                value -= keep[b, a] * rhs[b]
+            if a >= n:
+                value -= shift * rhs[a]
+            right[a + total] = value
+        lu_solve_transposed(matrix, pivot, right[total:])
+        for a in range(total):
+            rhs[a] += right[a + total]
+
+
+@njit(**FAST)
+def alpha_adjoint(
+    T, W, scheme, h, last, q, v, w, lam, z, zdot, seed_q, seed_v, seed_w, seed_l, seed_z,
+    matrix, keep, rhs, right, pivot, shift, costate, damage, gradient,
+    detailed, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq,
+):  # fmt: skip
+    """gradient (N,) += (dr/dscale)^T mu over all steps; seeds are dG/d(node state), node `last` the latest
+    one."""
+    am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
+    n, m, bushings = q.shape[1], lam.shape[1], z.shape[1]
+    c = (1.0 - af) / (1.0 - am)
+    hc, h2c, half = h * gamma * c, h * h * beta * c, 0.5 * h
+    lq, lv, la, lw = costate[0], costate[1], costate[2], costate[3]
+    for i in range(n):
+        lq[i] = 0.0
+        lv[i] = 0.0
+        la[i] = 0.0
+        lw[i] = 0.0
+    eta, lz = damage[0], damage[1]
+    for e in range(bushings):
+        eta[e] = 0.0
+    mu = rhs[:n]
+    for step in range(last, 0, -1):
+        evaluate(T, W, step, q[step], v[step], lam[step], z[step - 1], zdot[step - 1], half, True)
+        for i in range(n):
+            lq[i] += seed_q[step, i]
+            lv[i] += seed_v[step, i]
+            lw[i] += seed_w[step, i]
+        if bushings > 0:
+            for e in range(bushings):
+                lz[e] = seed_z[step, e] - eta[e] * (1.0 + half * W.gz[e])
+                eta[e] *= -half
+            add_bushings(T, W, W.gx, eta, lq)
+            add_bushings(T, W, W.zx, lz, lq)
+        fill_matrix(T, W, hc, h2c, shift, matrix)
+        for i in range(n):
+            rhs[i] = -(lw[i] + c * (la[i] + h * gamma * lv[i] + h * h * beta * lq[i]))
+        for r in range(m):
+            rhs[n + r] = -seed_l[step, r]
+        solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift)
+        contract(T, W, step, mu, gradient)
+        if detailed:
+            contract_parameters(
+                T, W, step, mu, w[step], by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
+            )
+        for e in range(bushings):
+            p = T.bushing_pair[e]
+            pair_covector(W, T.pair[p, 0], T.pair[p, 1], n // 3, mu, W.big[p], W.row_g)
+            along = W.fz[e, 0] * W.row_g[0] + W.fz[e, 1] * W.row_g[1] + W.fz[e, 2] * W.row_g[2]
+            eta[e] = -(lz[e] + along) / (1.0 - half * W.gz[e])
+        for i in range(n):
+            tq, tv = lq[i], lv[i]
+            for b in range(n):
+                tq += W.k[b, i] * mu[b]
+                tv += W.c[b, i] * mu[b]
+            for r in range(m):
+                tq += W.phi_q[r, i] * rhs[n + r] / h2c
+            ta = la[i] + h * gamma * tv + h * h * beta * tq
+            lq[i] = tq
+            lv[i] = tv + h * tq
+            la[i] = h * h * (0.5 - beta) * tq + h * (1.0 - gamma) * tv - am / (1.0 - am) * ta
+            lw[i] = af / (1.0 - am) * ta
+    # node 0: consistent initial accelerations, a = w
+    evaluate(T, W, 0, q[0], v[0], lam[0], z[0], zdot[0], 0.0, True)
+    fill_matrix(T, W, 0.0, 0.0, shift, matrix)
+    for i in range(n):
+        rhs[i] = -(la[i] + lw[i] + seed_w[0, i])
+    for r in range(m):
+        rhs[n + r] = -seed_l[0, r]
+    solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift)
+    contract(T, W, 0, mu, gradient)
+    if detailed:
+        contract_parameters(T, W, 0, mu, w[0], by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq)
+
+
+@njit(**FAST)
+def solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift):
+    """Factor the saddle matrix and solve its transpose; with a shift, corrected towards the unshifted one."""
+    total = n + m
+    if shift > 0.0:
+        for a in range(total):
+            right[a] = rhs[a]
+            for b in range(total):
+                keep[a, b] = matrix[a, b]
+    lu_factor(matrix, pivot)
+    lu_solve_transposed(matrix, pivot, rhs)
+    if shift > 0.0:
+        refine(matrix, keep, pivot, rhs, right, n, m, shift)

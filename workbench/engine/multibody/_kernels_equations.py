@@ -1,0 +1,326 @@
+# mypy: ignore-errors
+"""The equations of motion of a planar system, compiled: residual, tangents and design derivatives.
+
+    r = M w + F(q, v, z, t) + Phi_q^T lambda = 0,   Phi(q, t) = 0,   dz/dt = g(q, v, z, t)
+
+F is internal minus external (the signs of (2.8); (2.27) prints the other). K = d(F + Phi_q^T lambda)/dq holds
+the
+geometric term of the joints, C = dF/dv. `Tables` and `Work` are described in `tables`. A segment is code 0
+with
+law code LINEAR and a zero damper (fused sweep), or any other code (measure, law, gather).
+"""
+
+from numba import njit
+from numpy import cos, sin
+
+from ._kernels_elements import (
+    bushing,
+    bushing_parameters,
+    pair_coordinates,
+    pair_map,
+    pair_row,
+    spread,
+    torsion,
+    torsion_energy,
+    torsion_parameters,
+)
+from ._kernels_laws import USER, energies, law_parameters, laws
+from ._kernels_members import (
+    gather,
+    gather_tangent,
+    measure,
+    project,
+    springs_contract,
+    springs_energy,
+    springs_force,
+    springs_tangent,
+)
+
+FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
+
+FUSED = -1  # segment code of undamped linear springs
+
+
+@njit(**FAST)
+def place(T, W, step, q, v):
+    """Fill the full coordinates and every pair's coordinates."""
+    n = q.shape[0]
+    for a in range(n):
+        W.q[a] = q[a]
+        W.v[a] = v[a]
+    for a in range(W.q.shape[0] - n):
+        W.q[n + a] = T.motion[step, 0, a]
+        W.v[n + a] = T.motion[step, 1, a]
+    for p in range(T.pair.shape[0]):
+        pair_coordinates(W.q, W.v, T.pair[p, 0], T.pair[p, 1], W.big[p])
+
+
+@njit(**FAST)
+def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
+    """Fill W.force = F + Phi_q^T lambda, W.phi, W.phi_q, W.z, W.zdot and, if tangent, W.k, W.c.
+
+    z, zrate, half: damage and its rate at the start of a trapezoidal step of length 2 half (half = 0: z as
+    given).
+    """
+    n = q.shape[0]
+    m = T.row.shape[0]
+    free = n // 3
+    t = T.times[step]
+    place(T, W, step, q, v)
+    for a in range(n):
+        W.force[a] = -T.gravity[a]
+    if tangent:
+        for a in range(n):
+            for b in range(n):
+                W.k[a, b] = 0.0
+                W.c[a, b] = 0.0
+    for p in range(T.pair.shape[0]):
+        for a in range(3):
+            W.fr[p, a] = 0.0
+            for b in range(3):
+                W.kr[p, a, b] = 0.0
+                W.cr[p, a, b] = 0.0
+
+    for g in range(T.segment.shape[0]):
+        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+        if code == USER:
+            continue  # forces of a user's law are added outside
+        X = W.big[p]
+        if code == FUSED:
+            if tangent:
+                springs_tangent(
+                    T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p], W.kr[p]
+                )
+            else:
+                springs_force(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p])
+        else:
+            measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+            laws(code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
+            if tangent:
+                gather_tangent(
+                    T.geometry, T.scale, W.f, W.fd, W.fv, first, last,
+                    X[0], X[1], X[2], X[3], X[4], X[5], W.fr[p], W.kr[p], W.cr[p],
+                )  # fmt: skip
+            else:
+                gather(T.geometry, T.scale, W.f, first, last, X[0], X[1], X[2], W.fr[p])
+
+    for e in range(T.torsion_pair.shape[0]):
+        p = T.torsion_pair[e]
+        torsion(T.torsion, e, W.big[p], W.fr[p], W.kr[p], W.cr[p])
+
+    for e in range(T.bushing_pair.shape[0]):
+        p = T.bushing_pair[e]
+        bushing(
+            T.bushing, e, W.big[p], z[e], zrate[e], half, tangent,
+            W.fr[p], W.kr[p], W.cr[p], W.fz[e], W.gx[e], W.zx[e], W.out,
+        )  # fmt: skip
+        W.z[e] = W.out[0]
+        W.zdot[e] = W.out[1]
+        W.gz[e] = W.out[2]
+
+    for r in range(m):
+        for a in range(n):
+            W.phi_q[r, a] = 0.0
+        kind, p = T.row[r, 0], T.row[r, 1]
+        if kind >= 2:
+            i, j = T.pair[p, 0], T.pair[p, 1]
+            value = pair_row(kind, T.row_data, r, W.big[p], W.row_g, W.row_h)
+            W.phi[r] = value - T.drive[step, r]
+            pair_map(W.q, W.v, i, j, W.big[p], W.jac)
+            for a in range(6):
+                body = i if a < 3 else j
+                if body < free:
+                    total = W.row_g[0] * W.jac[0, a] + W.row_g[1] * W.jac[1, a] + W.row_g[2] * W.jac[2, a]
+                    W.phi_q[r, 3 * body + a % 3] += total
+            for a in range(3):
+                W.fr[p, a] += lam[r] * W.row_g[a]
+                for b in range(3):
+                    W.kr[p, a, b] += lam[r] * W.row_h[a, b]
+        else:
+            # coincident points: p1 + A1 s1 - p2 - A2 s2 = 0, one row per axis
+            axis = kind
+            value = 0.0 * q[0] - T.drive[step, r]
+            for side in range(2):
+                body = T.row[r, 2 + side]
+                sign = 1.0 - 2.0 * side
+                c, s = cos(W.q[3 * body + 2]), sin(W.q[3 * body + 2])
+                sx, sy = T.row_data[r, 2 * side], T.row_data[r, 2 * side + 1]
+                ax = c * sx - s * sy
+                ay = s * sx + c * sy
+                arm = ax if axis == 0 else ay
+                turn = -ay if axis == 0 else ax
+                value += sign * (W.q[3 * body + axis] + arm)
+                if body < free:
+                    W.phi_q[r, 3 * body + axis] += sign
+                    W.phi_q[r, 3 * body + 2] += sign * turn
+                    W.force[3 * body + axis] += lam[r] * sign
+                    W.force[3 * body + 2] += lam[r] * sign * turn
+                    if tangent:
+                        W.k[3 * body + 2, 3 * body + 2] -= lam[r] * sign * arm
+            W.phi[r] = value
+
+    for p in range(T.pair.shape[0]):
+        spread(
+            W.q, W.v, T.pair[p, 0], T.pair[p, 1], free, W.big[p], W.jac, W.fr[p], W.kr[p], W.cr[p],
+            tangent, W.force, W.k, W.c, W.half,
+        )  # fmt: skip
+
+    for e in range(T.load.shape[0]):
+        body = T.load[e, 0]
+        if body >= free:
+            continue
+        fx, fy, torque = T.load_sample[step, e, 0], T.load_sample[step, e, 1], T.load_sample[step, e, 2]
+        sx, sy = T.load_point[e, 0], T.load_point[e, 1]
+        at = 3 * body
+        if T.load[e, 1] == 1:
+            c, s = cos(W.q[at + 2]), sin(W.q[at + 2])
+            gx = c * fx - s * fy
+            gy = s * fx + c * fy
+            W.force[at] -= gx
+            W.force[at + 1] -= gy
+            W.force[at + 2] -= torque + sx * fy - sy * fx
+            if tangent:
+                W.k[at, at + 2] += gy
+                W.k[at + 1, at + 2] -= gx
+        elif sx != 0.0 or sy != 0.0:
+            c, s = cos(W.q[at + 2]), sin(W.q[at + 2])
+            ax = c * sx - s * sy
+            ay = s * sx + c * sy
+            W.force[at] -= fx
+            W.force[at + 1] -= fy
+            W.force[at + 2] -= torque + ax * fy - ay * fx
+            if tangent:
+                W.k[at + 2, at + 2] += ay * fy + ax * fx
+        else:
+            W.force[at] -= fx
+            W.force[at + 1] -= fy
+            W.force[at + 2] -= torque
+
+
+@njit(**FAST)
+def pair_covector(W, i, j, free, mu, big, w):
+    """w (3,) = J mu: how a virtual motion mu of the free bodies moves the pair's coordinates."""
+    pair_map(W.q, W.v, i, j, big, W.jac)
+    for r in range(3):
+        total = 0.0 * mu[0]
+        for a in range(6):
+            body = i if a < 3 else j
+            if body < free:
+                total += W.jac[r, a] * mu[3 * body + a % 3]
+        w[r] = total
+
+
+@njit(**FAST)
+def contract(T, W, step, mu, gradient):
+    """gradient (N,) += (dF/dscale)^T mu at the state that `evaluate` or `place` left in W."""
+    free = mu.shape[0] // 3
+    t = T.times[step]
+    w = W.row_g
+    for g in range(T.segment.shape[0]):
+        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+        if code == USER:
+            continue
+        X = W.big[p]
+        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        if code == FUSED:
+            springs_contract(T.geometry, T.law[0], first, last, X[0], X[1], X[2], w[0], w[1], w[2], gradient)
+        else:
+            measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+            laws(code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
+            project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.delta)
+            for i in range(first, last):
+                gradient[i] += W.f[i] * W.delta[i]
+
+
+@njit(**FAST)
+def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq):
+    """Add (dr/dparameter)^T mu: laws (9, N), natural lengths (N,), joint springs (6, T), bushings (5, B),
+    masses (n,)."""
+    n = mu.shape[0]
+    free = n // 3
+    t = T.times[step]
+    w = W.row_g
+    for g in range(T.segment.shape[0]):
+        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+        if code == USER:
+            continue
+        X = W.big[p]
+        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        law_code = 0 if code == FUSED else code
+        measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+        laws(law_code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
+        project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.f)
+        for i in range(first, last):
+            law_parameters(law_code, T.law, i, W.delta[i], W.rate[i], t, dp)
+            along = T.scale[i] * W.f[i]
+            by_length[i] -= along * W.fd[i]
+            for k in range(dp.shape[0]):
+                by_law[k, i] += along * dp[k]
+    for e in range(T.torsion_pair.shape[0]):
+        p = T.torsion_pair[e]
+        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
+        torsion_parameters(T.torsion, e, W.big[p], dp)
+        for k in range(6):
+            by_torsion[k, e] += w[2] * dp[k]
+    for e in range(T.bushing_pair.shape[0]):
+        p = T.bushing_pair[e]
+        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
+        bushing_parameters(T.bushing, e, W.big[p], W.z[e], dq)
+        for k in range(5):
+            by_bushing[k, e] += dq[k, 0] * w[0] + dq[k, 1] * w[1] + dq[k, 2] * w[2]
+    for a in range(n):
+        weight = T.gravity[a] / T.mass[a]
+        by_mass[a] += mu[a] * (w_acc[a] - weight)
+
+
+@njit(**FAST)
+def member_energy(T, W, step):
+    """Energy stored in the members at the state that `place` left in W."""
+    total = 0.0 * W.q[0]
+    t = T.times[step]
+    for g in range(T.segment.shape[0]):
+        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+        if code == USER:
+            continue
+        X = W.big[p]
+        if code == FUSED:
+            total += springs_energy(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2])
+        else:
+            measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+            energies(code, T.law, first, last, W.delta, t, W.f)
+            for i in range(first, last):
+                total += T.scale[i] * W.f[i]
+    return total
+
+
+@njit(**FAST)
+def member_energy_series(T, W, q, v, energy):
+    """Stored energy of the members at every node of the grid."""
+    for step in range(q.shape[0]):
+        place(T, W, step, q[step], v[step])
+        energy[step] = member_energy(T, W, step)
+
+
+@njit(**FAST)
+def energy_by_scale(T, W, step, gradient, weight):
+    """gradient (N,) += weight times the unit energy of each member (explicit part of an energy objective)."""
+    t = T.times[step]
+    for g in range(T.segment.shape[0]):
+        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+        if code == USER:
+            continue
+        X = W.big[p]
+        law_code = 0 if code == FUSED else code
+        measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+        energies(law_code, T.law, first, last, W.delta, t, W.f)
+        for i in range(first, last):
+            gradient[i] += weight * W.f[i]
+
+
+@njit(**FAST)
+def torsion_energy_sum(T, W):
+    """Energy stored in the joint springs at the state that `place` left in W."""
+    total = 0.0 * W.q[0]
+    for e in range(T.torsion_pair.shape[0]):
+        total += torsion_energy(T.torsion, e, W.big[T.torsion_pair[e]])
+    return total

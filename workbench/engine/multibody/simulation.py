@@ -1,0 +1,164 @@
+"""simulate: integrate a system over time and return its trajectory."""
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import NotConverged, NotSupported
+from ._kernels_alpha import SINGULAR, alpha_forward
+from .compiled import Compiled, compiled, on_grid
+from .schemes import GeneralisedAlpha, Scheme, VelocityVerlet
+from .start import check_start, initial_accelerations, redundancy
+from .system import System
+from .tables import Tables, work_space
+from .trajectory import Diagnosis, Trajectory
+
+__all__ = ["simulate"]
+
+Array = np.ndarray[Any, Any]
+
+SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
+REUSE = 16  # unknowns from which factoring costs more than another look at the forces
+
+
+def checked_density(system: System, density: Array) -> Array:
+    """(N,) densities as a fresh float array; raises ValueError for a wrong shape, negative or non-finite
+    values."""
+    alpha = np.array(density, dtype=float)
+    count = len(system.members)
+    if alpha.shape != (count,):
+        raise ValueError(f"density needs one value per member, shape ({count},), got shape {alpha.shape}")
+    if not np.isfinite(alpha).all() or (alpha < 0.0).any():
+        bad = int(np.flatnonzero(~np.isfinite(alpha) | (alpha < 0.0))[0])
+        raise ValueError(f"density needs finite values >= 0, got density[{bad}]={alpha[bad]}")
+    return alpha
+
+
+def simulate(
+    system: System, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+) -> Trajectory:
+    """Integrate the system from t = 0 to t_end in equal steps.
+
+        M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
+
+    Args:    density: (N,) alpha, one per member, >= 0    t_end: s    steps: number of steps
+             scheme: GeneralisedAlpha(rho=0.8) unless given
+    Returns: a `Trajectory`.
+    Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
+    when a
+    step cannot be solved, NotSupported when the scheme cannot treat the system.
+
+    >>> from workbench.engine import Body, Member, Spring, System, simulate
+    >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
+    >>> spring = Member(a="mass", b="ground", point_b=(-1.0, 0.0), law=Spring(k=10.0))
+    >>> run = simulate(System(bodies=(mass,), members=(spring,)), [1.0], t_end=1.0, steps=200)
+    >>> float(round(run.position[-1, 0], 4))        # v0 sqrt(m/k) sin(sqrt(k/m))
+    -0.0033
+    """
+    if not np.isfinite(t_end) or t_end <= 0.0:
+        raise ValueError(f"simulate needs t_end > 0 s, got t_end={t_end}")
+    if int(steps) != steps or steps < 1:
+        raise ValueError(f"simulate needs a whole number of steps >= 1, got steps={steps}")
+    alpha = checked_density(system, density)
+    scheme = GeneralisedAlpha() if scheme is None else scheme
+    parts = compiled(system)
+    times = np.linspace(0.0, float(t_end), int(steps) + 1)
+    return _alpha(parts, alpha, times, scheme)
+
+
+def _alpha(parts: Compiled, alpha: Array, times: Array, scheme: Scheme) -> Trajectory:
+    if not isinstance(scheme, GeneralisedAlpha | VelocityVerlet):
+        raise NotSupported(f"scheme {type(scheme).__name__} is not one of the alpha family")
+    tables = on_grid(parts, alpha, times)
+    m = len(tables.row)
+    if m and scheme.numbers[3] == 0.0:
+        raise NotSupported("velocity Verlet is explicit and cannot hold joints; use GeneralisedAlpha")
+    q0, v0, phi_q = check_start(parts, tables)
+    found = redundancy(parts, phi_q)
+    run = integrate(parts, tables, scheme, q0, v0, redundant=len(found.rows) > 0)
+    if run.info[0] != 0:
+        raise _failure(parts, alpha, times, scheme, run.info)
+    return Trajectory(
+        system=parts.system, density=alpha, scheme=scheme, times=times,
+        position=run.q, velocity=run.v, acceleration=run.w, multiplier=run.lam,
+        damage=run.z, damage_rate=run.zdot, tables=tables,
+        diagnosis=Diagnosis(
+            newton_iterations=int(run.info[2]), factorisations=int(run.info[4]), redundant_rows=found.rows,
+            reason=f"{type(scheme).__name__} as asked",
+        ),
+    )  # fmt: skip
+
+
+class Run:
+    """Arrays of one integration, and the kernel's account of it."""
+
+    __slots__ = ("info", "lam", "q", "v", "w", "z", "zdot")
+
+    def __init__(self, nodes: int, n: int, m: int, bushings: int) -> None:
+        self.q, self.v, self.w = np.zeros((nodes, n)), np.zeros((nodes, n)), np.zeros((nodes, n))
+        self.lam = np.zeros((nodes, m))
+        self.z, self.zdot = np.zeros((nodes, bushings)), np.zeros((nodes, bushings))
+        self.info = np.zeros(5)
+
+
+def proximal(tables: Tables, *, redundant: bool) -> float:
+    """Size of the regularisation of the multipliers: none for independent joints."""
+    return SHIFT / float(tables.mass.min()) if redundant else 0.0
+
+
+def integrate(
+    parts: Compiled,
+    tables: Tables,
+    scheme: GeneralisedAlpha | VelocityVerlet,
+    q0: Array,
+    v0: Array,
+    *,
+    redundant: bool,
+) -> Run:
+    """Run the compiled loop from consistent initial accelerations."""
+    n, m, bushings = len(q0), len(tables.row), len(tables.bushing_pair)
+    run = Run(len(tables.times), n, m, bushings)
+    work = work_space(tables)
+    run.q[0], run.v[0] = q0, v0
+    run.w[0], run.lam[0] = initial_accelerations(parts, tables, work, q0, v0)
+    run.zdot[0] = work.zdot
+    total = n + m
+    settings = np.array(
+        [scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), float(total >= REUSE)]
+    )
+    alpha_forward(
+        tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), run.q, run.v, run.w, run.lam,
+        run.z, run.zdot, np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
+        settings, run.info,
+    )  # fmt: skip
+    return run
+
+
+def _failure(
+    parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet, info: Array
+) -> NotConverged:
+    """The message of a failed run, with a step that does work when one of a few halvings finds it."""
+    step, h = int(info[1]), float(times[1] - times[0])
+    cause = (
+        "the step's matrix is singular"
+        if int(info[0]) == SINGULAR
+        else f"{scheme.iterations} Newton steps left an acceleration update of {info[3]:.2g} "
+        f"(tolerance {scheme.tolerance:.0e} relative)"
+    )
+    advice = f"No step down to {h / 64:.3g} s works: look at the forces near that time"
+    for halvings in (1, 2, 3, 4, 5, 6):
+        count = min(step + 5, len(times) - 1) * 2**halvings
+        finer = np.linspace(0.0, times[min(step + 5, len(times) - 1)], count + 1)
+        tables = on_grid(parts, alpha, finer)
+        q0, v0, phi_q = check_start(parts, tables)
+        trial = integrate(parts, tables, scheme, q0, v0, redundant=len(redundancy(parts, phi_q).rows) > 0)
+        if trial.info[0] == 0:
+            advice = (
+                f"A step of {h / 2**halvings:.3g} s passes this point: "
+                f"use steps={(len(times) - 1) * 2**halvings}"
+            )
+            break
+    return NotConverged(
+        f"{type(scheme).__name__} stopped at t = {times[step]:.6g} s (step {h:.3g} s): {cause}. {advice}",
+        float(times[step]),
+    )

@@ -1,0 +1,113 @@
+"""The solution of a system on its time grid, with what is needed to judge it."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from ._kernels_equations import evaluate, member_energy_series, place, torsion_energy_sum
+from .schemes import Scheme
+from .system import System
+from .tables import Tables, work_space
+
+__all__ = ["Diagnosis", "Status", "Trajectory"]
+
+Array = np.ndarray[Any, Any]
+
+
+class Status(Enum):
+    """How a run ended; every member is a sentence."""
+
+    COMPLETE = "The run reached its end time."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnosis:
+    """Numbers to judge a run by."""
+
+    newton_iterations: int
+    factorisations: int
+    redundant_rows: tuple[str, ...]
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trajectory:
+    """States at the nodes of the time grid; coordinates are (x, y, theta) of every free body in order.
+
+    times: (steps + 1,).  position, velocity, acceleration: (steps + 1, n).  multiplier: (steps + 1, m), one
+    per
+    joint row.  damage: (steps + 1, bushings) with rate damage_rate.
+    """
+
+    system: System
+    density: Array
+    scheme: Scheme
+    times: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    multiplier: Array
+    damage: Array
+    damage_rate: Array
+    diagnosis: Diagnosis
+    tables: Tables
+    status: Status = Status.COMPLETE
+
+    def __post_init__(self) -> None:
+        for name in ("density", "times", "position", "velocity", "acceleration", "multiplier", "damage"):
+            getattr(self, name).flags.writeable = False
+
+    @property
+    def step(self) -> float:
+        """Length of a step, s."""
+        return float(self.times[1] - self.times[0])
+
+    def of(self, body: str) -> Array:
+        """(steps + 1, 3) position of a body, free or prescribed."""
+        for index, part in enumerate(self.system.prescribed):
+            if part.name == body:
+                return self.tables.motion[:, 0, 3 * index : 3 * index + 3]
+        return self.position[:, self.system.coordinate(body)]
+
+    def kinetic_energy(self) -> Array:
+        """(steps + 1,) kinetic energy of the free bodies, J."""
+        return np.asarray(0.5 * (self.velocity**2 @ self.tables.mass))
+
+    def stored_energy(self) -> Array:
+        """(steps + 1,) energy stored in the members, J."""
+        work = work_space(self.tables)
+        energy = np.zeros(len(self.times))
+        member_energy_series(self.tables, work, self.position, self.velocity, energy)
+        return energy
+
+    def spring_energy(self) -> Array:
+        """(steps + 1,) energy stored in the joint springs, J."""
+        work = work_space(self.tables)
+        energy = np.zeros(len(self.times))
+        for step in range(len(self.times)):
+            place(self.tables, work, step, self.position[step], self.velocity[step])
+            energy[step] = torsion_energy_sum(self.tables, work)
+        return energy
+
+    def gravity_energy(self) -> Array:
+        """(steps + 1,) potential of gravity, J, zero at the global origin."""
+        return np.asarray(-self.position @ self.tables.gravity)
+
+    def mechanical_energy(self) -> Array:
+        """(steps + 1,) kinetic, stored and gravity energy, J; constant where nothing dissipates or drives."""
+        return self.kinetic_energy() + self.stored_energy() + self.spring_energy() + self.gravity_energy()
+
+    def joint_residuals(self) -> Array:
+        """(steps + 1, m) Phi at every node: how well the joints hold, m or rad."""
+        work = work_space(self.tables)
+        out = np.zeros((len(self.times), len(self.tables.row)))
+        for step in range(len(self.times)):
+            z = self.damage[step]
+            evaluate(
+                self.tables, work, step, self.position[step], self.velocity[step],
+                self.multiplier[step], z, z, 0.0, False,
+            )  # fmt: skip
+            out[step] = work.phi
+        return out
