@@ -10,6 +10,12 @@ __distribution__ = "holdfast"
 
 # public name -> module that defines it
 _PUBLIC: dict[str, str] = {
+    "ScreeningDiagnosis": "surrogates.verdict",
+    "ScreeningStep": "surrogates.screening",
+    "restricted_log_likelihood": "surrogates.reml",
+    "profiled_log_likelihood": "surrogates.reml",
+    "ProfiledLikelihood": "surrogates.reml",
+    "KrigingScreener": "surrogates.screening",
     "Correlation": "surrogates.correlation",
     "Diagnosis": "surrogates.diagnosis",
     "Effect": "surrogates.effects",

@@ -1,0 +1,159 @@
+"""The default screening: sparse multi-start ARD likelihood, backward pooling, exchange, automatic number
+of units.
+
+1. Climb from sparse random starts with one theta per unit, the nugget free above a floor.
+2. Shorten the best distinct maxima: a chain of nested sets each, with the maximum of every set.
+3. Polish the best chain by exchange.
+4. Choose the set that maximises l - threshold * size.
+
+Large designs are searched on a random part of the runs (`PACKED_RUNS`), shortened on a larger part and
+finished on all of them: the multi-start is where the evaluations are, and a hundred runs tell maxima apart
+as well as a thousand.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from .backward import Chain, most_active, shorten
+from .canonical import CanonicalRuns
+from .exchange import exchange, take_in
+from .landscape import PACKED_RUNS, landscape_of
+from .search import Search, multi_start, sparse_starts
+
+__all__ = ["ArdScreening", "ard_screening", "threshold_for"]
+
+LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
+ACTIVE_AT_START = 5
+SHORTENED = 3  # distinct maxima that are shortened
+SPARE = 3  # units beyond the chosen set that are climbed on all runs
+MOST_TAKEN_IN = 10  # units that all runs may add to what the search runs showed
+
+
+def threshold_for(n_units: int, risk: float = 0.2) -> float:
+    """The gain in l that one more theta must bring, so that all inert units together enter with
+    probability `risk`.
+
+    An inert unit's theta lies on its bound 0, so twice its gain is 0 or chi^2 with one degree, each with
+    probability 1/2 (Self & Liang, J. Am. Stat. Assoc. 82, 1987, 605-610). Never below 1.92, the 95 % point
+    for a single unit.
+
+    >>> print(round(threshold_for(20), 2), round(threshold_for(100), 2), round(threshold_for(4), 2))
+    2.71 4.14 1.92
+    """
+    return max(1.92, 0.5 * float(chi2.isf(min(1.0, 2.0 * risk / n_units), 1)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArdScreening:
+    """What the default screening found.
+
+    Attributes:
+        chain: nested sets through the chosen one.
+        chosen: index of the chosen set in the chain.
+        search: the multi-start.
+        rivals: the best other set of each other maximum, with its score below the chosen one's.
+        search_runs: runs that the multi-start saw.
+    """
+
+    chain: Chain
+    chosen: int
+    search: Search
+    rivals: tuple[tuple[tuple[int, ...], float], ...]
+    search_runs: int
+
+
+def ard_screening(
+    runs: CanonicalRuns,
+    *,
+    restricted: bool,
+    eta: float,
+    nugget: tuple[float, float],
+    threshold: float,
+    n_starts: int,
+    enough: int,
+    size: int | None,
+    rng: np.random.Generator,
+) -> ArdScreening:
+    """Screen canonical runs; `size` fixes the number of selected units instead of choosing it."""
+    n = len(runs.y)
+    rows = np.sort(rng.permutation(n)[:PACKED_RUNS]) if n > PACKED_RUNS else None
+    ground = landscape_of(runs, restricted=restricted, eta=eta, rows=rows)
+    free = nugget[0] < nugget[1]
+    starts = sparse_starts(
+        ground.n_units,
+        number=n_starts,
+        active=ACTIVE_AT_START,
+        nuggets=(nugget[0], nugget[0], nugget[0], min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
+        rng=rng,
+    )
+    search = multi_start(ground, starts, nugget=nugget, enough=enough)
+    largest = min(max(LARGEST_SET, 0 if size is None else size + 4), ground.n_units)
+    chains = [
+        shorten(ground, o, selected=most_active(ground, o, largest), nugget=nugget)
+        for o in search.optima[:SHORTENED]
+    ]
+
+    def score(chain: Chain) -> float:
+        return chain.score(threshold) if size is None else chain.optima[chain.index(size)].value
+
+    best = exchange(ground, max(chains, key=score), threshold=threshold, nugget=nugget)
+    chosen = best.best(threshold) if size is None else best.index(size)
+    rivals = _rivals(best, chosen, chains, threshold)
+    if rows is not None:
+        best = _on_all_runs(
+            runs,
+            best,
+            chosen,
+            restricted=restricted,
+            eta=eta,
+            nugget=nugget,
+            threshold=threshold,
+            fixed=size is not None,
+        )
+        chosen = best.best(threshold) if size is None else best.index(size)
+    return ArdScreening(chain=best, chosen=chosen, search=search, rivals=rivals, search_runs=ground.n_runs)
+
+
+def _rivals(
+    best: Chain, chosen: int, chains: list[Chain], threshold: float
+) -> tuple[tuple[tuple[int, ...], float], ...]:
+    """Other sets, each with its l - threshold * size below the chosen set's; the five closest."""
+    found = frozenset(best.sets[chosen])
+    top = best.optima[chosen].value - threshold * len(found)
+    below: dict[frozenset[int], float] = {}
+    for chain in [best, *chains]:
+        for members, optimum in zip(chain.sets, chain.optima, strict=True):
+            key, gap = frozenset(members), top - (optimum.value - threshold * len(members))
+            if key != found:
+                below[key] = min(gap, below.get(key, np.inf))
+    ordered = sorted(below.items(), key=lambda r: r[1])[:5]
+    return tuple((tuple(sorted(s)), gap) for s, gap in ordered)
+
+
+def _on_all_runs(
+    runs: CanonicalRuns,
+    chain: Chain,
+    chosen: int,
+    *,
+    restricted: bool,
+    eta: float,
+    nugget: tuple[float, float],
+    threshold: float,
+    fixed: bool,
+) -> Chain:
+    """Climb the chosen set, with some to spare, on all runs; take in what they show; shorten again."""
+    ground = landscape_of(runs, restricted=restricted, eta=eta)
+    i = max(0, chosen - SPARE)
+    selected, here = chain.sets[i], chain.optima[i]
+    here = ground.climb(here.partition, here.phi, nugget=nugget, tolerance=1e-2, max_evaluations=30)
+    for _ in range(MOST_TAKEN_IN):
+        scores = ground.scores(here)
+        scores[list(selected)] = -np.inf
+        u = int(np.argmax(scores))
+        if fixed or not 0.5 * max(scores[u], 0.0) ** 2 > threshold:
+            break
+        here = take_in(ground, here, selected, u, nugget=nugget, tolerance=1e-2)
+        selected = (*selected, u)
+    return shorten(ground, here, selected=selected, nugget=nugget, tried=1, valued=3, tolerance=1e-2)

@@ -1,0 +1,67 @@
+"""Exchange polish: does another unit, taken in, lead to a better set?
+
+From the best set of a chain the units outside are ranked by their score, the likelihood gain that one
+average-information step in their theta alone promises. The most promising are taken in, one at a time, the
+maximum is climbed, and the set is shortened again. Whatever improves the best l - threshold * size is
+kept, and the exchange goes on from there.
+"""
+
+import numpy as np
+
+from .backward import Chain, shorten
+from .forward import split
+from .landscape import Landscape, Optimum
+
+__all__ = ["exchange", "take_in"]
+
+ENTERING = (-4.0, -1.5, 0.5)  # log theta with which a unit is tried
+
+
+def take_in(
+    landscape: Landscape,
+    optimum: Optimum,
+    selected: tuple[int, ...],
+    unit: int,
+    *,
+    nugget: tuple[float, float],
+    tolerance: float,
+) -> Optimum:
+    """The maximum after `unit` has left the pool of `optimum`, from the best of three values of its theta."""
+    k = len(selected)
+    partition = split(landscape.n_units, (*selected, unit))
+    shared = optimum.phi[k:-1][: len(partition) - k - 1]  # dropped when no unit is left to share it
+    starts = [np.concatenate([optimum.phi[:k], [own], shared, optimum.phi[-1:]]) for own in ENTERING]
+    best = max(starts, key=lambda phi: landscape.value(partition, phi))
+    return landscape.climb(partition, best, nugget=nugget, tolerance=tolerance, max_evaluations=60)
+
+
+def exchange(
+    landscape: Landscape,
+    chain: Chain,
+    *,
+    threshold: float,
+    nugget: tuple[float, float],
+    entering: int = 4,
+    rounds: int = 4,
+    tried: int = 3,
+) -> Chain:
+    """The chain, or a better one that an exchange of units leads to."""
+    for _ in range(rounds):
+        i = chain.best(threshold)
+        selected, here = chain.sets[i], chain.optima[i]
+        outside = [u for u in range(landscape.n_units) if u not in selected]
+        scores = landscape.scores(here)
+        candidates = sorted(outside, key=lambda u: (-scores[u], u))[:entering]
+        grown: list[tuple[Optimum, tuple[int, ...]]] = []
+        for u in candidates:
+            end = take_in(landscape, here, selected, u, nugget=nugget, tolerance=1e-3)
+            grown.append((end, (*selected, u)))
+        better = chain
+        for end, larger in sorted(grown, key=lambda g: -g[0].value)[:2]:
+            other = shorten(landscape, end, selected=larger, nugget=nugget, tried=tried)
+            if other.score(threshold) > better.score(threshold) + 1e-3:
+                better = other
+        if better is chain:
+            break
+        chain = better
+    return chain

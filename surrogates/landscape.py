@@ -1,0 +1,326 @@
+"""The likelihood of canonical runs as a landscape over partitions of the units into groups with one theta
+each.
+
+A screening compares partitions: every unit on its own (ARD), or a few selected units on their own and the
+rest pooled in one group with a common theta. A `Landscape` climbs from a start to a maximum of l for a
+given partition. Two ways lead up: up to `PACKED_RUNS` runs a compiled ascent over packed distances, for
+larger designs matrix products over the inputs. Both take average-information steps.
+
+Coordinates: log theta of each group, log nugget last; the nugget is fixed where its bounds meet.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ascent import ascend
+from .canonical import CanonicalRuns
+from .correlation import Correlation
+from .likelihood import Likelihood
+
+__all__ = [
+    "PACKED_RUNS",
+    "DenseLandscape",
+    "Landscape",
+    "Optimum",
+    "PackedLandscape",
+    "landscape_of",
+    "left_out_q2",
+    "packed_distances",
+]
+
+Array = NDArray[np.float64]
+Partition = tuple[tuple[int, ...], ...]  # units of each group
+
+PACKED_RUNS = 130  # where LAPACK's blocked factorisation overtakes the compiled loops
+LOWEST, HIGHEST = -16.0, 6.0  # log theta on [0, 1]: a range of 3000 box widths, and of a twentieth
+FAILED = -1e300
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Optimum:
+    """A point of the landscape: where an ascent ended.
+
+    Attributes:
+        partition: units of each group.
+        phi: (m + 1,) log theta of each group, log nugget.
+        value: l of the standardised response.
+        sigma2: process variance of the standardised response.
+        evaluations: how many likelihoods it took.
+    """
+
+    partition: Partition
+    phi: Array
+    value: float
+    sigma2: float
+    evaluations: int
+
+    def log_theta(self, n_units: int) -> Array:
+        """(u,) log theta of every unit."""
+        out = np.empty(n_units)
+        for group, value in zip(self.partition, self.phi, strict=False):
+            out[list(group)] = value
+        return out
+
+
+class Landscape(Protocol):
+    """What a search needs."""
+
+    n_units: int
+    n_runs: int
+    y: Array
+    reach: Array
+    """(u,) mean distance of each unit: theta times reach says how far a unit lowers the mean correlation."""
+
+    def climb(
+        self,
+        partition: Partition,
+        start: Array,
+        *,
+        nugget: tuple[float, float],
+        tolerance: float,
+        max_evaluations: int,
+    ) -> Optimum:
+        """Climb from start; `nugget` bounds the nugget."""
+
+    def value(self, partition: Partition, phi: Array) -> float:
+        """l at phi."""
+
+    def scores(self, optimum: Optimum) -> Array:
+        """(u,) for every unit: dl / dlog theta of its own, in standard deviations by the average
+        information."""
+
+    def correlation(self, optimum: Optimum) -> Array:
+        """R + nugget I, (n, n)."""
+
+
+@dataclass(slots=True)
+class PackedLandscape:
+    """Compiled, for small designs: memory u n (n - 1) / 2 doubles."""
+
+    distances: Array
+    """(u, n (n - 1) / 2) of each unit, pairs packed by rows of the lower triangle."""
+    y: Array
+    restricted: bool = True
+    n_units: int = field(init=False)
+    n_runs: int = field(init=False)
+    reach: Array = field(init=False)
+    _cache: dict[Partition, Array] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.n_units, self.n_runs = len(self.distances), len(self.y)
+        self.reach = self.distances.mean(axis=1)
+
+    def _grouped(self, partition: Partition) -> Array:
+        if partition not in self._cache:
+            if len(self._cache) > 400:
+                self._cache.clear()
+            sums = [
+                self.distances[list(g)].sum(axis=0) if len(g) > 1 else self.distances[g[0]] for g in partition
+            ]
+            self._cache[partition] = np.ascontiguousarray(sums)
+        return self._cache[partition]
+
+    def climb(
+        self,
+        partition: Partition,
+        start: Array,
+        *,
+        nugget: tuple[float, float],
+        tolerance: float,
+        max_evaluations: int,
+    ) -> Optimum:
+        """Climb from start."""
+        lower, upper = _bounds(len(partition), nugget)
+        phi, value, sigma2, evaluations = _kernels().ascend(
+            self._grouped(partition), self.y, start, lower, upper, self.restricted, max_evaluations, tolerance
+        )
+        return Optimum(partition=partition, phi=phi, value=value, sigma2=sigma2, evaluations=evaluations)
+
+    def scores(self, optimum: Optimum) -> Array:
+        """Scores of the units."""
+        m = self.n_units
+        gradient, information = np.zeros(m + 1), np.zeros((m + 1, m + 1))
+        phi = np.append(optimum.log_theta(m), optimum.phi[-1])
+        _kernels().likelihood(self.distances, self.y, phi, self.restricted, 2, gradient, information)
+        return _standard_scores(gradient[:m], np.diagonal(information)[:m])
+
+    def correlation(self, optimum: Optimum) -> Array:
+        """R + nugget I."""
+        n = self.n_runs
+        c = np.empty((n, n))
+        i, j = np.tril_indices(n, -1)
+        c[i, j] = c[j, i] = np.exp(-np.exp(optimum.log_theta(self.n_units)) @ self.distances)
+        c.flat[:: n + 1] = 1.0 + np.exp(optimum.phi[-1])
+        return c
+
+    def value(self, partition: Partition, phi: Array) -> float:
+        """l at phi."""
+        none = np.empty((0, 0))
+        return float(
+            _kernels().likelihood(
+                self._grouped(partition), self.y, phi, self.restricted, 0, none[0:0].ravel(), none
+            )[0]
+        )
+
+
+@dataclass(slots=True)
+class DenseLandscape:
+    """Matrix products, for large designs: memory O(n^2 + n d)."""
+
+    likelihood: Likelihood
+    units: tuple[tuple[int, ...], ...]
+    n_units: int = field(init=False)
+    n_runs: int = field(init=False)
+    y: Array = field(init=False)
+    reach: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.n_units, self.n_runs, self.y = len(self.units), len(self.likelihood.y), self.likelihood.y[:, 0]
+        x = self.likelihood.x
+        each = 2.0 * x.var(axis=0) * len(x) / max(len(x) - 1, 1)  # mean over pairs of (x_i - x_j)^2
+        for k in self.likelihood.correlation.labels:
+            share = np.unique(x[:, k], return_counts=True)[1] / len(x)
+            each[k] = (1.0 - float(share @ share)) * len(x) / max(len(x) - 1, 1)
+        self.reach = np.array([each[list(u)].sum() for u in self.units])
+
+    def _likelihood(self, partition: Partition, nugget: float | None) -> Likelihood:
+        groups = np.empty(self.likelihood.x.shape[1], dtype=np.intp)
+        for g, members in enumerate(partition):
+            for u in members:
+                groups[list(self.units[u])] = g
+        return replace(self.likelihood, groups=groups, nugget=nugget)
+
+    def climb(
+        self,
+        partition: Partition,
+        start: Array,
+        *,
+        nugget: tuple[float, float],
+        tolerance: float,
+        max_evaluations: int,
+    ) -> Optimum:
+        """Climb from start."""
+        lower, upper = _bounds(len(partition), nugget)
+        m = len(partition)
+        free = nugget[0] < nugget[1]
+        k = m + 1 if free else m
+        surface = self._likelihood(partition, None if free else nugget[0])
+        end = ascend(
+            surface.evaluate,
+            np.clip(start, lower, upper)[:k],
+            lower=lower[:k],
+            upper=upper[:k],
+            tolerance=tolerance,
+            max_evaluations=max_evaluations,
+        )
+        if end is None:
+            return Optimum(partition=partition, phi=start, value=FAILED, sigma2=1.0, evaluations=1)
+        phi = end.parameters if free else np.append(end.parameters, np.log(nugget[0]))
+        at = surface.unpack(end.parameters)
+        factor = surface.factor(at)
+        assert factor is not None
+        sigma2 = float(surface.variances(factor, at)[0])
+        value = surface.value_of(factor, np.array([sigma2]))
+        return Optimum(
+            partition=partition, phi=phi, value=value, sigma2=sigma2, evaluations=end.evaluations + 1
+        )
+
+    def scores(self, optimum: Optimum) -> Array:
+        """Scores of the units."""
+        everyone = tuple((u,) for u in range(self.n_units))
+        surface = self._likelihood(everyone, float(np.exp(optimum.phi[-1])))
+        at = surface.evaluate(optimum.log_theta(self.n_units))
+        if at is None or at.information is None:
+            return np.zeros(self.n_units)
+        return _standard_scores(at.gradient, np.diagonal(at.information))
+
+    def correlation(self, optimum: Optimum) -> Array:
+        """R + nugget I."""
+        surface = self._likelihood(optimum.partition, float(np.exp(optimum.phi[-1])))
+        c = surface.correlation.matrix(surface.x, surface.unpack(optimum.phi[:-1]).theta)
+        c.flat[:: len(c) + 1] += np.exp(optimum.phi[-1])
+        return c
+
+    def value(self, partition: Partition, phi: Array) -> float:
+        """l at phi."""
+        surface = self._likelihood(partition, float(np.exp(phi[-1])))
+        value = surface.value(phi[:-1])
+        return value if np.isfinite(value) else FAILED
+
+
+def _standard_scores(gradient: Array, information: Array) -> Array:
+    # both vanish with theta (as theta and theta^2), so the ratio has a limit at theta = 0
+    return np.asarray(gradient / np.sqrt(np.maximum(information, 1e-300)))
+
+
+def _kernels() -> Any:
+    from . import _kernels_likelihood  # compiled on first use only: large designs need no compiler
+
+    return _kernels_likelihood
+
+
+def _bounds(m: int, nugget: tuple[float, float]) -> tuple[Array, Array]:
+    lower, upper = np.full(m + 1, LOWEST), np.full(m + 1, HIGHEST)
+    lower[m], upper[m] = np.log(nugget[0]), np.log(nugget[1])
+    return lower, upper
+
+
+def left_out_q2(landscape: Landscape, optimum: Optimum) -> float:
+    """Q^2 of the leave-one-out predictions at an optimum: 1 - sum (v_i / P_ii)^2 / sum y_i^2."""
+    c, y = landscape.correlation(optimum), landscape.y.ravel()
+    b = np.linalg.solve(c, np.column_stack([np.ones(len(y)), y]))
+    inverse = np.linalg.inv(c)
+    s11 = b[:, 0].sum()
+    p = np.diagonal(inverse) - b[:, 0] ** 2 / s11
+    v = b[:, 1] - b[:, 0] * (b[:, 1].sum() / s11)
+    # a run that the others do not inform about has P_ii near 0 and is left out, as the trend is fitted to it
+    usable = p > 1e-12 * p.max()
+    spread = y[usable] - y.mean()
+    return float(1.0 - ((v[usable] / p[usable]) ** 2).sum() / (spread @ spread))
+
+
+def packed_distances(runs: CanonicalRuns, eta: float | Array) -> Array:
+    """(u, n (n - 1) / 2): sum over the inputs of a unit of |h|^eta, or of 'labels differ'."""
+    etas = np.broadcast_to(eta, len(runs.units))
+    i, j = np.tril_indices(len(runs.y), -1)
+    out = np.zeros((len(runs.units), len(i)))
+    for u, columns in enumerate(runs.units):
+        for k in columns:
+            h = runs.x[i, k] - runs.x[j, k]
+            if k in runs.labels:
+                out[u] += h != 0.0
+            else:
+                out[u] += h * h if etas[u] == 2.0 else np.abs(h) ** etas[u]
+    return out
+
+
+def landscape_of(
+    runs: CanonicalRuns,
+    *,
+    restricted: bool = True,
+    eta: float | Array = 2.0,
+    rows: NDArray[np.intp] | None = None,
+) -> Landscape:
+    """The landscape of canonical runs, or of some of their rows."""
+    if rows is not None:
+        runs = replace(runs, x=np.ascontiguousarray(runs.x[rows]), y=runs.y[rows])
+    if len(runs.y) <= PACKED_RUNS or np.ptp(eta) > 0.0:
+        return PackedLandscape(packed_distances(runs, eta), runs.y, restricted)
+    eta = float(np.max(eta))
+    correlation = Correlation(
+        kind="gaussian" if eta == 2.0 else "power_exponential", eta=eta, labels=runs.labels
+    )
+    return DenseLandscape(
+        Likelihood(
+            x=runs.x,
+            f=np.ones((len(runs.y), 1)),
+            y=runs.y[:, None],
+            correlation=correlation,
+            groups=np.zeros(runs.x.shape[1], dtype=np.intp),
+            restricted=restricted,
+        ),
+        runs.units,
+    )

@@ -1,0 +1,438 @@
+"""Screening of inputs by the likelihood of a Kriging model: which inputs does the response depend on?
+
+    default   sparse multi-start ARD likelihood, backward pooling, exchange       surrogates.ard
+    forward   section 3.3 of the dissertation, literal                            surrogates.forward
+    welch     the maximum-likelihood original with free exponents                 surrogates.welch
+
+An input matters when it needs a theta of its own (eq. 3.7); the others share one common theta. The
+criterion is the restricted log-likelihood l of eq. (3.13): l, not 2 l, constant 0, larger is better.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils.validation import _check_feature_names_in, check_is_fitted, validate_data
+
+from .ard import ard_screening, threshold_for
+from .canonical import CanonicalRuns, canonical_runs
+from .diagnosis import close_pairs
+from .errors import TooFewRuns
+from .forward import forward_path
+from .landscape import Optimum, landscape_of, left_out_q2
+from .runs import LabelCodes, check_finite, refuse_text
+from .verdict import ScreeningDiagnosis, judge
+from .welch import welch_path
+
+__all__ = ["METHODS", "KrigingScreener", "ScreeningStep"]
+
+Array = NDArray[np.float64]
+
+METHODS = ("default", "forward", "welch")
+FEWEST_RUNS = 3
+# chi^2 with one degree, 95 %: fits Tables 3.1 and 3.2, whose rule is "no large increment"
+FORWARD_THRESHOLD = 1.92
+DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
+FORWARD_NUGGET = 1e-8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScreeningStep:
+    """One line of a screening path, as in Table 3.1.
+
+    Attributes:
+        step: 1 for the first selected input.
+        selected: inputs with a theta of their own so far, in the order in which they entered.
+        added: the inputs that this step added (several if they were grouped).
+        theta_common: of the inputs that share one; of the box scaled to [0, 1] in every input unless the
+            method is "forward" or "welch", which take the inputs as given. 0 when no input is left.
+        theta: (d,) in the coordinates of X; 0 for constant inputs.
+        sigma2: process variance, unit of y squared.   nugget: relative to it.
+        log_likelihood: l.   gain: l minus that of the step before.
+        accepted: whether the step belongs to the selection.
+        eta: (d,) exponents of the correlation.
+    """
+
+    step: int
+    selected: tuple[int, ...]
+    added: tuple[int, ...]
+    theta_common: float
+    theta: Array
+    sigma2: float
+    nugget: float
+    log_likelihood: float
+    gain: float
+    accepted: bool
+    eta: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Found:
+    """What a method hands back: nested optima from the empty set on, and its search."""
+
+    sets: list[tuple[int, ...]]
+    optima: list[Optimum]
+    accepted: int
+    etas: list[Array]
+    starts: int = 0
+    starts_at_best: int = 0
+    search_runs: int = 0
+    evaluations: int = 0
+    rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
+
+
+class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
+    """Select the inputs that a response depends on.
+
+    Args:
+        method: "default", "forward" (as published) or "welch" (the maximum-likelihood original).
+        criterion: "reml" (eq. 3.13) or "ml" (eq. 3.11); "welch" always takes "ml".
+        threshold: gain in l that an input must bring. By default 1.92 for "forward" and "welch"; else the
+        gain
+            that the inert inputs together exceed with probability 0.2 (2.71 for 20 inputs).
+        n_features: number of inputs to select, instead of choosing it by the threshold.
+        n_starts: most ascents of the default method.
+        enough: the default method stops starting when its best maximum was reached so many times.
+        nugget: noise variance relative to sigma^2. None leaves it free above 1e-4 (method "default") or takes
+            1e-8; a number fixes it; a pair bounds it.
+        eta: exponent of the correlation, 1 to 2 ("welch" chooses its own).
+        categorical: columns that hold labels (numbers or strings).
+        groups: sets of columns that share one theta and are selected together.
+        seed: of the starts. Same seed and data, same result, in whatever order the data come.
+
+    Attributes:
+        selected_: selected inputs, 0-based, most active first.
+        ranking_: all inputs, most active first.
+        path_: a `ScreeningStep` per step.
+        theta_, sigma2_, nugget_, log_likelihood_: at the selected set; theta_ in the coordinates of X.
+        diagnosis_: a `ScreeningDiagnosis`.
+        n_features_in_, feature_names_in_: of X.
+
+    >>> import numpy as np
+    >>> x = np.random.default_rng(1).random((30, 6))
+    >>> screener = KrigingScreener().fit(x, np.sin(5 * x[:, 2]) + x[:, 4] ** 2)
+    >>> screener.selected_, screener.diagnosis_.resolved
+    (array([2, 4]), True)
+    """
+
+    def __init__(
+        self,
+        *,
+        method: str = "default",
+        criterion: str = "reml",
+        threshold: float | None = None,
+        n_features: int | None = None,
+        n_starts: int = 120,
+        enough: int = 6,
+        nugget: float | tuple[float, float] | None = None,
+        eta: float = 2.0,
+        categorical: Sequence[int] = (),
+        groups: Sequence[Sequence[int]] = (),
+        seed: int = 0,
+    ) -> None:
+        self.method = method
+        self.criterion = criterion
+        self.threshold = threshold
+        self.n_features = n_features
+        self.n_starts = n_starts
+        self.enough = enough
+        self.nugget = nugget
+        self.eta = eta
+        self.categorical = categorical
+        self.groups = groups
+        self.seed = seed
+
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+        """Screen runs X (n, d) with responses y (n,).
+
+        Raises ValueError for text, NaN or infinity (naming the run) and options that do not fit; TooFewRuns.
+        """
+        self._check_options()
+        if len(self.categorical):
+            self._codes = LabelCodes(self.categorical, X)
+            X = self._codes(X)
+        else:
+            refuse_text(X)
+        if isinstance(y, np.ndarray | list | tuple) and np.asarray(y).dtype.kind == "f" and np.ndim(X) == 2:
+            check_finite(np.zeros((len(y), 0)), np.asarray(y), range(len(y)))  # scikit-learn names no run
+        X, y = validate_data(
+            self, X, y, y_numeric=True, ensure_all_finite=False, dtype=np.float64, ensure_min_samples=1
+        )
+        x, y = np.asarray(X, dtype=float), np.asarray(y, dtype=float)
+        check_finite(x, y, range(len(y)))
+        n, d = x.shape
+        if n < FEWEST_RUNS:
+            raise TooFewRuns(f"a screening needs at least {FEWEST_RUNS} runs, got n_samples = {n}: add runs")
+        self._check_columns(d)
+        literal = self.method != "default"
+        labels = tuple(int(k) % d for k in self.categorical)
+        runs = canonical_runs(x, y, labels=labels, groups=self.groups, scaled=not literal)
+        threshold = self._threshold(len(runs.units))
+        bounds = self._nugget_bounds(runs)
+        # a response whose spread is rounding of its mean is constant
+        constant = runs.scale <= 1e-13 * float(np.abs(y).max()) or not runs.units
+        found = None if constant else self._search(runs, threshold, bounds)
+        self._record(runs, found, threshold, bounds, x)
+        return self
+
+    def _search(self, runs: CanonicalRuns, threshold: float, bounds: tuple[float, float]) -> _Found:
+        size = None if self.n_features is None else min(self.n_features, len(runs.units))
+        restricted = self.criterion == "reml"
+        if self.method == "default":
+            return _default(self, runs, threshold, bounds, size, restricted)
+        if self.method == "forward":
+            landscape = landscape_of(runs, restricted=restricted, eta=self.eta)
+            base, path = forward_path(landscape, nugget=bounds, threshold=threshold, steps=size)
+            etas = [np.full(len(runs.units), self.eta)] * (len(path) + 1)
+        else:
+            base, path, etas = welch_path(runs, nugget=bounds, threshold=threshold, steps=size)
+        sets: list[tuple[int, ...]] = [()]
+        for step in path:
+            sets.append((*sets[-1], step.added))
+        accepted = len(path) if size is not None else sum(s.gain >= threshold for s in path)
+        return _Found(sets=sets, optima=[base, *(s.optimum for s in path)], accepted=accepted, etas=etas)
+
+    def _record(
+        self,
+        runs: CanonicalRuns,
+        found: _Found | None,
+        threshold: float,
+        bounds: tuple[float, float],
+        x: Array,
+    ) -> None:
+        n, d = x.shape
+        q2, margin, base = float("nan"), float("inf"), float("nan")
+        steps: list[ScreeningStep] = []
+        order: list[int] = []
+        if found is not None:
+            steps, base = self._steps(runs, found, d)
+            order = [k for step in steps for k in step.added]
+            best = found.optima[found.accepted]
+            landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
+            q2 = left_out_q2(landscape, best)
+            chosen = set(found.sets[found.accepted])
+            margin = min((gap for s, gap in found.rivals if not chosen <= set(s)), default=float("inf"))
+            scores = landscape.scores(best)
+            # the inputs beyond the path, by how much l would rise with a theta of their own
+            for u in np.argsort(-scores, kind="stable"):
+                order += [k for k in runs.given(int(u)) if k not in order]
+        order += [k for k in range(d) if k not in order]
+        accepted = [s for s in steps if s.accepted]
+        self.path_ = steps
+        self.selected_ = np.array(accepted[-1].selected if accepted else (), dtype=np.intp)
+        self.ranking_ = np.array(order, dtype=np.intp)
+        last = accepted[-1] if accepted else None
+        self.theta_ = last.theta if last else np.zeros(d)
+        self.sigma2_ = last.sigma2 if last else runs.scale**2
+        self.nugget_ = last.nugget if last else bounds[0]
+        self.log_likelihood_ = last.log_likelihood if last else base
+        repeated = tuple(p for p in runs.repeated if set(p) & set(self.selected_.tolist()))
+        resolved, verdict, advice = judge(
+            n_runs=n,
+            n_selected=len(accepted),
+            constant_response=found is None,
+            margin=margin if self.method == "default" else None,
+            q2=q2,
+            starts_at_best=found.starts_at_best if found else 0,
+            repeated=repeated,
+        )
+        low, high = x.min(axis=0), x.max(axis=0)
+        equal, near = close_pairs((x - low) / np.where(high > low, high - low, 1.0))
+        self.diagnosis_ = ScreeningDiagnosis(
+            n_runs=n,
+            n_inputs=d,
+            method=self.method,
+            criterion=_criterion(self.criterion if self.method != "welch" else "ml"),
+            rule=self._rule(threshold),
+            threshold=threshold,
+            base_log_likelihood=base,
+            nugget=self.nugget_,
+            nugget_bounds=bounds,
+            starts=found.starts if found else 0,
+            starts_at_best=found.starts_at_best if found else 0,
+            search_runs=found.search_runs if found and found.search_runs else n,
+            evaluations=found.evaluations if found else 0,
+            rivals=tuple((tuple(sorted(k for u in s for k in runs.given(u))), gap) for s, gap in found.rivals)
+            if found
+            else (),
+            margin=margin,
+            q2=q2,
+            duplicates=tuple(equal),
+            near_duplicates=tuple(near),
+            constant=runs.constant,
+            repeated=runs.repeated,
+            resolved=resolved,
+            verdict=verdict,
+            advice=advice,
+        )
+
+    def _steps(self, runs: CanonicalRuns, found: _Found, d: int) -> tuple[list[ScreeningStep], float]:
+        n = len(runs.y)
+        shift = (n - 1 if self.criterion == "reml" and self.method != "welch" else n) * np.log(runs.scale)
+        steps: list[ScreeningStep] = []
+        order: list[int] = []
+        for i, (chosen, optimum) in enumerate(zip(found.sets, found.optima, strict=True)):
+            if i == 0:
+                continue
+            new = [u for u in chosen if u not in found.sets[i - 1]]
+            added = tuple(k for u in new for k in runs.given(u))
+            order += added
+            log_theta, eta = optimum.log_theta(len(runs.units)), found.etas[i]
+            theta, etas = np.zeros(d), np.full(d, self.eta)
+            for u, columns in enumerate(runs.units):
+                for k in columns:
+                    theta[runs.columns[k]] = np.exp(log_theta[u]) / runs.span[k] ** eta[u]
+                    etas[runs.columns[k]] = eta[u]
+            pooled = len(optimum.partition) > len(chosen)
+            steps.append(
+                ScreeningStep(
+                    step=i,
+                    selected=tuple(order),
+                    added=added,
+                    theta_common=float(np.exp(optimum.phi[len(chosen)])) if pooled else 0.0,
+                    theta=theta,
+                    sigma2=optimum.sigma2 * runs.scale**2,
+                    nugget=float(np.exp(optimum.phi[-1])),
+                    log_likelihood=float(optimum.value - shift),
+                    gain=float(optimum.value - found.optima[i - 1].value),
+                    accepted=i <= found.accepted,
+                    eta=etas,
+                )
+            )
+        return steps, float(found.optima[0].value - shift)
+
+    def get_support(self, indices: bool = False) -> NDArray[Any]:
+        """Mask of the selected inputs (d,), or their sorted indices."""
+        check_is_fitted(self)
+        at = np.sort(self.selected_)
+        if indices:
+            return at
+        mask = np.zeros(self.n_features_in_, dtype=bool)
+        mask[at] = True
+        return mask
+
+    def transform(self, X: ArrayLike) -> Array:
+        """The selected columns of X in their given order, (m, k)."""
+        check_is_fitted(self)
+        if len(self.categorical):
+            X = self._codes(X)
+        X = validate_data(self, X, reset=False, dtype=np.float64)
+        return np.asarray(X, dtype=float)[:, self.get_support()]
+
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
+        """Names of the selected columns."""
+        check_is_fitted(self)
+        return np.asarray(_check_feature_names_in(self, input_features))[self.get_support()]
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        tags.input_tags.categorical = bool(len(self.categorical))
+        return tags
+
+    def _threshold(self, n_units: int) -> float:
+        if self.threshold is not None:
+            return float(self.threshold)
+        return threshold_for(max(n_units, 1)) if self.method == "default" else FORWARD_THRESHOLD
+
+    def _rule(self, threshold: float) -> str:
+        if self.n_features is not None:
+            return f"{self.n_features} inputs, as asked"
+        if self.method == "default":
+            return f"the set with the largest l - {threshold:.2f} x number of inputs"
+        return f"forward until the gain in l falls below {threshold:.2f}"
+
+    def _nugget_bounds(self, runs: CanonicalRuns) -> tuple[float, float]:
+        if isinstance(self.nugget, tuple):
+            return float(self.nugget[0]), float(self.nugget[1])
+        if self.nugget is not None:
+            return float(self.nugget), float(self.nugget)
+        if self.method == "default":
+            return DEFAULT_NUGGET
+        # equal inputs with unequal responses: their variance is the least noise there can be
+        noise = _replicate_variance(runs)
+        value = max(FORWARD_NUGGET, noise)
+        return value, value
+
+    def _check_options(self) -> None:
+        if self.method not in METHODS:
+            raise ValueError(f"method needs one of {', '.join(METHODS)}, got {self.method!r}")
+        if self.criterion not in ("reml", "ml"):
+            raise ValueError(f"criterion needs 'reml' or 'ml', got {self.criterion!r}")
+        if not 1.0 <= self.eta <= 2.0:
+            raise ValueError(f"eta needs 1 <= eta <= 2, got {self.eta}")
+        if self.n_features is not None and self.n_features < 1:
+            raise ValueError(f"n_features needs at least 1, got {self.n_features}")
+        if self.n_starts < 1 or self.enough < 1:
+            raise ValueError(
+                f"n_starts and enough need at least 1, got n_starts={self.n_starts} and enough={self.enough}"
+            )
+        pair = self.nugget if isinstance(self.nugget, tuple) else (self.nugget, self.nugget)
+        if pair[0] is not None and pair[1] is not None and not 0.0 < pair[0] <= pair[1]:
+            raise ValueError(f"nugget needs a positive number or a pair 0 < low <= high, got {self.nugget}")
+
+    def _check_columns(self, d: int) -> None:
+        flat = [int(k) for group in self.groups for k in group]
+        wrong = [k for k in flat if not 0 <= k < d]
+        if wrong:
+            raise ValueError(f"groups need columns 0 to {d - 1}, got {wrong[0]}")
+        twice = [k for k in set(flat) if flat.count(k) > 1]
+        if twice:
+            raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
+
+
+def _default(
+    screener: KrigingScreener,
+    runs: CanonicalRuns,
+    threshold: float,
+    bounds: tuple[float, float],
+    size: int | None,
+    restricted: bool,
+) -> _Found:
+    result = ard_screening(
+        runs,
+        restricted=restricted,
+        eta=screener.eta,
+        nugget=bounds,
+        threshold=threshold,
+        n_starts=screener.n_starts,
+        enough=screener.enough,
+        size=size,
+        rng=np.random.default_rng(screener.seed),
+    )
+    sets, optima = list(result.chain.sets[::-1]), list(result.chain.optima[::-1])
+    # in the order of entering: the last to be pooled comes first
+    entered: tuple[int, ...] = ()
+    ordered = []
+    for s in sets:
+        entered = (*entered, *(u for u in s if u not in entered))
+        ordered.append(entered)
+    return _Found(
+        sets=ordered,
+        optima=optima,
+        accepted=len(sets) - 1 - result.chosen,
+        etas=[np.full(len(runs.units), screener.eta)] * len(sets),
+        starts=result.search.starts,
+        starts_at_best=result.search.reached[0],
+        search_runs=result.search_runs,
+        evaluations=result.search.evaluations,
+        rivals=result.rivals,
+    )
+
+
+def _criterion(name: str) -> str:
+    what = "restricted log-likelihood l of (3.13)" if name == "reml" else "log-likelihood l of (3.11)"
+    return f"{what}, constant 0, larger is better"
+
+
+def _replicate_variance(runs: CanonicalRuns) -> float:
+    """Variance of standardised responses of runs with equal inputs, 0 without such runs."""
+    _, at, count = np.unique(runs.x, axis=0, return_inverse=True, return_counts=True)
+    at = at.ravel()
+    if count.max() == 1:
+        return 0.0
+    mean = np.bincount(at, runs.y) / count
+    return float(((runs.y - mean[at]) ** 2).sum() / (count - 1).sum())

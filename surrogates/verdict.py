@@ -1,0 +1,112 @@
+"""What a screening found out about its data and itself, and whether it may be believed.
+
+A screening is *resolved* when the selected set beats every set that misses one of its inputs by a clear
+margin of likelihood, its Kriging predicts the runs left out, and the best maximum was reached from several
+starts. If one of these fails, the verdict is "not resolved", with the reason and what to do: an honest
+answer that a selection of inputs alone cannot give.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = ["ScreeningDiagnosis", "judge"]
+
+CLEAR_MARGIN = 2.0  # in l: the rival set is e^2 = 7 times less likely
+FAIR_Q2 = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScreeningDiagnosis:
+    """Facts about one screening; inputs by column, runs by row, both 0-based as given.
+
+    Attributes:
+        n_runs, n_inputs: sizes.
+        method, criterion, rule: in words, with sign, factor and constant.
+        threshold: gain in l that an input must bring.
+        base_log_likelihood: l with one theta for all inputs.
+        nugget: at the selected set, relative to sigma2; `nugget_bounds` what it was allowed.
+        starts, starts_at_best, search_runs: ascents, how many reached the best maximum, runs they saw.
+        evaluations: likelihoods of the multi-start.
+        rivals: other sets, with the fall of l - threshold * size from the selected set to them.
+        margin: the smallest fall to a set that misses a selected input; inf when there is none.
+        q2: leave-one-out, of the Kriging with the selected inputs.
+        duplicates, near_duplicates: pairs of runs.   constant, repeated: inputs; pairs of inputs.
+        resolved, verdict, advice: the judgement, in words.
+    """
+
+    n_runs: int
+    n_inputs: int
+    method: str
+    criterion: str
+    rule: str
+    threshold: float
+    base_log_likelihood: float
+    nugget: float
+    nugget_bounds: tuple[float, float]
+    starts: int
+    starts_at_best: int
+    search_runs: int
+    evaluations: int
+    rivals: tuple[tuple[tuple[int, ...], float], ...]
+    margin: float
+    q2: float
+    duplicates: tuple[tuple[int, int], ...]
+    near_duplicates: tuple[tuple[int, int], ...]
+    constant: tuple[int, ...]
+    repeated: tuple[tuple[int, int], ...]
+    resolved: bool
+    verdict: str
+    advice: str
+
+
+def judge(
+    *,
+    n_runs: int,
+    n_selected: int,
+    constant_response: bool,
+    margin: float | None,
+    q2: float,
+    starts_at_best: int,
+    repeated: Sequence[tuple[int, int]],
+) -> tuple[bool, str, str]:
+    """Whether the screening is resolved, the verdict in a sentence, and what to do.
+
+    `margin` is None for a greedy method, which knows no rival sets and therefore cannot be resolved.
+
+    >>> facts = {"n_runs": 50, "n_selected": 3, "constant_response": False, "repeated": ()}
+    >>> print(judge(**facts, margin=9.0, q2=0.97, starts_at_best=8)[1])
+    resolved: every set that misses a selected input is at least 9.0 lower in log-likelihood
+    """
+    if constant_response:
+        return False, "nothing to screen: the response is constant", "check the response; widen the bounds"
+    if n_selected == 0:
+        return (
+            False,
+            "not resolved: no input explains the response better than noise does",
+            "add runs (twice as many), or average out the noise, or choose a less noisy response",
+        )
+    if margin is None:
+        return (
+            False,
+            "not judged: a greedy path knows no rival sets",
+            "compare with method='default', which searches for them",
+        )
+    reasons, cures = [], []
+    if margin < CLEAR_MARGIN:
+        reasons.append(f"a set without one of the selected inputs is only {max(margin, 0.0):.1f} lower in l")
+        cures.append(f"add about {max(8, n_runs // 4)} runs to the design")
+    if not q2 >= FAIR_Q2:
+        reasons.append(f"the selected inputs predict left-out runs poorly (Q2 = {q2:.2f})")
+        cures.append("add runs, or look for an input that varied but is not in the table")
+    if starts_at_best == 1:
+        reasons.append("the best maximum was reached by a single start")
+        cures.append("screen again with more starts")
+    advice = "; ".join(dict.fromkeys(cures))
+    if repeated:
+        pairs = ", ".join(f"{i} and {j}" for i, j in repeated)
+        known = f"inputs {pairs} cannot be told apart from these runs"
+        advice = f"{advice}; {known}" if advice else known
+    if reasons:
+        return False, "not resolved: " + "; ".join(reasons), advice
+    gap = f"at least {margin:.1f} lower" if margin < 1e300 else "much lower"
+    return True, f"resolved: every set that misses a selected input is {gap} in log-likelihood", advice
