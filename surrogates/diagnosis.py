@@ -95,7 +95,8 @@ def constant_columns(x: Array) -> tuple[int, ...]:
 
 def repeated_columns(x: Array) -> tuple[tuple[int, int], ...]:
     """Pairs of columns of x (scaled to width 1, centred) that are equal, or equal with the sign turned."""
-    live = [k for k in range(x.shape[1]) if np.ptp(x[:, k]) > 0.0]
+    # two runs make every column equal
+    live = [k for k in range(x.shape[1]) if np.ptp(x[:, k]) > 0.0 and len(x) > 2]
     found = []
     for a, k in enumerate(live):
         rest = np.array(live[a + 1 :], dtype=np.intp)
@@ -148,7 +149,8 @@ def advise(d: Diagnosis) -> str:
         said.append(f"trend terms left out: {', '.join(d.dropped_trend_terms[:5])}")
     if not said:
         word = "good" if d.q2 >= GOOD_Q2 else "usable"
-        said.append(f"nothing to object to: leave-one-out Q2 is {d.q2:.3f} ({word})")
+        q2 = f"leave-one-out Q2 is {d.q2:.3f} ({word})" if np.isfinite(d.q2) else "Q2 is not defined"
+        said.append(f"nothing to object to: {q2}")
     text = "; ".join(said)
     return text[0].upper() + text[1:] + "."
 

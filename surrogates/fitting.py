@@ -17,7 +17,7 @@ COARSE, FINE = 1e-3, 1e-9  # gain in l at which an ascent stops
 AGREE = 0.05  # two optima closer than this in l count as one
 MANY_RUNS = 250  # above, the starts climb on a subsample
 SUBSAMPLE = 150
-SURVIVORS = 3
+SURVIVORS, TRIAL = 3, 12  # ascents on all runs; evaluations before the best of them is chosen
 NUGGET_BOUNDS = (1e-10, 10.0)
 ETA_BOUNDS = (1.0, 2.0)
 SIGMA2_BOUNDS = (1e-6, 1e6)  # for responses of unit variance
@@ -113,7 +113,7 @@ def search(
         climber = likelihood.subset(rows)
     ends: list[Ascent] = []
     for start in starts:
-        end = ascend(climber.evaluate, start, lower=lower, upper=upper, tolerance=COARSE)
+        end = _climb(climber, start, lower, upper)
         if end is not None:
             evaluations += end.evaluations
             ends.append(end)
@@ -129,7 +129,7 @@ def search(
             lower=lower,
             upper=upper,
             tolerance=COARSE if sampled else FINE,
-            max_evaluations=30 if sampled else 100,
+            max_evaluations=TRIAL if sampled else 100,
         )
         if final is not None:
             evaluations += final.evaluations
@@ -137,12 +137,25 @@ def search(
     if not finals:
         return None
     best = max(finals, key=lambda end: end.value)
+    if sampled and not best.converged:
+        further = ascend(
+            likelihood.evaluate,
+            best.parameters,
+            lower=lower,
+            upper=upper,
+            tolerance=COARSE,
+            max_evaluations=60,
+        )
+        if further is not None:
+            evaluations += further.evaluations
+            best = further
     # starts that stopped short of a shared flat top still agree with it
     agree = values > max(float(values[0]), best.value if not sampled else -np.inf) - AGREE
     agree[0] = True
     others = values[~agree]
     if sampled and len(finals) > 1:
-        others = np.array([f.value for f in finals if f is not best and f.value < best.value - AGREE])
+        others = np.array(sorted(f.value for f in finals)[:-1])
+        others = others[others < best.value - AGREE]
     reference = best.value
     return Search(
         vector=best.parameters,
@@ -155,6 +168,17 @@ def search(
         evaluations=evaluations,
         converged=best.converged,
     )
+
+
+def _climb(likelihood: Likelihood, start: Array, lower: Array, upper: Array) -> Ascent | None:
+    """Ascend from the start, or from a rougher one where the matrix is singular."""
+    g = likelihood.n_groups
+    while True:
+        end = ascend(likelihood.evaluate, start, lower=lower, upper=upper, tolerance=COARSE)
+        if end is not None or (start[:g] >= upper[:g]).all():
+            return end
+        start = start.copy()
+        start[:g] = np.minimum(start[:g] + 3.0, upper[:g])
 
 
 def _distinct(ends: list[Ascent]) -> list[Ascent]:

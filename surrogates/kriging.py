@@ -39,7 +39,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         correlation: "gaussian", "power_exponential", "matern32" or "matern52"; see `surrogates.correlation`.
         eta: exponent of the power-exponential correlation in [1, 2], or "free".
         nugget: noise variance of every run relative to sigma^2. A number is used as it is (0 interpolates);
-            "auto" is 1e-8, or estimated when runs with equal inputs have different responses; "
+            "auto" is 1e-8, or estimated when (nearly) equal inputs have different responses; "
             ""estimate" maximises
             the likelihood over it; "ladder" takes the best of 1e-2, 1e-4, 1e-6 and 1e-8.
         theta: fixed values, (d,) or a number, in the coordinates of X: nothing is searched.
@@ -130,20 +130,26 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             X = self._codes(X)
         else:
             refuse_text(X)
+        response = np.asarray(y)
+        if (
+            response.dtype.kind == "f" and response.ndim > 0
+        ):  # before scikit-learn says so without naming the run
+            names = _names(run_ids, len(response))
+            check_finite(np.zeros((len(response), 0)), response, names)
         x, target = validate_data(
             self, X, y, dtype=np.float64, order="C", y_numeric=True, ensure_all_finite=False
         )
         n, d = x.shape
-        ids = tuple(range(n)) if run_ids is None else tuple(run_ids)
-        if len(ids) != n:
-            raise ValueError(f"run_ids needs one entry per run, got {len(ids)} for {n} runs")
+        ids = _names(run_ids, n)
         target = np.asarray(target, dtype=np.float64)
         check_finite(x, target, ids)
         labels = tuple(sorted({int(k) % d for k in self.categorical or ()}))
         return prepare(x, target, trend=self.trend, labels=labels, ids=ids)
 
     def _likelihood(self, runs: Runs, noise: ArrayLike | None) -> Likelihood:
-        equal, _ = close_pairs(runs.u)
+        equal, nearly = close_pairs(runs.u)
+        y, jump = runs.observed, 1e-3 * runs.scale  # between runs 1e-6 apart: no smooth response does that
+        replicated = any(y[i] != y[j] for i, j in equal) or any(abs(y[i] - y[j]) > jump for i, j in nearly)
         return likelihood_of(
             runs,
             criterion=self.criterion,
@@ -152,7 +158,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             nugget=self.nugget,
             noise=noise,
             groups=self.groups,
-            replicated=any(runs.observed[i] != runs.observed[j] for i, j in equal),
+            replicated=replicated,
         )
 
     def _estimated(self, runs: Runs, likelihood: Likelihood) -> Estimate:
@@ -297,6 +303,14 @@ def _condition(factor: Factor, diagonal: Array | float) -> float:
 
 def _inputs(likelihood: Likelihood, at: NDArray[np.bool_]) -> tuple[int, ...]:
     return tuple(int(k) for k in np.flatnonzero(at[: likelihood.n_groups][likelihood.groups]))
+
+
+def _names(run_ids: Sequence[Hashable] | None, n: int) -> tuple[Hashable, ...]:
+    if run_ids is None:
+        return tuple(range(n))
+    if len(run_ids) != n:
+        raise ValueError(f"run_ids needs one entry per run, got {len(run_ids)} for {n} runs")
+    return tuple(run_ids)
 
 
 def _named(runs: Runs, pairs: list[tuple[int, int]]) -> tuple[tuple[Hashable, Hashable], ...]:

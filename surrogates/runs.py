@@ -97,7 +97,7 @@ def _is_number(text: str) -> bool:
 
 def check_finite(x: Array, y: Array, names: Iterable[Hashable]) -> None:
     """Raise a ValueError that names the first run with a NaN or an infinity."""
-    for name, values in (("X", x), ("y", y.reshape(len(x), -1))):
+    for name, values in (("X", x), ("y", y.reshape(len(y), -1))):
         bad = np.argwhere(~np.isfinite(values))
         if len(bad):
             i, k = bad[0]

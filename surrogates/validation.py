@@ -52,8 +52,10 @@ def leave_one_out(observed: Array, error: Array, std: Array, *, run_ids: tuple[H
     with np.errstate(divide="ignore", invalid="ignore"):
         standardised = np.where(std > 0.0, error / std, 0.0)
     usable = np.isfinite(std)
-    spread = float(((observed - observed.mean()) ** 2)[usable].sum())
-    squares = float((error[usable] ** 2).sum())
+    deviation = observed - observed.mean()
+    unit = float(np.abs(deviation).max()) or 1.0  # squares of a response of 1e-200 would be zero
+    spread = float(((deviation / unit) ** 2)[usable].sum())
+    squares = float(((error / unit)[usable] ** 2).sum())
     log_score = float("nan")
     if usable.any() and (std[usable] > 0.0).all():
         s = std[usable]

@@ -1,0 +1,170 @@
+"""Bad input: an answer with a diagnosis, or an error that says what to do. Warnings are errors in this
+suite."""
+
+import numpy as np
+import pytest
+
+from surrogates import Kriging, NotPositiveDefinite, TooFewRuns
+
+RNG = np.random.default_rng(0)
+X = RNG.random((25, 3))
+Y = np.sin(4 * X[:, 0]) + X[:, 1] * X[:, 2]
+SETTINGS = [
+    {},
+    {"nugget": "estimate"},
+    {"correlation": "matern52"},
+    {"criterion": "ml"},
+    {"trend": "linear"},
+    {"correlation": "power_exponential", "nugget": "ladder", "n_starts": 2},
+]
+CASES = {
+    "equal duplicates": (np.r_[X, X[:3]], np.r_[Y, Y[:3]]),
+    "unequal duplicates": (np.r_[X, X[:3]], np.r_[Y, Y[:3] + 0.3]),
+    "near duplicates": (np.r_[X, X[:1] + 1e-12], np.r_[Y, Y[:1] + 1e-3]),
+    "constant column": (np.c_[X, np.full(25, 3.0)], Y),
+    "repeated column": (np.c_[X, X[:, 0]], Y),
+    "mirrored column": (np.c_[X, 1 - X[:, 0]], Y),
+    "five runs": (X[:5], Y[:5]),
+    "constant response": (X, np.full(25, 7.0)),
+    "zero response": (X, np.zeros(25)),
+    "response x 1e12": (X, 1e12 * Y),
+    "response x 1e-12": (X, 1e-12 * Y),
+    "response x 1e-200": (X, 1e-200 * Y),
+    "input x 1e9": (X * [1e9, 1, 1], Y),
+    "input x 1e-9": (X * [1e-9, 1, 1], Y),
+    "shifted input": (X + 1e6, Y),
+    "shifted response": (X, Y + 1e9),
+    "one column": (X[:, :1], Y),
+    "all runs equal": (np.ones((25, 3)), Y),
+    "levels": (RNG.integers(0, 2, (25, 3)), Y),
+    "linear response": (X, X @ [1.0, 2.0, 3.0]),
+}
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+@pytest.mark.parametrize("case", CASES)
+def test_an_answer_with_a_diagnosis(case, settings):
+    x, y = CASES[case]
+    k = Kriging(**settings).fit(x, y)
+    mean, std = k.predict(x, return_std=True)
+    assert np.isfinite(mean).all()
+    assert np.isfinite(std).all()
+    assert (std >= 0).all()
+    assert k.diagnosis_.advice.endswith(".")
+    assert np.isfinite(k.leave_one_out().prediction).all()
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_two_and_three_runs(n):
+    k = Kriging().fit(X[:n], Y[:n])
+    assert np.abs(k.predict(X[:n]) - Y[:n]).max() < 1e-3
+    assert "Q2" in k.diagnosis_.advice
+
+
+def test_fewer_runs_than_inputs():
+    k = Kriging().fit(RNG.random((6, 10)), RNG.random(6))
+    assert k.theta_.shape == (10,)
+
+
+@pytest.mark.parametrize(
+    ("case", "words"),
+    [
+        (
+            "unequal duplicates",
+            "runs 0 and 25 have equal inputs and different responses: set nugget='estimate'",
+        ),
+        ("constant column", "input 3 never changes"),
+        ("repeated column", "inputs 0 and 3 carry the same values"),
+        ("mirrored column", "inputs 0 and 3 carry the same values"),
+        ("constant response", "the trend alone reproduces every response"),
+    ],
+)
+def test_the_advice_says_it(case, words):
+    x, y = CASES[case]
+    assert words.lower() in Kriging(nugget=1e-8).fit(x, y).diagnosis_.advice.lower()
+
+
+def test_pure_noise_is_not_trusted():
+    k = Kriging().fit(X, np.random.default_rng(3).normal(size=25))
+    assert k.diagnosis_.q2 < 0.5
+    assert "do not rely on predictions" in k.diagnosis_.advice
+
+
+def test_equal_runs_without_nugget_are_named():
+    x, y = CASES["unequal duplicates"]
+    with pytest.raises(
+        NotPositiveDefinite, match=r"runs run0 and run25 are 0 apart .* Remove one, or set nugget=1e-08"
+    ):
+        Kriging(nugget=0.0).fit(x, y, run_ids=[f"run{i}" for i in range(28)])
+    with pytest.raises(np.linalg.LinAlgError, match="runs 0 and 25"):
+        Kriging(nugget=0.0, theta=1.0).fit(x, y)
+
+
+@pytest.mark.parametrize(
+    ("row", "value", "message"),
+    [
+        (
+            4,
+            np.nan,
+            r"X holds NaN in run 4 in column 1 \(1 of 25 runs are not finite\): leave failed runs out",
+        ),
+        (0, -np.inf, "X holds infinity in run 0 in column 1"),
+    ],
+)
+def test_the_row_that_is_not_finite_is_named(row, value, message):
+    x = X.copy()
+    x[row, 1] = value
+    with pytest.raises(ValueError, match=message):
+        Kriging().fit(x, Y)
+
+
+def test_the_run_id_of_a_failed_run_is_named():
+    y = Y.copy()
+    y[7] = np.nan
+    with pytest.raises(ValueError, match=r"y holds NaN in run r7 \(1 of 25"):
+        Kriging().fit(X, y, run_ids=[f"r{i}" for i in range(25)])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"criterion": "map"}, "criterion needs 'reml' or 'ml', got 'map'"),
+        ({"trend": "cubic"}, "trend needs one of constant, linear, interactions, quadratic or a function"),
+        ({"correlation": "rbf"}, "correlation needs one of gaussian, power_exponential"),
+        ({"nugget": -1}, "nugget needs a number >= 0, got -1"),
+        ({"nugget": "free"}, "nugget needs a number or one of auto, estimate, ladder, got 'free'"),
+        ({"eta": 2.5}, r"eta needs a number in \[1, 2\] or 'free', got 2.5"),
+        ({"eta": "any"}, r"eta needs a number in \[1, 2\] or 'free', got 'any'"),
+        ({"n_starts": 0}, "n_starts needs a whole number >= 1, got 0"),
+        ({"theta": [1.0, 2.0]}, "theta needs 3 finite numbers >= 0"),
+        ({"theta_start": [-1.0, 1, 1]}, "theta_start needs 3 finite numbers >= 0"),
+        ({"theta_bounds": (2, 1)}, "theta_bounds needs 0 < low <= high"),
+        ({"theta_bounds": [1, 2, 3]}, r"theta_bounds needs \(low, high\) or shape \(3, 2\)"),
+        ({"groups": [1]}, "groups needs one label per input, got 1 for 3 inputs"),
+        ({"categorical": [5]}, "categorical needs columns below 3, got 5"),
+        ({"trend": np.ravel}, r"trend function needs to return an array of shape \(25, p\)"),
+        ({"trend": lambda x: x * np.nan}, "trend function needs to return finite numbers"),
+    ],
+)
+def test_settings_that_are_refused(settings, message):
+    with pytest.raises(ValueError, match=message):
+        Kriging(**settings).fit(X, Y)
+
+
+def test_runs_that_are_refused():
+    with pytest.raises(TooFewRuns, match="at least 2 runs, got n_samples = 1: add runs"):
+        Kriging().fit(X[:1], Y[:1])
+    with pytest.raises(TooFewRuns, match="trend 'quadratic' has 10 terms and needs at least 11 runs, got 10"):
+        Kriging(trend="quadratic").fit(X[:10], Y[:10])
+    with pytest.raises(ValueError, match="run_ids needs one entry per run, got 2 for 25 runs"):
+        Kriging().fit(X, Y, run_ids=[1, 2])
+    with pytest.raises(ValueError, match="noise needs variances >= 0"):
+        Kriging().fit(X, Y, noise=-np.ones(25))
+    text = np.array([["1.5", "red"], ["2.5", "blue"], ["3.0", "red"]], dtype=object)
+    with pytest.raises(
+        ValueError, match=r"column 1 holds text \('red' in row 0\): name it in categorical=\[1\]"
+    ):
+        Kriging().fit(text, [1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match="column 1 holds text"):
+        Kriging(categorical=[0]).fit(text, [1.0, 2.0, 3.0])
+    Kriging(categorical=[1]).fit(text, [1.0, 2.0, 3.0])
