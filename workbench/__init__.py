@@ -3,7 +3,9 @@
 Public names are loaded on first use, so `import workbench` and `import workbench.engine` stay light.
 """
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from workbench import _siblings
@@ -14,17 +16,32 @@ _siblings.check()
 
 # public name -> module that defines it
 _PUBLIC = {
+    "Campaign": "workbench.campaign",
     "Distribution": "workbench.space",
+    "History": "workbench.model",
     "Parameter": "workbench.space",
     "Response": "workbench.space",
     "Space": "workbench.space",
+    "Study": "workbench.study",
     "WorstCase": "workbench.worst_case",
+    "load_study": "workbench.study",
     "minimax": "workbench.minimax",
     "re_evaluate": "workbench.robust",
     "worst_case": "workbench.worst_case",
 }
 
 __all__ = sorted(_PUBLIC)
+
+
+class _Package(ModuleType):
+    """This package: importing the module `worst_case` must not hide the function `worst_case`."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _PUBLIC and isinstance(value, ModuleType)):  # the import system binds submodules here
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

@@ -124,6 +124,15 @@ class Parameter:
             return np.asarray(np.clip(np.log(p / low) / math.log(high / low), 0.0, 1.0))
         return np.asarray((p - low) / (high - low))
 
+    def canonical(self, value: Any) -> Any:
+        """The value as a model gets it: checked, of the right type, not rounded."""
+        if isinstance(value, np.generic):
+            value = value.item()
+        self.unit_of([value])
+        if self.levels:
+            return self.levels[self.levels.index(value)]
+        return round(value) if self.kind == "integer" else float(value)
+
     def quantile(self, probability: np.ndarray) -> np.ndarray:
         """Values at probabilities (n,): by the distribution cut off at the bounds, else as `physical`."""
         if self.distribution is None:

@@ -99,6 +99,15 @@ class Space:
         values = [p.physical(c).tolist() for p, c in zip(self.parameters, columns, strict=True)]
         return [dict(zip(self.names, row, strict=True)) for row in zip(*values, strict=True)]
 
+    def canonical(self, row: Mapping[str, Any]) -> dict[str, Any]:
+        """`row` in the space's order with checked values of the right type, untouched otherwise.
+
+        >>> Space([Parameter("n", lower=0, upper=9, kind="integer")]).canonical({"n": 3.0})
+        {'n': 3}
+        """
+        values = self._values(row)
+        return {p.name: p.canonical(v) for p, v in zip(self.parameters, values, strict=True)}
+
     def snap(self, unit_points: Any) -> np.ndarray:
         """The unit points (n, d) with every levelled coordinate moved to the position of its level."""
         out = np.array(self._columns(unit_points)).T.copy()

@@ -28,9 +28,15 @@ def test_names_are_sorted_and_exist():
     assert set(workbench.__all__) <= set(dir(workbench))
 
 
+def test_a_module_never_hides_the_function_of_its_name():
+    code = "import workbench.worst_case; from workbench import worst_case; print(callable(worst_case))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "True\n"
+
+
 def test_a_name_that_does_not_exist_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'workbench' has no attribute 'Campain'"):
-        workbench.Campain
+        getattr(workbench, "Campain")  # noqa: B009 - a misspelt attribute, on purpose
 
 
 def test_the_version_is_known():

@@ -1,0 +1,172 @@
+"""The command line: what loads, what is printed, and the exit codes 0, 2, 3, 4 and 5."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {"numpy", "pandas", "xarray", "matplotlib", "sklearn", "scipy", "numba", "pydantic", "jinja2", "doe"}
+
+
+def holdfast(*arguments, cwd=None):
+    """The finished command."""
+    return subprocess.run(
+        [sys.executable, "-m", "workbench", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, "COLUMNS": "80", "PYTHONPATH": os.getcwd()},
+    )
+
+
+def in_process(*arguments, capsys):
+    """Exit code, output and errors of the command, run here: quicker than a new interpreter."""
+    from workbench.cli import main
+
+    before, handler = sys.argv, signal.getsignal(signal.SIGTERM)
+    sys.argv = ["holdfast", *map(str, arguments)]
+    try:
+        main()
+        code = 0
+    except SystemExit as exc:
+        code = exc.code or 0
+    finally:
+        sys.argv = before
+        signal.signal(signal.SIGTERM, handler)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+STUDY = """
+[study]
+name = "s"
+[model]
+kind = "{kind}"
+{model}
+[[parameter]]
+name = "a"
+lower = 0
+upper = 1
+unit = "N"
+[[response]]
+name = "y"
+unit = "mm"
+[evaluate]
+timeout = 20
+{more}
+"""
+
+
+def write_study(folder, *, kind="python", model='function = "m.py:f"', more="", code="def f(a): return a"):
+    (folder / "m.py").write_text(code)
+    (folder / "s.toml").write_text(STUDY.format(kind=kind, model=model, more=more))
+    return folder / "s.toml"
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys; sys.argv = ['holdfast', '--help']\n"
+        "from workbench.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print('LOADED', *sys.modules)"
+    )
+    text = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    head, loaded = text.split("LOADED")
+    assert "worst-case" in head
+    assert not HEAVY & {name.split(".")[0] for name in loaded.split()}
+
+
+COMMANDS = ["run", "design", "tell", "screen", "worst-case", "report", "validate", "plan", "doctor", "demo"]
+
+
+def test_every_command_has_help(capsys):
+    code, out, _ = in_process("--help", capsys=capsys)
+    assert code == 0
+    for command in COMMANDS:
+        assert command in out
+        code, text, _ = in_process(command, "--help", capsys=capsys)
+        assert code == 0
+        assert "--json" in text
+        assert max(map(len, text.splitlines())) <= 80
+
+
+def test_wrong_usage_is_two():
+    done = holdfast("rum")
+    assert done.returncode == 2
+    assert "No such command 'rum'" in done.stderr
+    assert holdfast("run").returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+def test_a_wrong_file_is_two_with_its_line(tmp_path, capsys):
+    path = write_study(tmp_path, more="[worst_case]\nresponse = 'y'\nbudgt = 3")
+    code, out, err = in_process("run", path, capsys=capsys)
+    assert code == 2
+    assert err == "holdfast: s.toml, line 19: unknown key worst_case.budgt. Did you mean 'budget'?\n"
+    code, out, err = in_process("run", path, "--json", capsys=capsys)
+    assert (code, json.loads(out)["exit_code"]) == (2, 2)
+
+
+@pytest.mark.parametrize("command", [["validate"], ["run"]])
+def test_a_function_that_does_not_exist_is_two(tmp_path, capsys, command):
+    path = write_study(tmp_path, model='function = "m.py:g"', more='[design]\nkind = "table"\nfile = "p.csv"')
+    (tmp_path / "p.csv").write_text("a\n0\n0.5\n1\n")
+    code, _, err = in_process(*command, path, capsys=capsys)
+    assert code == 2
+    assert "function 'm.py:g': m.py has no 'g'" in err
+    assert "Traceback" not in err
+
+
+def test_design_tell_and_plan_on_a_model_of_somebody_else(tmp_path, capsys):
+    (tmp_path / "p.csv").write_text("a\n0\n0.5\n1\n")
+    path = write_study(tmp_path, kind="ask", model="", more='[design]\nkind = "table"\nfile = "p.csv"')
+    code, out, err = in_process("design", path, "--csv", tmp_path / "ask.csv", capsys=capsys)
+    assert (code, out.splitlines()[0]) == (0, "3 runs of 1 parameters (table), 3 without an answer")
+    rows = (tmp_path / "ask.csv").read_text().splitlines()
+    (tmp_path / "done.csv").write_text(
+        "\n".join([rows[0], *(f"{row}{k}.5" for k, row in enumerate(rows[1:3]))])
+    )
+    code, out, err = in_process("run", path, capsys=capsys)
+    assert code == 4
+    assert "3 runs wait for their results" in err
+    code, out, err = in_process("tell", path, tmp_path / "done.csv", "--json", capsys=capsys)
+    assert (code, json.loads(out)["waiting"]) == (0, 1)
+    code, out, err = in_process("plan", path, capsys=capsys)
+    assert code == 0
+    assert "2 ok, 1 queued" in out
+    code, out, err = in_process("plan", path, "--json", capsys=capsys)
+    assert json.loads(out)["stored"] == {"ok": 2, "queued": 1}
+
+
+def test_a_store_that_cannot_be_used_is_five(tmp_path, capsys):
+    path = write_study(tmp_path)
+    (tmp_path / "s.holdfast").write_text("in the way")
+    code, _, err = in_process("design", path, capsys=capsys)
+    assert code == 5
+    assert "cannot make the folder" in err
+
+
+def test_validate_says_what_it_found(tmp_path, capsys):
+    path = write_study(tmp_path, more='[design]\nkind = "sobol"\nruns = 4')
+    code, out, _ = in_process("validate", path, capsys=capsys)
+    assert (code, out) == (0, "s.toml is valid: 1 parameters, 1 responses, model python, stages design\n")
+    code, out, _ = in_process("validate", path, "--json", capsys=capsys)
+    assert json.loads(out)["study"]["design"] == {"kind": "sobol", "runs": 4}
+    code, out, _ = in_process("validate", "--schema", capsys=capsys)
+    assert "parameter" in json.loads(out)["required"]
+    code, _, err = in_process("validate", capsys=capsys)
+    assert code == 2
+    assert "give a study file, or --schema" in err
+
+
+def test_doctor_examines_the_installation(tmp_path):
+    done = holdfast("doctor", "--json", cwd=tmp_path)
+    found = json.loads(done.stdout)
+    assert done.returncode == 0, found
+    assert found["healthy"] is True
+    assert {c["check"] for c in found["checks"]} == {"versions", "names", "workers", "store", "extras"}

@@ -1,0 +1,8 @@
+"""`python -m workbench`, the same as `holdfast`."""
+
+from workbench.cli import main
+
+__all__: list[str] = []
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,282 @@
+"""The command line: a thin shell over the functions that a notebook calls too.
+
+Exit codes: 0 done, 2 a file or argument is not usable, 3 done with failed evaluations, 4 interrupted and
+resumable, 5 the store failed. With --json the figures go to standard output and everything else to standard
+error. Nothing heavy is imported before a command needs it.
+"""
+
+import json
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from workbench.errors import HoldfastError, Interrupted
+
+if TYPE_CHECKING:
+    from workbench.campaign import Campaign
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    help="Which uncertain parameters matter, where the worst case lies, which layout holds fast in it.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+StudyFile = Annotated[Path, typer.Argument(help="The study file, such as study.toml.", metavar="STUDY")]
+Folder = Annotated[Path | None, typer.Option(help="The campaign's folder [default: STUDY.holdfast].")]
+Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: the study's].")]
+KeepRuns = Annotated[bool, typer.Option(help="Keep stored runs although the model's source changed.")]
+Retry = Annotated[bool, typer.Option(help="Try failed runs again.")]
+
+OK, FAILED_RUNS, INTERRUPTED = 0, 3, 4
+
+
+@app.command()
+def run(
+    study: StudyFile,
+    folder: Folder = None,
+    workers: Workers = None,
+    keep_runs: KeepRuns = False,
+    retry_failed: Retry = False,
+    json_: Json = False,
+) -> None:
+    """Walk all stages of a study; run it again to continue where it stopped."""
+    with _campaign(study, folder, workers=workers, keep_runs=keep_runs) as campaign:
+        if retry_failed:
+            campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
+        found = campaign.run()
+        failures = campaign.failures()
+    _finish(found, json_, lambda: _tell_run(found), failures)
+
+
+@app.command()
+def design(
+    study: StudyFile,
+    folder: Folder = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Write the rows to run, with their keys, to this CSV.")
+    ] = None,
+    json_: Json = False,
+) -> None:
+    """Make the design and put its rows in the queue."""
+    from workbench.atomic import write_text
+    from workbench.stages import design as stage
+    from workbench.stages import queue_design
+    from workbench.telling import asked_csv
+
+    with _campaign(study, folder) as campaign:
+        document = stage(campaign)
+        asked = queue_design(campaign, document)
+        if csv is not None:
+            text = asked_csv(asked, campaign.study.space.names, list(campaign.study.reductions))
+            write_text(csv, text)
+        where = campaign.folder
+    what = f"{document['n']} runs of {document['d']} parameters ({document['algorithm']})"
+    lines = [f"{what}, {len(asked)} without an answer"]
+    lines += _quality_lines(document)
+    lines.append(f"written to {csv or where / 'design.json'}")
+    _finish(document, json_, lambda: _print(lines))
+
+
+@app.command()
+def tell(
+    study: StudyFile,
+    results: Annotated[Path, typer.Argument(help="A CSV of results.")],
+    folder: Folder = None,
+    json_: Json = False,
+) -> None:
+    """Take results that were made elsewhere: a CSV with keys or parameters, and responses."""
+    from dataclasses import asdict
+
+    from workbench.telling import tell_csv
+
+    with _campaign(study, folder) as campaign:
+        told = tell_csv(campaign, results)
+        left = len(campaign.ask())
+    document = {**asdict(told), "waiting": left}
+    line = (
+        f"{told.answered} runs answered, {told.new} new, {told.repeated} known already, {told.failed} failed"
+    )
+    line += f"; {left} still wait"
+    _finish(document, json_, lambda: _print([line]))
+
+
+@app.command()
+def screen(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Which parameters matter, from the runs that are stored."""
+    from workbench.console import screening_lines
+    from workbench.stages import screen as stage
+
+    with _campaign(study, folder) as campaign:
+        document = stage(campaign)
+    _finish(document, json_, lambda: _print(screening_lines(document)))
+
+
+@app.command("worst-case")
+def worst_case(study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False) -> None:
+    """Where the worst case lies; every candidate is confirmed by a true run."""
+    from workbench.console import worst_case_lines
+    from workbench.stages import worst_case as stage
+
+    with _campaign(study, folder, workers=workers) as campaign:
+        document = stage(campaign)
+        failures = campaign.failures()
+    _finish(document, json_, lambda: _print(worst_case_lines(document)), failures)
+
+
+@app.command()
+def report(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Write the report and the exports of what the folder holds."""
+    from workbench.stages import report as stage
+
+    with _campaign(study, folder) as campaign:
+        path = stage(campaign)
+    _finish({"report": str(path)}, json_, lambda: _print([f"report: {path}"]))
+
+
+@app.command()
+def validate(
+    study: Annotated[Path | None, typer.Argument(help="The study file.", metavar="STUDY")] = None,
+    schema: Annotated[bool, typer.Option(help="Print the JSON schema of study files, for editors.")] = False,
+    json_: Json = False,
+) -> None:
+    """Check a study file and its model without running anything."""
+    from workbench.study import json_schema, load_study
+    from workbench.validation import check_study
+
+    if schema:
+        print(json.dumps(json_schema(), indent=1))
+        return
+    if study is None:
+        raise typer.BadParameter("give a study file, or --schema")
+    found = check_study(load_study(study))
+    _finish(found, json_, lambda: _print([f"{study.name} is valid: {found['summary']}"]))
+
+
+@app.command()
+def plan(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """What `run` would do: stages, runs, runs already made, and how long that takes at the pace so far."""
+    from workbench.planning import plan_lines, plan_study
+    from workbench.study import load_study
+
+    document = plan_study(load_study(study), folder)
+    _finish(document, json_, lambda: _print(plan_lines(document)))
+
+
+@app.command()
+def doctor(json_: Json = False) -> None:
+    """Check this installation: versions, packages of the same name, workers, disk."""
+    from workbench.doctor import examine
+
+    found = examine()
+    _finish(found.to_dict(), json_, lambda: _print(found.lines()))
+    if not found.healthy:
+        raise typer.Exit(2)
+
+
+@app.command()
+def demo(
+    folder: Annotated[Path, typer.Option(help="Where to put the study and its campaign.")] = Path(
+        "holdfast-demo"
+    ),
+    json_: Json = False,
+) -> None:
+    """Run a shipped study from design to report."""
+    from workbench.demonstration import copy_study
+
+    study = copy_study(folder)
+    with _campaign(study, None) as campaign:
+        found = campaign.run()
+        failures = campaign.failures()
+    _finish(found, json_, lambda: _tell_run(found), failures)
+
+
+def main() -> None:
+    """The console command."""
+    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
+    try:
+        app()
+    except HoldfastError as exc:
+        _fail(str(exc), exc.exit_code)
+    except KeyboardInterrupt:
+        _fail("interrupted; the same command continues", INTERRUPTED)
+    except BrokenPipeError:
+        sys.stderr.close()
+        raise SystemExit(OK) from None
+
+
+def _fail(text: str, code: int) -> None:
+    if "--json" in sys.argv:
+        print(json.dumps({"error": text, "exit_code": code}))
+    print(f"holdfast: {text}", file=sys.stderr)
+    raise SystemExit(code)
+
+
+@contextmanager
+def _campaign(
+    study: Path, folder: Path | None, *, workers: int | None = None, keep_runs: bool = False
+) -> Iterator["Campaign"]:
+    """The campaign of a study with progress on standard error."""
+    from workbench.campaign import Campaign
+    from workbench.console import progress_for
+
+    progress = progress_for(sys.stderr)
+    try:
+        with Campaign.from_file(
+            study, folder=folder, workers=workers, keep_runs=keep_runs, progress=progress
+        ) as campaign:
+            yield campaign
+    except Interrupted:
+        progress.finished()
+        raise
+    finally:
+        progress.finished()
+
+
+def _finish(
+    document: Any, as_json: bool, tell_it: Callable[[], None], failures: dict[str, int] | None = None
+) -> None:
+    """Print the figures, and leave with 3 when runs failed."""
+    if as_json:
+        print(json.dumps(document, indent=1, sort_keys=True))
+    else:
+        tell_it()
+    if failures:
+        text = ", ".join(f"{n} {status}" for status, n in failures.items())
+        print(f"holdfast: runs without a value: {text} (see `holdfast failures`)", file=sys.stderr)
+        raise typer.Exit(FAILED_RUNS)
+
+
+def _tell_run(found: dict[str, Any]) -> None:
+    from workbench.console import screening_lines, worst_case_lines
+
+    if "design" in found:
+        _print(_quality_lines(found["design"]))
+    if "screen" in found:
+        _print(["", *screening_lines(found["screen"])])
+    if "worst_case" in found:
+        _print(["", *worst_case_lines(found["worst_case"])])
+    _print(["", f"report: {found['report']}"])
+
+
+def _quality_lines(document: dict[str, Any]) -> list[str]:
+    quality = document.get("quality") or {}
+    shown = [
+        f"{name} {entry['value']:.4g} (percentile {entry['percentile']:.0f})"
+        for name, entry in quality.items()
+    ]
+    return [f"design quality: {', '.join(shown)}"] if shown else []
+
+
+def _print(lines: list[str]) -> None:
+    print("\n".join(lines))

@@ -1,0 +1,61 @@
+"""What a study would do next: stages, runs to make, runs already made, time at the pace so far."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from workbench.atomic import read_json
+from workbench.store import Store
+from workbench.study import Study
+
+__all__ = ["plan_lines", "plan_study"]
+
+
+def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
+    """Per stage the runs it may make; runs stored by status; seconds per run; seconds left at most."""
+    place = folder or study.campaign_folder
+    counts: Counter[str] = Counter()
+    walls: list[float] = []
+    if (place / "runs.sqlite").exists():
+        store = Store.reading(place / "runs.sqlite")
+        try:
+            rows = store.rows()
+        finally:
+            store.close()
+        counts.update(row.status for row in rows)
+        walls = [row.wall for row in rows if row.wall is not None and row.batch in ("design", "worst_case")]
+    runs = {}
+    if study.design is not None and study.model["kind"] != "table":
+        document = read_json(place / "design.json")
+        runs["design"] = document["n"] if document else study.design.get("runs")
+    if study.worst_case is not None and study.model["kind"] != "table":
+        runs["worst_case"] = study.worst_case["budget"]
+    done = sum(n for status, n in counts.items() if status not in ("queued", "running"))
+    pace = sum(walls) / len(walls) if walls else None
+    most = sum(n for n in runs.values() if n)
+    left = None if pace is None else max(most - done, 0) * pace / study.evaluate.get("workers", 1)
+    stages = [n for n in ("design", "screen", "worst_case") if getattr(study, n) is not None]
+    return {
+        "folder": str(place),
+        "stages": [*stages, "report"],
+        "runs": runs,
+        "stored": dict(counts),
+        "seconds_per_run": pace,
+        "seconds_left_at_most": left,
+        "workers": study.evaluate.get("workers", 1),
+    }
+
+
+def plan_lines(document: dict[str, Any]) -> list[str]:
+    """The plan for a person."""
+    runs = []
+    for name, n in document["runs"].items():
+        count = "as many runs as the kind has" if n is None else f"up to {n} runs"
+        runs.append(f"{name.replace('_', ' ')}: {count}")
+    stored = ", ".join(f"{n} {status}" for status, n in document["stored"].items()) or "none"
+    lines = [f"stages: {', '.join(document['stages'])}", *runs, f"stored in {document['folder']}: {stored}"]
+    pace, workers = document["seconds_per_run"], document["workers"]
+    if pace is None:
+        return [*lines, "no run has been timed yet"]
+    left = f"at most {document['seconds_left_at_most']:.3g} s left with {workers} workers"
+    return [*lines, f"{pace:.3g} s per run so far; {left}"]

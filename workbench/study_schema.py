@@ -1,0 +1,146 @@
+"""The tables and keys of a study file, as pydantic models: types and defaults, unknown keys forbidden.
+
+`workbench.study` reads a file through them and turns every refusal into a message with file, line and key.
+Nothing else of the workbench imports this module, because building the models takes a third of a second.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = ["StudySchema"]
+
+Count = Annotated[int, Field(ge=1)]
+Positive = Annotated[float, Field(gt=0)]
+Text = Annotated[str, Field(min_length=1, max_length=1000)]
+Reduce = Literal["max", "min", "max_abs", "final", "mean", "at", "norm"]
+
+
+class Table(BaseModel):
+    """A table of the file: strict types, no unknown keys, no NaN."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class StudyTable(Table):
+    """`[study]`: what the campaign is called and the one seed of everything random in it."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]{0,99}$")]
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    title: Text | None = None
+
+
+class PythonTable(Table):
+    """`[model] kind = "python"`."""
+
+    kind: Literal["python"]
+    function: Text
+    version: Text = "1"
+
+
+class TableTable(Table):
+    """`[model] kind = "table"`: runs made elsewhere; `columns` maps our names to the file's."""
+
+    kind: Literal["table"]
+    file: Text
+    columns: dict[str, str] = Field(default_factory=dict)
+
+
+class AskTable(Table):
+    """`[model] kind = "ask"`: we write the rows to run, somebody else runs them and tells the results."""
+
+    kind: Literal["ask"]
+    version: Text = "1"
+
+
+class ParameterTable(Table):
+    """`[[parameter]]`."""
+
+    name: Text
+    lower: float | None = None
+    upper: float | None = None
+    unit: Text = "1"
+    kind: Literal["continuous", "integer", "discrete", "binary", "categorical"] = "continuous"
+    levels: list[float | str] | None = None
+    step: float | None = None
+    scale: Literal["linear", "log"] = "linear"
+    baseline: float | str | None = None
+    factor: list[float] | None = None
+    label: Text | None = None
+    distribution: dict[str, float | str] | None = None
+
+
+class ResponseTable(Table):
+    """`[[response]]`: `reduce` says how a time history becomes a number."""
+
+    name: Text
+    unit: Text = "1"
+    label: Text | None = None
+    reduce: Reduce | None = None
+    at: float | None = None
+    p: Annotated[float, Field(ge=1)] | None = None
+
+
+class DesignTable(Table):
+    """`[design]`: the options beside `kind` and `runs` belong to single kinds."""
+
+    kind: Text = "ihs"
+    runs: Count | None = None
+    file: Text | None = None
+    criterion: Text | None = None
+    swaps: Count | None = None
+    duplication: Count | None = None
+    target: Text | None = None
+    model: Text | None = None
+    pool: Count | None = None
+    levels: Count | None = None
+
+
+class EvaluateTable(Table):
+    """`[evaluate]`: how runs are made."""
+
+    engine: Literal["processes", "inline"] = "processes"
+    workers: Annotated[int, Field(ge=1, le=1024)] = 1
+    timeout: Positive | None = None
+    retries: Annotated[int, Field(ge=0, le=100)] = 0
+    memory: Annotated[str, Field(pattern=r"^[0-9]+(\.[0-9]+)? ?[kMGT]i?B$")] | None = None
+
+
+class ScreenTable(Table):
+    """`[screen]`."""
+
+    response: Text
+    method: Text = "default"
+
+
+class WorstCaseTable(Table):
+    """`[worst_case]`."""
+
+    response: Text
+    sense: Literal["max", "min"] = "max"
+    budget: Count = 60
+    tolerance: Positive | None = None
+    lipschitz: Positive | None = None
+
+
+class ReportTable(Table):
+    """`[report]`."""
+
+    title: Text | None = None
+
+
+class StudySchema(Table):
+    """The whole file."""
+
+    study: StudyTable
+    model: Annotated[PythonTable | TableTable | AskTable, Field(discriminator="kind")]
+    parameter: Annotated[list[ParameterTable], Field(min_length=1)]
+    response: Annotated[list[ResponseTable], Field(min_length=1)]
+    constraint: list[Text] = Field(default_factory=list)
+    design: DesignTable | None = None
+    evaluate: EvaluateTable = Field(default_factory=lambda: EvaluateTable())
+    screen: ScreenTable | None = None
+    worst_case: WorstCaseTable | None = None
+    layout: dict[str, Any] | None = None
+    robust: dict[str, Any] | None = None
+    report: ReportTable = Field(default_factory=lambda: ReportTable())

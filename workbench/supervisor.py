@@ -1,0 +1,147 @@
+"""Rows in, answers stored: whoever runs the model, results are committed in waves and failures are data.
+
+Everything here sees an engine only through `submit` and `completed`. An engine delivers at least once; a run
+is known by its key, so a repeated or late answer changes nothing.
+"""
+
+import socket
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from workbench.errors import Interrupted
+from workbench.model import Answer, Model, ModelSpec, call, open_model
+from workbench.store import Evaluation, Store
+
+__all__ = ["Engine", "InlineEngine", "Policy", "supervise"]
+
+WAVE = 0.025  # s: answers that arrive within it share one commit
+DEATHS = 2  # a row that ended its process this often is not tried again
+
+Watcher = Callable[[Sequence[Evaluation]], None]
+
+
+class Engine(Protocol):
+    """Runs rows, in whatever order they finish."""
+
+    capacity: int
+
+    def submit(self, task: Any, row: Mapping[str, Any], *, workdir: Path | None = None) -> None:
+        """Begin a run; at most `capacity` are under way."""
+
+    def completed(self, *, wait: float | None = None) -> list[tuple[Any, Answer]]:
+        """Finished tasks with answers; waits for one at least, up to `wait` seconds."""
+
+    def close(self) -> None:
+        """End all runs and release everything."""
+
+
+class InlineEngine:
+    """Runs rows in this process, one by one. Nothing protects it from a model that crashes or hangs."""
+
+    capacity = 1
+
+    def __init__(self, spec: ModelSpec, model: Model | None = None) -> None:
+        self._spec = spec
+        self._model = open_model(spec) if model is None else model
+        self._waiting: deque[tuple[Any, Mapping[str, Any], Path | None]] = deque()
+
+    def submit(self, task: Any, row: Mapping[str, Any], *, workdir: Path | None = None) -> None:
+        """Put the row in line."""
+        self._waiting.append((task, row, workdir))
+
+    def completed(self, *, wait: float | None = None) -> list[tuple[Any, Answer]]:
+        """Run the first row in line."""
+        if not self._waiting:
+            return []
+        task, row, workdir = self._waiting.popleft()
+        return [(task, call(self._model, self._spec, row, workdir=workdir))]
+
+    def close(self) -> None:
+        """Close the model."""
+        self._model.close()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Policy:
+    """How often a row is tried: once, `retries` times more after a failure, twice when its process died."""
+
+    retries: int = 0
+
+    def tries_again(self, status: str, attempt: int) -> bool:
+        """Whether a row that ended with `status` at its `attempt`-th try goes back into the queue."""
+        if status in ("ok", "skipped"):
+            return False
+        return attempt < max(DEATHS if status == "killed" else 1, 1 + self.retries)
+
+
+def supervise(
+    engine: Engine,
+    store: Store,
+    keys: Sequence[str],
+    *,
+    policy: Policy,
+    watcher: Watcher | None = None,
+    workdir: Callable[[str], Path] | None = None,
+) -> None:
+    """Run the queued rows behind `keys` until each has its final answer in the store.
+
+    `watcher` is told what has been committed, never sooner. At most the rows under way and those answered
+    within the last 25 ms are repeated when this process is killed.
+
+    Raises:
+        Interrupted: Ctrl-C; everything answered is stored, the rest is back in the queue.
+        StoreError: the store refused a write; nothing more is run.
+    """
+    rows = {row.key: row for row in store.rows(keys=keys)}
+    waiting = deque(key for key in keys if rows[key].status == "queued")
+    attempts = {key: rows[key].attempt for key in waiting}
+    running: set[str] = set()
+    begun: list[str] = []
+    answered: list[tuple[str, int, Answer]] = []
+    last_commit = time.monotonic()
+
+    def commit() -> None:
+        nonlocal last_commit
+        with store.transaction():
+            store.start([(key, attempts[key]) for key in begun if key in running])
+            for key, attempt, answer in answered:
+                again = policy.tries_again(answer.status, attempt)
+                store.finish(key, answer, attempt=attempt, again=again, host=HOST)
+        final = [k for k, attempt, a in answered if not policy.tries_again(a.status, attempt)]
+        begun.clear()
+        answered.clear()
+        last_commit = time.monotonic()
+        if watcher is not None and final:
+            watcher(store.rows(keys=final))
+
+    try:
+        while waiting or running:
+            while waiting and len(running) < engine.capacity:
+                key = waiting.popleft()
+                attempts[key] += 1
+                running.add(key)
+                begun.append(key)
+                engine.submit(key, rows[key].inputs, workdir=None if workdir is None else workdir(key))
+            if begun and (time.monotonic() - last_commit > WAVE):
+                commit()  # a long run is seen as running while it runs
+            for key, answer in engine.completed(wait=WAVE if begun or answered else None):
+                if key not in running:
+                    continue  # delivered twice
+                running.discard(key)
+                answered.append((key, attempts[key], answer))
+                if policy.tries_again(answer.status, attempts[key]):
+                    waiting.append(key)
+            if answered and (time.monotonic() - last_commit > WAVE or not (waiting or running)):
+                commit()
+    except KeyboardInterrupt:
+        commit()
+        store.release(list(running))
+        left = len(waiting) + len(running)
+        raise Interrupted(f"interrupted with {left} runs left; the same command continues") from None
+
+
+HOST = socket.gethostname()

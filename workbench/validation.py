@@ -1,0 +1,48 @@
+"""Is a study file usable? Everything that can be told without running the model."""
+
+from typing import Any
+
+from workbench.errors import StudyError
+from workbench.model_table import TableModel, table_digest
+from workbench.study import Study
+
+__all__ = ["check_study"]
+
+
+def check_study(study: Study) -> dict[str, Any]:
+    """Open the model (in a process of its own when it is code) and check that the tables fit together.
+
+    Raises:
+        StudyError: the model cannot be opened, or a stage asks for what the model does not offer.
+    """
+    kind = study.model["kind"]
+    version = table_digest(study.folder / study.model["file"]) if kind == "table" else study.model["version"]
+    spec = study.spec(version=version)
+    runs = (study.design or {}).get("runs")
+    if kind == "table":
+        offered = len(TableModel.opened(spec).rows)
+        if runs is not None and runs > offered:
+            raise StudyError(
+                f"[design] runs = {runs}, but the table {study.model['file']} offers {offered} rows"
+            )
+        runs = offered if runs is None else runs
+    elif study.design is None and (study.screen is not None or study.worst_case is None):
+        raise StudyError(
+            "the study has no [design] table, so there is nothing to run; add one such as runs = 50"
+        )
+    if kind not in ("table", "ask"):
+        _open_elsewhere(spec)
+    stages = [name for name in ("design", "screen", "worst_case") if getattr(study, name) is not None]
+    d = study.space.dimension
+    summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {', '.join(stages)}"
+    return {"valid": True, "summary": summary, "study": study.to_dict()}
+
+
+def _open_elsewhere(spec: Any) -> None:
+    from workbench.processes import ProcessPool
+
+    pool = ProcessPool(spec)
+    try:
+        pool.probe()
+    finally:
+        pool.close()
