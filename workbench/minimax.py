@@ -47,6 +47,8 @@ SMALLEST_BOX = 2e-3
 ORACLE_RUNS = 6  # true runs per cycle at one design, at most
 SAME = 1e-6  # of the unit cube: closer points are one point
 QUIET_CYCLES = 2
+SETTLED = 1e-4  # relative: a predicted worst this close to the worst run counts as confirmed
+RE_EXAMINED = 4
 
 
 class MinimaxStatus(Enum):
@@ -171,6 +173,7 @@ class _Game:
         self.z = np.empty((0, self.dx + self.du))
         self.y = np.empty(0)  # NaN where the run failed
         self.scenarios: list[Array] = []
+        self.tried: list[Array] = []  # designs run in their predicted worst scenario
         least = 3 * (self.dx + self.du)
         if budget < least:
             raise StudyError(
@@ -357,18 +360,17 @@ class _Game:
                 f"{n_ok} of {start} runs of the start design gave a value; "
                 "mend the model or narrow the spaces"
             )
-        tried: list[tuple[float, Array, Array]] = []  # (worst true run, x, u)
         cycles: list[Cycle] = []
-        quiet, status = 0, MinimaxStatus.BUDGET
+        quiet, status, whole = 0, MinimaxStatus.BUDGET, True
         while self.left > 0:
             number = len(cycles) + 1
             model = self.fit(centre, box)
             x, lower = self.master(model, centre, box, number)
             x = self.design.snap(x[None])[0]
-            upper, scenario, agreed = self.confirm(model, x, centre, box, number)
+            upper, scenario = self.confirm(model, x, centre, box, number)
             if np.isfinite(upper):
-                tried.append((upper, x, scenario))
-            best, best_x, _ = min(tried, key=lambda t: t[0]) if tried else (np.inf, x, scenario)
+                self.tried.append(x)
+            best, best_x, best_u = self.best_confirmed(box, number)
             cycle = Cycle(
                 number=number,
                 evaluations=len(self.y),
@@ -376,33 +378,36 @@ class _Game:
                 upper=upper,
                 best=best,
                 box=box,
-                design=self.design.rows(x[None])[0],
-                scenario=self.uncertain.rows(scenario[None])[0],
+                design=self.design.rows(best_x[None])[0],
+                scenario=self.uncertain.rows(best_u[None])[0],
             )
             cycles.append(cycle)
             if progress is not None:
                 progress(cycle)
-            values = self.y[np.isfinite(self.y)]
-            threshold = tolerance * max(
-                abs(best), 1e-2 * float(np.subtract(*np.quantile(values, [0.75, 0.25])))
-            )
-            quiet = quiet + 1 if best - lower <= threshold and abs(upper - lower) <= threshold else 0
+            threshold = tolerance * max(abs(best), 1e-2 * self.spread)
+            met = best - lower <= threshold and abs(upper - lower) <= threshold
+            quiet = quiet + 1 if met else 0
             if quiet >= QUIET_CYCLES:
-                status = MinimaxStatus.CONVERGED
-                break
-            centre = best_x if upper > best + threshold and number > 2 else x
+                if whole:
+                    status = MinimaxStatus.CONVERGED
+                    break
+                # the box has converged: look once more at the whole design space before believing it
+                centre, box, whole, quiet = best_x, 1.0, True, QUIET_CYCLES - 1
+                continue
             low, high = self._bounds(centre, box)
-            at_edge = np.any(
-                ((np.abs(x - low) < 1e-6) & (low > 0)) | ((np.abs(x - high) < 1e-6) & (high < 1))
-            )
+            at_edge = np.any(((x - low < 1e-3 * box) & (low > 0)) | ((high - x < 1e-3 * box) & (high < 1)))
+            moved = float(np.abs(x - centre).max())
+            centre = best_x if upper > best + threshold else x
             if at_edge:
-                box = min(1.0, 1.5 * box)
-            elif agreed or number % 2 == 0:
+                box = min(1.0, 2 * box)
+            elif moved < box / 4 or abs(upper - lower) > threshold:
                 box = max(box / 2, SMALLEST_BOX)
-            self.fill(RUNS_TO_ZOOM * d, centre=centre, box=box, replicate=number)
-        if not tried:
+            whole = box >= 1.0
+            if not met:
+                self.fill(RUNS_TO_ZOOM * d, centre=centre, box=box, replicate=number)
+        if not self.tried:
             raise NotEnoughRuns("no design could be confirmed: every run at a proposed design failed")
-        value, x, scenario = min(tried, key=lambda t: t[0])
+        value, x, scenario = self.best_confirmed(box, len(cycles) + 1)
         return Minimax(
             design=self.design.rows(x[None])[0],
             scenario=self.uncertain.rows(scenario[None])[0],
@@ -419,36 +424,53 @@ class _Game:
 
     def confirm(
         self, model: "_Prediction", x: Array, centre: Array, box: float, number: int
-    ) -> tuple[float, Array, bool]:
-        """Run x in its predicted worst scenarios until nothing worse is predicted: (worst run, u, first hit
-        agreed).
-        """
-        worst, scenario, agreed = -np.inf, np.full(self.du, 0.5), False
+    ) -> tuple[float, Array]:
+        """Run x in its predicted worst scenarios until none worse is predicted: worst run, its scenario."""
         for attempt in range(ORACLE_RUNS):
             u, predicted = self.worst_scenario(model, x, 7919 * number + attempt)
-            here = self.z[:, : self.dx]
-            same = np.all(np.abs(here - x) < SAME, axis=1) & np.all(
-                np.abs(self.z[:, self.dx :] - u) < 1e-4, axis=1
-            )
-            if (
-                same.any()
-                or (np.isfinite(worst) and predicted <= worst + 1e-4 * (1 + abs(worst)))
-                or self.left < 1
-            ):
+            worst, _ = self.worst_run(x)
+            if self.is_run(x, u) or predicted <= worst + SETTLED * (1 + abs(worst)) or self.left < 1:
                 break
             y = self.run(np.concatenate([x, u])[None], "minimax oracle")
             if len(y) and np.isfinite(y[0]):
-                if attempt == 0:
-                    agreed = abs(y[0] - predicted) <= 0.02 * (1e-9 + float(np.nanstd(self.y)))
-                if y[0] > worst:
-                    worst, scenario = float(y[0]), u
                 self.scenarios.append(u)
             model = self.fit(centre, box)
+        return self.worst_run(x)
+
+    def best_confirmed(self, box: float, number: int) -> tuple[float, Array, Array]:
+        """The tried design of the lowest worst run, re-examined with what was learnt since it was tried."""
+        for round_ in range(RE_EXAMINED):
+            worsts = [self.worst_run(x)[0] for x in self.tried]
+            x = self.tried[int(np.argmin(worsts))] if self.tried else np.full(self.dx, 0.5)
+            before = self.worst_run(x)[0]
+            if self.tried and self.left > 0:
+                self.confirm(self.fit(x, box), x, x, box, 104_729 * number + round_)
+            worst, u = self.worst_run(x)
+            if worst <= before + SETTLED * (1 + abs(before)):
+                break
+        worsts = [self.worst_run(t)[0] for t in self.tried]
+        x = self.tried[int(np.argmin(worsts))] if self.tried else x
+        worst, u = self.worst_run(x)
+        return worst, x, u
+
+    def worst_run(self, x: Array) -> tuple[float, Array]:
+        """The largest true value at the design x and its scenario; -inf when there is none."""
         mine = np.all(np.abs(self.z[:, : self.dx] - x) < SAME, axis=1) & np.isfinite(self.y)
-        if mine.any():
-            top = np.flatnonzero(mine)[int(np.argmax(self.y[mine]))]
-            worst, scenario = float(self.y[top]), self.z[top, self.dx :]
-        return worst, scenario, agreed
+        if not mine.any():
+            return -np.inf, np.full(self.du, 0.5)
+        top = np.flatnonzero(mine)[int(np.argmax(self.y[mine]))]
+        return float(self.y[top]), self.z[top, self.dx :]
+
+    def is_run(self, x: Array, u: Array) -> bool:
+        """Whether f was run at (x, u), or so near that another run would tell nothing."""
+        here = np.all(np.abs(self.z[:, : self.dx] - x) < SAME, axis=1)
+        return bool((here & np.all(np.abs(self.z[:, self.dx :] - u) < 1e-4, axis=1)).any())
+
+    @property
+    def spread(self) -> float:
+        """Interquartile range of the values seen."""
+        values = self.y[np.isfinite(self.y)]
+        return float(np.subtract(*np.quantile(values, [0.75, 0.25])))
 
 
 @dataclass(frozen=True, slots=True)
