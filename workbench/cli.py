@@ -137,11 +137,13 @@ def worst_case(study: StudyFile, folder: Folder = None, workers: Workers = None,
 @app.command()
 def report(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
     """Write the report and the exports of what the folder holds."""
+    from workbench.report import report_numbers
     from workbench.stages import report as stage
 
     with _campaign(study, folder) as campaign:
         path = stage(campaign)
-    _finish({"report": str(path)}, json_, lambda: _print([f"report: {path}"]))
+        numbers = report_numbers(campaign.folder) if json_ else {}
+    _finish({"report": str(path), **numbers}, json_, lambda: _print([f"report: {path}"]))
 
 
 @app.command()

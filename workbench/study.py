@@ -36,8 +36,6 @@ class Study:
     evaluate: Mapping[str, Any] = field(default_factory=dict)
     screen: Mapping[str, Any] | None = None
     worst_case: Mapping[str, Any] | None = None
-    layout: Mapping[str, Any] | None = None
-    robust: Mapping[str, Any] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
     title: str | None = None
     path: Path | None = None
@@ -94,15 +92,17 @@ class Study:
 
     def to_dict(self) -> dict[str, Any]:
         """The study with all defaults resolved, in plain types."""
+        space = self.space.to_dict()
         responses = [
             {**r.to_dict(), "reduce": None if (rule := self.reductions[r.name]) is None else rule.kind}
             for r in self.responses
         ]
-        tables = ("model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "report")
+        tables = ("model", "design", "evaluate", "screen", "worst_case", "report")
         return {
             "study": {"name": self.name, "seed": self.seed, "title": self.title},
-            **self.space.to_dict(),
-            "responses": responses,
+            "parameter": space["parameters"],
+            "constraint": space.get("constraints", []),
+            "response": responses,
             **{name: None if (t := getattr(self, name)) is None else dict(t) for name in tables},
         }
 
@@ -181,7 +181,7 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         text=text,
         **{
             name: _without_none(dumped[name])
-            for name in ("model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "report")
+            for name in ("model", "design", "evaluate", "screen", "worst_case", "report")
         },
     )
     for stage in ("screen", "worst_case"):

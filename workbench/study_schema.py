@@ -4,7 +4,7 @@
 Nothing else of the workbench imports this module, because building the models takes a third of a second.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -141,6 +141,4 @@ class StudySchema(Table):
     evaluate: EvaluateTable = Field(default_factory=lambda: EvaluateTable())
     screen: ScreenTable | None = None
     worst_case: WorstCaseTable | None = None
-    layout: dict[str, Any] | None = None
-    robust: dict[str, Any] | None = None
     report: ReportTable = Field(default_factory=lambda: ReportTable())

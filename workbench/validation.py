@@ -35,7 +35,7 @@ def check_study(study: Study) -> dict[str, Any]:
     stages = [name for name in ("design", "screen", "worst_case") if getattr(study, name) is not None]
     d = study.space.dimension
     summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {', '.join(stages)}"
-    return {"valid": True, "summary": summary, "study": study.to_dict()}
+    return {"valid": True, "summary": summary, **study.to_dict()}
 
 
 def _open_elsewhere(spec: Any) -> None:

@@ -156,7 +156,7 @@ def test_validate_says_what_it_found(tmp_path, capsys):
     code, out, _ = in_process("validate", path, capsys=capsys)
     assert (code, out) == (0, "s.toml is valid: 1 parameters, 1 responses, model python, stages design\n")
     code, out, _ = in_process("validate", path, "--json", capsys=capsys)
-    assert json.loads(out)["study"]["design"] == {"kind": "sobol", "runs": 4}
+    assert json.loads(out)["design"] == {"kind": "sobol", "runs": 4}
     code, out, _ = in_process("validate", "--schema", capsys=capsys)
     assert "parameter" in json.loads(out)["required"]
     code, _, err = in_process("validate", capsys=capsys)
