@@ -10,6 +10,7 @@ __distribution__ = "holdfast"
 
 # public name -> module that defines it
 _PUBLIC: dict[str, str] = {
+    "selection_stability": "surrogates.stability",
     "ScreeningDiagnosis": "surrogates.verdict",
     "ScreeningStep": "surrogates.screening",
     "restricted_log_likelihood": "surrogates.reml",

@@ -175,6 +175,9 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         # a response whose spread is rounding of its mean is constant
         constant = runs.scale <= 1e-13 * float(np.abs(y).max()) or not runs.units
         found = None if constant else self._search(runs, threshold, bounds)
+        # what a later look at the stability starts from
+        self._runs = runs if found is not None else None
+        self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
         self._record(runs, found, threshold, bounds, x)
         return self
 

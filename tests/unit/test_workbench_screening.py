@@ -1,0 +1,133 @@
+"""Screening with names: rows in, a document out."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from workbench.errors import NotEnoughRuns, StudyError
+from workbench.evaluator import Outcome
+from workbench.parameter import Parameter, Response
+from workbench.screening import screen
+from workbench.space import Space
+
+SPACE = Space(
+    [
+        Parameter("k", lower=1e3, upper=5e3, unit="N/m"),
+        Parameter("c", lower=0, upper=20, unit="N*s/m"),
+        Parameter("hands", kind="binary"),
+        Parameter("belt", kind="categorical", levels=("none", "lap", "full")),
+        Parameter("seat", lower=-10, upper=10, unit="mm"),
+    ]
+)
+
+
+def model(row):
+    return {"none": 0.0, "lap": 4.0, "full": 1.0}[row["belt"]] + np.sin(row["k"] / 800) + 2 * row["hands"]
+
+
+def runs(n=48, seed=0):
+    points = np.random.default_rng(seed).random((n, 5))
+    return [
+        Outcome(parameters=row, status="ok", outputs={"head": float(model(row))}, key=f"r{i}")
+        for i, row in enumerate(SPACE.rows(points))
+    ]
+
+
+@pytest.fixture(scope="module")
+def found():
+    rows = runs()
+    rows[5] = Outcome(parameters=rows[5].parameters, status="failed", key="r5", error="crash")
+    return screen(rows, SPACE, Response("head", unit="mm"), seed=3)
+
+
+def test_selects_by_name_and_counts_failures(found):
+    assert set(found.selected) == {"k", "hands", "belt"}
+    assert set(found.ranking) == set(SPACE.names)
+    assert (found.n_runs, found.n_left_out, found.unit) == (47, 1, "mm")
+    assert all(found.stability[name] > 0.8 for name in found.selected)
+
+
+def test_document_is_json_with_everything_the_report_reads(found):
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert document["criterion"] == "restricted log-likelihood l of (3.13), constant 0, larger is better"
+    step = document["path"][0]
+    assert {
+        "step",
+        "selected",
+        "added",
+        "theta_common",
+        "sigma2",
+        "log_likelihood",
+        "gain",
+        "accepted",
+    } <= set(step)
+    left = document["leave_one_out"]
+    assert len(left["run_ids"]) == len(left["predicted"]) == 47
+    assert "r5" not in left["run_ids"]
+    assert left["q2"] > 0.8
+    assert document["main_effects"]["belt"]["x"] == ["none", "lap", "full"]
+    assert min(document["main_effects"]["k"]["x"]) == pytest.approx(1e3)
+    total = document["sobol"]["total"]
+    assert set(total) == set(found.selected)
+    assert max(total, key=total.get) == "belt"
+    assert document["kriging"]["theta"].keys() == total.keys()
+    assert document["diagnosis"]["resolved"] is True
+
+
+def test_tables_and_mappings_give_the_same(found):
+    rows = [{**r.parameters, "head": r.outputs["head"]} for r in runs()]
+    rows[5]["head"] = float("nan")
+    for table in (rows, pd.DataFrame(rows), pd.DataFrame(rows).rename_axis("run").to_xarray()):
+        other = screen(table, SPACE, "head", seed=3, effects=False)
+        assert other.selected == found.selected
+        assert other.n_left_out == 1
+        assert other.path[-1]["log_likelihood"] == pytest.approx(found.path[-1]["log_likelihood"])
+    assert other.to_frame().loc[1, "selected"] == found.path[0]["selected"][0]
+
+
+def test_order_of_runs_and_seed_do_not_matter_much(found):
+    rows = runs()
+    rows[5] = replace(rows[5], status="timeout", outputs={})
+    again = screen(rows[::-1], SPACE, Response("head", unit="mm"), seed=3, effects=False)
+    assert again.selected == found.selected
+    assert again.path[0]["log_likelihood"] == found.path[0]["log_likelihood"]
+
+
+def test_nothing_selected_is_said():
+    noise = np.random.default_rng(2).standard_normal(30)
+    rows = [replace(r, outputs={"head": float(e)}) for r, e in zip(runs(30), noise, strict=True)]
+    assert screen(rows, SPACE, "head", effects=False).verdict.startswith("not resolved")
+    rows = [replace(r, outputs={"head": 7.0}) for r in runs(30)]
+    empty = screen(rows, SPACE, "head")
+    assert empty.selected == ()
+    assert empty.verdict == "nothing to screen: the response is constant"
+    assert empty.leave_one_out == {}
+    assert empty.kriging == {}
+    json.dumps(empty.to_dict(), allow_nan=False)
+
+
+def test_groups_and_number_by_name():
+    fixed = screen(runs(), SPACE, "head", n_selected=1, effects=False)
+    assert len(fixed.selected) == 1
+    together = screen(runs(), SPACE, "head", groups=[("k", "seat")], effects=False)
+    assert {"k", "seat"} <= set(together.selected)
+
+
+def test_bad_input_is_refused_with_a_cure():
+    with pytest.raises(StudyError, match=r"screening method needs one of default, .* got 'magic'"):
+        screen(runs(), SPACE, "head", method="magic")
+    with pytest.raises(
+        NotEnoughRuns, match=r"screening 'head' needs at least 3 runs with a value, got 2 of 3"
+    ):
+        screen([*runs(2), Outcome(parameters={}, status="failed")], SPACE, "head")
+    with pytest.raises(StudyError, match=r"run r0 has no response 'neck'; it has \['head'\]"):
+        screen(runs(), SPACE, "neck")
+    with pytest.raises(StudyError, match=r"the table of runs has no column 'k'"):
+        screen(pd.DataFrame({"head": [1.0]}), SPACE, "head")
+    with pytest.raises(StudyError, match=r"run 0 has no 'k'; it has \['head'\]"):
+        screen([{"head": 1.0}], SPACE, "head")
+    with pytest.raises(StudyError, match=r"groups name parameter 'mass', which the study does not have"):
+        screen(runs(), SPACE, "head", groups=[("k", "mass")])
