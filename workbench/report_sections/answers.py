@@ -1,0 +1,101 @@
+"""The first screen: each question of the study with its answer in a plain sentence."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.report_sections.blocks import Card, names_of, number, quantity
+from workbench.report_sections.fit import trust_in
+from workbench.report_sections.folder import CampaignFolder
+from workbench.report_sections.worst_case import gap_sentence
+
+__all__ = ["answer_cards", "question"]
+
+
+def question(folder: CampaignFolder) -> str:
+    """What was asked, in one sentence."""
+    count = len(folder.parameters)
+    what = f"the {count} uncertain parameters" if count else "the uncertain parameters"
+    response, worst = folder.main_response, folder["worst_case"]
+    if response is None:
+        return f"What do {what} do?"
+    asked = f"Which of {what} drive {response}"
+    if worst is None:
+        return f"{asked}?"
+    return f"{asked}, and how {'large' if worst['sense'] == 'max' else 'small'} can it get?"
+
+
+def answer_cards(folder: CampaignFolder) -> list[Card]:
+    """One card per stage that has run."""
+    cards = []
+    if (worst := folder["worst_case"]) is not None:
+        cards.append(_worst(folder, worst))
+    if (screening := folder["screening"]) is not None:
+        cards.append(_screening(screening))
+        if screening.get("leave_one_out"):
+            trust = trust_in(screening["leave_one_out"])
+            cards.append(
+                Card(
+                    question="How far can the Kriging be trusted?",
+                    answer={"good": "It predicts well.", "fair": "With care.", "poor": "Not far."}.get(
+                        trust.word, "Unknown."
+                    ),
+                    detail=trust.sentence,
+                    section="fit",
+                    level=trust.level,
+                )
+            )
+    if folder.runs:
+        cards.append(_runs(folder))
+    return cards
+
+
+def _worst(folder: CampaignFolder, worst: Mapping[str, Any]) -> Card:
+    response, unit = str(worst["response"]), str(worst.get("unit") or "1")
+    confirmed = bool(worst["confirmed"])
+    if confirmed:
+        detail = (
+            f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}, after "
+            f"{worst['evaluations']} runs of "
+            f"the search. {gap_sentence(worst)}"
+        )
+    else:
+        std = worst.get("predicted_std")
+        bar = f" (standard deviation {quantity(std, unit, 3)})" if isinstance(std, (int, float)) else ""
+        detail = f"Surrogate only, unconfirmed: no run was made there{bar}. Run the model at this point."
+    return Card(
+        question=f"How {'large' if worst['sense'] == 'max' else 'small'} can {response} get?",
+        answer=f"{response} = {quantity(worst['value'], unit)}",
+        detail=detail,
+        section="worst-case",
+        level="good" if confirmed else "fair",
+    )
+
+
+def _screening(screening: Mapping[str, Any]) -> Card:
+    selected, total = list(screening["selected"]), len(screening["ranking"])
+    left = total - len(selected)
+    rest = f"The other {left} change it little." if left else "None can be left out."
+    return Card(
+        question=f"Which parameters drive {screening['response']}?",
+        answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
+        detail=f"{rest} Judged on {screening['n_runs']} runs.",
+        section="screening",
+        level="plain",
+    )
+
+
+def _runs(folder: CampaignFolder) -> Card:
+    finished = folder.finished
+    bad = [run for run in finished if run.status not in ("ok", "skipped")]
+    waiting = len(folder.runs) - len(finished)
+    detail = "All of them gave a value." if not bad else f"{len(bad)} gave none; see where they lie."
+    if waiting:
+        detail += f" {waiting} more are not finished."
+    return Card(
+        question="What ran?",
+        answer=f"{len(finished)} run{'' if len(finished) == 1 else 's'}"
+        + (f", {len(bad)} failed" if bad else ""),
+        detail=detail + f" CPU time {number(sum(r.cpu or 0.0 for r in finished), 3)} s.",
+        section="runs",
+        level="good" if not bad else "poor" if len(bad) > 0.2 * len(finished) else "fair",
+    )
