@@ -111,6 +111,10 @@ def _triptych(folder: CampaignFolder, loo: Mapping[str, Any], response: str, uni
     inside = "–" if coverage is None else percent(coverage)
     keys = list(loo.get("run_ids") or range(1, len(loo["observed"]) + 1))
     width, height = 3.7, 3.2
+
+    def predicted(ax: Any) -> Any:
+        return plot_predicted(loo, label=response, unit=unit, ax=ax)
+
     return Figure(
         id="leave-one-out",
         title=f"Leave-one-out check: Q² = {q2}, {inside} inside the 95 % bars",
@@ -123,7 +127,7 @@ def _triptych(folder: CampaignFolder, loo: Mapping[str, Any], response: str, uni
         "short or "
         "too long.",
         panels=(
-            Panel(draw=lambda ax: plot_predicted(loo, label=response, unit=unit, ax=ax), width=width, height=height),
+            Panel(draw=predicted, width=width, height=height),
             Panel(draw=lambda ax: plot_standardised(loo, ax=ax), width=width, height=height),
             Panel(draw=lambda ax: plot_quantiles(loo, ax=ax), width=width, height=height),
         ),
