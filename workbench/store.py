@@ -19,7 +19,7 @@ from typing import Any
 from workbench.errors import StoreError
 from workbench.lease import is_alive, owner_of_this_process
 from workbench.model import Answer
-from workbench.store_schema import SCHEMA, VERSION
+from workbench.store_schema import SCHEMA, VERSION, migrate
 
 __all__ = ["Evaluation", "Store", "run_key"]
 
@@ -92,7 +92,7 @@ class Store:
                 db.execute("PRAGMA synchronous = FULL")
                 if new or not _tables(db):
                     db.executescript(f"BEGIN; {SCHEMA} PRAGMA user_version = {VERSION}; COMMIT;")
-                store._check_version()
+                store._check_version(migrating=True)
             store._release_stale()
         except BaseException:
             os.close(lock)
@@ -170,11 +170,14 @@ class Store:
     def finish(
         self, key: str, answer: Answer, *, attempt: int, again: bool = False, host: str | None = None
     ) -> None:
-        """Store the end of a run; `again`: put the row back in the queue with what went wrong."""
+        """Store the end of a run; `again`: the row returns to the queue, what went wrong joins its attempts.
+
+        A row that has its answer keeps it: what comes later is kept as an attempt.
+        """
         now = time.time()
         outputs = json.dumps(dict(answer.outputs)) if answer.status == "ok" else None
         with self.transaction():
-            self._db.execute(
+            changed = self._db.execute(
                 "UPDATE evaluation SET status = ?, attempt = ?, outputs = ?, error = ?, log = ?, "
                 "started = COALESCE(started, ?), finished = ?, wall = ?, cpu = ?, host = ?, owner = NULL "
                 "WHERE key = ? AND status IN ('queued', 'running')",
@@ -191,7 +194,16 @@ class Store:
                     host,
                     key,
                 ),
-            )
+            ).rowcount
+            if again or not changed:
+                reason = "retried" if changed else "late"
+                text = (_clean(answer.error), _clean(answer.log))
+                self._db.execute(
+                    "INSERT INTO attempt "
+                    "(key, attempt, status, reason, outputs, error, log, finished, wall, cpu, host) "
+                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    (key, attempt, answer.status, reason, outputs, *text, now, answer.wall, answer.cpu, host),
+                )
 
     def release(self, keys: Sequence[str]) -> None:
         """Put running rows back in the queue."""
@@ -234,6 +246,15 @@ class Store:
             query = f"SELECT {COLUMNS} FROM evaluation {clause} ORDER BY id"
             return [_evaluation(row) for row in self._db.execute(query, values)]
 
+    def attempts(self, key: str) -> list[tuple[int, str, str, str]]:
+        """Answers of a run that are not its answer: attempt, status, reason (retried or late), error."""
+        with _explained(self.path):
+            query = "SELECT attempt, status, reason, error FROM attempt WHERE key = ? ORDER BY id"
+            return [
+                (n, status, reason, error or "")
+                for n, status, reason, error in self._db.execute(query, (key,))
+            ]
+
     def counts(self) -> dict[str, int]:
         """How many rows have each status."""
         with _explained(self.path):
@@ -244,13 +265,15 @@ class Store:
         with _explained(self.path):
             return [text for (text,) in self._db.execute("PRAGMA integrity_check") if text != "ok"]
 
-    def _check_version(self) -> None:
+    def _check_version(self, *, migrating: bool = False) -> None:
         (version,) = self._db.execute("PRAGMA user_version").fetchone()
         if version > VERSION:
             known = f"this holdfast knows up to {VERSION}; update holdfast"
             raise StoreError(f"{self.path} has schema {version}, {known}")
         if version < 1 or "evaluation" not in _tables(self._db):
             raise StoreError(f"{self.path} is a database, but not one of holdfast's; choose another --folder")
+        if version < VERSION and migrating:
+            migrate(self._db, self.path, version)
 
     def _release_stale(self) -> None:
         with _explained(self.path):

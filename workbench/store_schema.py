@@ -1,10 +1,37 @@
-"""The tables of `runs.sqlite`. A change of the schema raises VERSION and adds a migration."""
+"""The tables of `runs.sqlite` and how an older database is brought up to them.
 
-__all__ = ["SCHEMA", "STATUSES", "VERSION"]
+A change of the tables raises VERSION, adds the statements that lead there to MIGRATIONS, and leaves the
+database of the version before as a fixture of the tests.
+"""
 
-VERSION = 1
+import sqlite3
+from pathlib import Path
+
+from workbench.errors import StoreError
+
+__all__ = ["MIGRATIONS", "SCHEMA", "STATUSES", "VERSION", "migrate"]
+
+VERSION = 2
 
 STATUSES = ("queued", "running", "ok", "failed", "timeout", "killed", "nonfinite", "skipped")
+
+ATTEMPT = """
+CREATE TABLE attempt (                     -- answers that did not become the answer of their run
+  id       INTEGER PRIMARY KEY,
+  key      TEXT NOT NULL,                  -- of the run
+  attempt  INTEGER NOT NULL,
+  status   TEXT NOT NULL,
+  reason   TEXT NOT NULL,                  -- retried (the run was tried again) or late (it had its answer)
+  outputs  TEXT,
+  error    TEXT,
+  log      TEXT,
+  finished REAL NOT NULL,                  -- seconds since 1970
+  wall     REAL,
+  cpu      REAL,
+  host     TEXT
+);
+CREATE INDEX attempt_key ON attempt (key);
+"""
 
 SCHEMA = f"""
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -30,4 +57,31 @@ CREATE TABLE evaluation (
   owner    TEXT                            -- who is at it: host, boot, process, its start; NULL otherwise
 );
 CREATE INDEX evaluation_status ON evaluation (status);
-"""
+{ATTEMPT}"""
+
+# version -> statements that lead from it to the next
+MIGRATIONS = {1: ATTEMPT}
+
+
+def migrate(db: sqlite3.Connection, path: Path, version: int) -> None:
+    """Bring the database at `path` from `version` to VERSION, in one transaction; a copy stays beside it.
+
+    Raises:
+        StoreError: the copy cannot be made; the database is untouched then.
+    """
+    backup = path.with_name(f"{path.name}.v{version}.backup")
+    new = backup.with_name(f".{backup.name}.new")
+    try:
+        new.unlink(missing_ok=True)
+        copy = sqlite3.connect(new)
+        try:
+            db.backup(copy)
+        finally:
+            copy.close()
+        new.replace(backup)
+    except (OSError, sqlite3.Error) as exc:
+        raise StoreError(
+            f"cannot keep a copy of {path} before bringing it to schema {VERSION}: {exc}"
+        ) from exc
+    steps = "".join(MIGRATIONS[v] for v in range(version, VERSION))
+    db.executescript(f"BEGIN IMMEDIATE; {steps} PRAGMA user_version = {VERSION}; COMMIT;")

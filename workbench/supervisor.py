@@ -4,15 +4,18 @@ Everything here sees an engine only through `submit` and `completed`. An engine 
 is known by its key, so a repeated or late answer changes nothing.
 """
 
+import signal
 import socket
+import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from workbench.errors import Interrupted
+from workbench.errors import Interrupted, StudyError
 from workbench.model import Answer, Model, ModelSpec, call, open_model
 from workbench.store import Evaluation, Store
 
@@ -98,50 +101,73 @@ def supervise(
     """
     rows = {row.key: row for row in store.rows(keys=keys)}
     waiting = deque(key for key in keys if rows[key].status == "queued")
-    attempts = {key: rows[key].attempt for key in waiting}
+    attempts = {key: rows[key].attempt for key in waiting}  # ever
+    tries = dict.fromkeys(waiting, 0)  # by this process
     running: set[str] = set()
     begun: list[str] = []
-    answered: list[tuple[str, int, Answer]] = []
+    answered: list[tuple[str, Answer, bool]] = []
     last_commit = time.monotonic()
 
     def commit() -> None:
         nonlocal last_commit
-        with store.transaction():
-            store.start([(key, attempts[key]) for key in begun if key in running])
-            for key, attempt, answer in answered:
-                again = policy.tries_again(answer.status, attempt)
-                store.finish(key, answer, attempt=attempt, again=again, host=HOST)
-        final = [k for k, attempt, a in answered if not policy.tries_again(a.status, attempt)]
-        begun.clear()
-        answered.clear()
+        with _signals_held():
+            with store.transaction():
+                store.start([(key, attempts[key]) for key in begun if key in running])
+                for key, answer, again in answered:
+                    store.finish(key, answer, attempt=attempts[key], again=again, host=HOST)
+            final = [key for key, _, again in answered if not again]
+            begun.clear()
+            answered.clear()
         last_commit = time.monotonic()
         if watcher is not None and final:
             watcher(store.rows(keys=final))
+
+    def give_back() -> None:
+        commit()
+        store.release(list(running))
 
     try:
         while waiting or running:
             while waiting and len(running) < engine.capacity:
                 key = waiting.popleft()
                 attempts[key] += 1
+                tries[key] += 1
                 running.add(key)
                 begun.append(key)
                 engine.submit(key, rows[key].inputs, workdir=None if workdir is None else workdir(key))
-            if begun and (time.monotonic() - last_commit > WAVE):
+            if begun and time.monotonic() - last_commit > WAVE:
                 commit()  # a long run is seen as running while it runs
             for key, answer in engine.completed(wait=WAVE if begun or answered else None):
                 if key not in running:
                     continue  # delivered twice
                 running.discard(key)
-                answered.append((key, attempts[key], answer))
-                if policy.tries_again(answer.status, attempts[key]):
+                again = policy.tries_again(answer.status, tries[key])
+                answered.append((key, answer, again))
+                if again:
+                    commit()  # the attempt is on record before the next one begins
                     waiting.append(key)
             if answered and (time.monotonic() - last_commit > WAVE or not (waiting or running)):
                 commit()
     except KeyboardInterrupt:
-        commit()
-        store.release(list(running))
+        give_back()
         left = len(waiting) + len(running)
         raise Interrupted(f"interrupted with {left} runs left; the same command continues") from None
+    except StudyError:
+        give_back()
+        raise
+
+
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM wait for the end of the block: a commit and its book-keeping are one."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 HOST = socket.gethostname()

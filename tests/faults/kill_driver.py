@@ -1,0 +1,101 @@
+"""A coordinator to be killed: evaluates `count` rows in `folder` and acknowledges what the store has.
+
+    python kill_driver.py folder count engine [kill-after-k-database-operations]
+
+Every acknowledged row is appended to `folder/acknowledged` in one write, after its commit.
+"""
+
+import os
+import signal
+import sqlite3
+import sys
+import time
+from pathlib import Path
+
+from workbench import store as store_module
+from workbench import supervisor
+from workbench.campaign import Campaign
+from workbench.space import Parameter, Space
+
+SPACE = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
+
+
+def model(a, b):
+    time.sleep(0.004)
+    if int(1e6 * a) % 10 == 3:
+        raise ValueError("one in ten has no value")
+    return a / 3 + b * b
+
+
+def rows(count):
+    return [{"a": (0.618033988749895 * k) % 1, "b": (0.754877666246693 * k) % 1} for k in range(1, count + 1)]
+
+
+class CountingConnection(sqlite3.Connection):
+    """Kills this process before its k-th statement."""
+
+    left = -1
+
+    def _count(self):
+        CountingConnection.left -= 1
+        if CountingConnection.left == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def execute(self, *arguments):
+        self._count()
+        return super().execute(*arguments)
+
+    def executemany(self, *arguments):
+        self._count()
+        return super().executemany(*arguments)
+
+    def executescript(self, *arguments):
+        self._count()
+        return super().executescript(*arguments)
+
+
+def acknowledging(folder):
+    """`supervise` with a watcher that writes down what was committed."""
+    plain = supervisor.supervise
+
+    def supervise(*arguments, watcher=None, **options):
+        log = os.open(folder / "acknowledged", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+
+        def watch(done):
+            text = "".join(f"{r.key} {r.status} {r.finished!r} {dict(r.outputs)!r}\n" for r in done)
+            os.write(log, text.encode())
+            watcher(done)
+
+        plain(*arguments, watcher=watch, **options)
+
+    return supervise
+
+
+def main(folder, count, engine, kill_after="0"):
+    folder = Path(folder)
+    folder.mkdir(exist_ok=True)
+    if int(kill_after):
+        CountingConnection.left = int(kill_after)
+        connect = sqlite3.connect
+        store_module.sqlite3.connect = lambda *a, **k: connect(*a, factory=CountingConnection, **k)
+    import workbench.campaign
+
+    workbench.campaign.supervise = acknowledging(folder)
+    if engine == "inline":
+        campaign = Campaign.of(model, SPACE, folder=folder)
+    else:
+        study = folder / "s.toml"
+        place = Path(__file__).parent
+        study.write_text(
+            f'[study]\nname = "s"\n[model]\nkind = "python"\nfunction = "{place}/kill_driver.py:model"\n'
+            '[[parameter]]\nname = "a"\nlower = 0\nupper = 1\n'
+            '[[parameter]]\nname = "b"\nlower = 0\nupper = 1\n'
+            '[[response]]\nname = "y"\n[evaluate]\nworkers = 2\n'
+        )
+        campaign = Campaign.from_file(study, folder=folder)
+    with campaign:
+        campaign.evaluate(rows(int(count)))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

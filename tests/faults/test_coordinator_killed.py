@@ -1,0 +1,150 @@
+"""SIGKILL of the coordinator, at random and before every database operation: nothing acknowledged is lost."""
+
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from workbench.process_tree import marked_processes
+
+DRIVER = Path(__file__).with_name("kill_driver.py")
+ROOT = DRIVER.parent.parent.parent
+GONE_WITHIN = 5.0  # s: the promise for processes of a killed coordinator
+
+
+def drive(folder, count, engine, kill_after=0):
+    return subprocess.Popen(
+        [sys.executable, str(DRIVER), str(folder), str(count), engine, str(kill_after)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        cwd=ROOT,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(ROOT)},
+    )
+
+
+def results(folder):
+    """What the finished campaign says about every row, times left out."""
+    db = sqlite3.connect(folder / "runs.sqlite")
+    found = db.execute("SELECT key, status, inputs, outputs, error FROM evaluation ORDER BY id").fetchall()
+    assert db.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+    db.close()
+    return found
+
+
+def assert_acknowledged(folder):
+    """Every acknowledged row is in the database as it was acknowledged, with its time: made once."""
+    path = folder / "acknowledged"
+    lines = path.read_text().splitlines() if path.exists() else []
+    db = sqlite3.connect(folder / "runs.sqlite")
+    for line in lines:
+        key, status, finished, outputs = line.split(" ", 3)
+        row = db.execute("SELECT status, finished, outputs FROM evaluation WHERE key = ?", (key,)).fetchone()
+        assert row is not None
+        assert (row[0], row[1]) == (status, float(finished))
+        assert ({} if row[2] is None else json.loads(row[2])) == ast.literal_eval(outputs)
+    db.close()
+    return len(lines)
+
+
+def uninterrupted(folder, count, engine="inline"):
+    process = drive(folder, count, engine)
+    assert process.wait(120) == 0, process.stderr.read().decode()
+    process.stderr.close()
+    return results(folder)
+
+
+def killed_and_resumed(folder, count, engine, kills, seed):
+    """Kill the coordinator `kills` times at random moments of its work, resuming in between; then finish."""
+    rng = random.Random(seed)
+    done_at_kill = []
+    for _ in range(kills):
+        process = drive(folder, count, engine)
+        # wait until it has acknowledged something new, then a random while more: the kill meets it at work
+        path = folder / "acknowledged"
+        before = path.stat().st_size if path.exists() else 0
+        until = time.monotonic() + 60
+        while process.poll() is None and time.monotonic() < until:
+            if path.exists() and path.stat().st_size > before:
+                break
+            time.sleep(0.002)
+        time.sleep(rng.uniform(0, 0.03))
+        if process.poll() is not None:
+            break
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        process.stderr.close()
+        done_at_kill.append(assert_acknowledged(folder))
+    process = drive(folder, count, engine)
+    assert process.wait(120) == 0, process.stderr.read().decode()
+    process.stderr.close()
+    assert_acknowledged(folder)
+    return done_at_kill
+
+
+@pytest.mark.parametrize("engine", ["inline", "processes"])
+def test_twenty_kills_lose_nothing(tmp_path, engine):
+    whole = uninterrupted(tmp_path / "whole", 200, engine)
+    kills = killed_and_resumed(tmp_path / "killed", 200, engine, 20 if engine == "inline" else 6, seed=1)
+    assert len(kills) >= 4  # it was at work when it was killed
+    assert results(tmp_path / "killed") == whole
+    deadline = time.monotonic() + GONE_WITHIN
+    while left_behind(tmp_path) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert left_behind(tmp_path) == []
+
+
+def left_behind(folder):
+    """Worker processes that still stand in the folder."""
+    found = []
+    for pid in marked_processes(""):
+        try:
+            place = Path(f"/proc/{pid}/cwd").readlink()
+        except OSError:
+            continue
+        if place.is_relative_to(folder):
+            found.append(pid)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_two_hundred_kills_lose_nothing(tmp_path):
+    whole = uninterrupted(tmp_path / "whole", 2000)
+    kills = killed_and_resumed(tmp_path / "killed", 2000, "inline", 200, seed=2)
+    assert len(kills) >= 150
+    assert results(tmp_path / "killed") == whole
+
+
+def kill_before_every(operations, tmp_path, count):
+    whole = uninterrupted(tmp_path / "whole", count)
+    for k in operations:
+        folder = tmp_path / f"k{k}"
+        process = drive(folder, count, "inline", kill_after=k)
+        code = process.wait(60)
+        process.stderr.close()
+        if code == 0:
+            return k
+        assert code == -signal.SIGKILL
+        process = drive(folder, count, "inline")
+        assert process.wait(60) == 0, process.stderr.read().decode()
+        process.stderr.close()
+        assert_acknowledged(folder)
+        assert results(folder) == whole
+    return None
+
+
+def test_a_kill_before_every_third_database_operation(tmp_path):
+    assert kill_before_every(range(2, 400, 6), tmp_path, 12) is not None
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_a_kill_before_every_database_operation(tmp_path):
+    last = kill_before_every(range(1, 2000), tmp_path, 25)
+    assert last is not None
+    assert last > 30

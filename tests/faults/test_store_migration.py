@@ -1,0 +1,97 @@
+"""A store of an older version opens after a migration, keeps a copy, and loses nothing."""
+
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from workbench import store_schema
+from workbench.errors import StoreError
+from workbench.model import Answer
+from workbench.store import Store
+from workbench.store_schema import VERSION
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture
+def old(tmp_path):
+    """The database that version 1 wrote."""
+    path = tmp_path / "runs.sqlite"
+    db = sqlite3.connect(path)
+    db.executescript((HERE / "store_v1.sql").read_text())
+    db.close()
+    return path
+
+
+def dump(path):
+    db = sqlite3.connect(path)
+    rows = db.execute(
+        "SELECT key, inputs, outputs, error, created, finished FROM evaluation ORDER BY id"
+    ).fetchall()
+    version = db.execute("PRAGMA user_version").fetchone()[0]
+    db.close()
+    return version, rows
+
+
+def test_version_1_is_brought_up(old):
+    version, before = dump(old)
+    assert version == 1
+    store = Store.opened(old)
+    rows = store.rows()
+    assert [row.status for row in rows] == [
+        "ok",
+        "nonfinite",
+        "ok",
+        "queued",
+        "killed",
+    ]  # the 4th was running
+    store.finish(rows[0].key, Answer(status="ok", outputs={"y": 9.0}), attempt=2)
+    assert store.attempts(rows[0].key) == [(2, "ok", "late", "")]
+    assert store.check() == []
+    store.close()
+    assert dump(old) == (VERSION, before)
+    assert dump(old.with_name("runs.sqlite.v1.backup")) == (1, before)
+    Store.opened(old).close()  # and once more, without another migration
+
+
+def test_a_new_and_a_migrated_store_have_the_same_tables(old, tmp_path):
+    Store.opened(old).close()
+    Store.opened(tmp_path / "new.sqlite").close()
+
+    def tables(path):
+        db = sqlite3.connect(path)
+        rows = db.execute(
+            "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY name"
+        ).fetchall()
+        db.close()
+        return rows
+
+    assert tables(old) == tables(tmp_path / "new.sqlite")
+
+
+def test_every_version_has_its_step():
+    assert sorted(store_schema.MIGRATIONS) == list(range(1, VERSION))
+
+
+def test_readers_do_not_migrate(old):
+    store = Store.reading(old)
+    assert len(store.rows()) == 5
+    store.close()
+    assert dump(old)[0] == 1
+
+
+def test_no_copy_no_migration(old, monkeypatch):
+    before = dump(old)
+
+    class Full:
+        @staticmethod
+        def connect(path):
+            raise sqlite3.OperationalError("disk full")
+
+    monkeypatch.setattr(
+        store_schema, "sqlite3", type("sql", (), {"connect": Full.connect, "Error": sqlite3.Error})
+    )
+    with pytest.raises(StoreError, match=r"cannot keep a copy of .*runs.sqlite before bringing it to schema"):
+        Store.opened(old)
+    assert dump(old) == before
