@@ -27,6 +27,7 @@ class TableModel:
 
     rows: tuple[dict[str, Any], ...]
     names: tuple[str, ...]
+    _place: dict[tuple[Any, ...], int]
 
     @classmethod
     def opened(cls, spec: ModelSpec) -> "TableModel":
@@ -36,7 +37,8 @@ class TableModel:
         rows = read_table(
             path, spec.names, tuple(spec.responses), columns=spec.options.get("columns", {}), words=words
         )
-        return cls(tuple(rows), spec.names)
+        place = {tuple(row[name] for name in spec.names): k for k, row in enumerate(rows)}
+        return cls(tuple(rows), spec.names, place)
 
     @property
     def inputs(self) -> list[dict[str, Any]]:
@@ -45,10 +47,10 @@ class TableModel:
 
     def run(self, row: Mapping[str, Any], workdir: Path | None) -> Any:
         """The table's row with these parameters."""
-        for known in self.rows:
-            if all(known[name] == row[name] for name in self.names):
-                return {k: v for k, v in known.items() if k not in self.names}
-        raise EvaluationFailed("the table holds no such run; a table cannot run anything new")
+        k = self._place.get(tuple(row[name] for name in self.names))
+        if k is None:
+            raise EvaluationFailed("the table holds no such run; a table cannot run anything new")
+        return {name: value for name, value in self.rows[k].items() if name not in self.names}
 
     def close(self) -> None:
         """Nothing to release."""

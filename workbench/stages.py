@@ -66,7 +66,12 @@ def design(campaign: Campaign) -> dict[str, Any]:
         made, rows = _design_from_file(campaign, table)
     else:
         made, rows = _design_of_kind(campaign, table)
-    document = {**made.to_dict(), "run_keys": [campaign.key(study.space.canonical(row)) for row in rows]}
+    document = {
+        **made.to_dict(),
+        # as given: a table's value would not survive the way to the unit cube and back to the last bit
+        "physical": [[row[name] for name in study.space.names] for row in rows],
+        "run_keys": [campaign.key(study.space.canonical(row)) for row in rows],
+    }
     _write(campaign, "design", document, fingerprint)
     campaign.progress.stage(
         "design", f"{len(rows)} runs of {study.space.dimension} parameters ({made.algorithm})"

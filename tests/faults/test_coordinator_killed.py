@@ -1,5 +1,7 @@
 """SIGKILL of the coordinator, at random and before every database operation: nothing acknowledged is lost."""
 
+import ast
+import json
 import random
 import signal
 import sqlite3
