@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .correlation import CORRELATIONS, Correlation
-from .fitting import Search, search
+from .fitting import MANY_RUNS, Search, search
 from .likelihood import Likelihood, Parameters
 from .posterior import Scaling
 from .runs import Runs, not_positive_definite
@@ -108,13 +108,15 @@ def estimate(
     theta: ArrayLike | None,
     theta_start: ArrayLike | None,
     theta_bounds: ArrayLike | None,
-    n_starts: int,
+    n_starts: int | None,
     seed: int,
 ) -> Estimate:
     """Maximise the likelihood over what is free. Raises NotPositiveDefinite."""
+    n, d = runs.u.shape
+    if n_starts is None:
+        n_starts = int(np.clip(1.5 * d, 5, 30)) if n <= MANY_RUNS else 8
     if n_starts < 1:
         raise ValueError(f"n_starts needs a whole number >= 1, got {n_starts}")
-    d = runs.u.shape[1]
     units = theta_units(runs.scaling, likelihood.correlation)
     fixed = None if theta is None else _per_input("theta", theta, d) * units
     if runs.degenerate:

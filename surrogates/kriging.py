@@ -16,6 +16,7 @@ from scipy.linalg import lapack
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from .calibration import interval_factor
 from .diagnosis import Diagnosis, advise, close_pairs, constant_columns, repeated_columns
 from .estimation import Estimate, check_choices, estimate, likelihood_of, theta_units
 from .likelihood import Factor, Likelihood
@@ -45,9 +46,12 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         theta: fixed values, (d,) or a number, in the coordinates of X: nothing is searched.
         theta_start: (d,) first start of the search, in the coordinates of X (a warm start).
         theta_bounds: (low, high) or (d, 2), in the coordinates of X; by default wide enough for any input.
-        n_starts: ascents of the likelihood. With `theta_start`, one or two are usually enough.
+        n_starts: ascents of the likelihood; None is 1.5 per input, at least 5 and at most 30, and 8 above
+            250 runs, where the surface is simpler. With `theta_start`, one or two are usually enough.
         groups: (d,) labels of inputs that share one theta in the box of the runs; None gives each its own.
         categorical: columns that hold labels (numbers or, if X is an object array, strings).
+        calibration: "none" gives plug-in intervals, which take theta as known; "cross_validation" widens them
+            by a factor from ten refits (see `surrogates.calibration`), so that they hold what they promise.
         seed: of the starts. Same seed, same result.
 
     Attributes:
@@ -58,6 +62,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         log_likelihood_: log L of eq. (3.13) without its constant (or of the full likelihood), larger is
             better; inf when the trend reproduces the response exactly.
         diagnosis_: a `Diagnosis`.   n_features_in_: d.
+        interval_factor_: what `calibration` multiplies the standard deviations by; 1.0 without.
 
     >>> import numpy as np
     >>> x = np.linspace(0, 1, 8)[:, None]
@@ -66,6 +71,9 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     >>> print(mean.round(2), bool(abs(mean[0] - np.sin(2.4)) < 3 * std[0]))
     [0.68] True
     """
+
+    posterior_: Posterior
+    diagnosis_: Diagnosis
 
     def __init__(
         self,
@@ -78,9 +86,10 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         theta: ArrayLike | None = None,
         theta_start: ArrayLike | None = None,
         theta_bounds: ArrayLike | None = None,
-        n_starts: int = 5,
+        n_starts: int | None = None,
         groups: Sequence[Hashable] | None = None,
         categorical: Sequence[int] | None = None,
+        calibration: str = "none",
         seed: int = 0,
     ) -> None:
         self.criterion = criterion
@@ -94,6 +103,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.n_starts = n_starts
         self.groups = groups
         self.categorical = categorical
+        self.calibration = calibration
         self.seed = seed
 
     def fit(
@@ -117,7 +127,19 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """
         runs = self._prepared(X, y, run_ids)
         likelihood = self._likelihood(runs, noise)
-        return self._finish(runs, self._estimated(runs, likelihood))
+        self._finish(runs, self._estimated(runs, likelihood))
+        if self.calibration == "cross_validation":
+            variances = likelihood.noise
+            self._widen(
+                interval_factor(self, runs, noise=None if variances is None else variances * runs.scale**2)
+            )
+        return self
+
+    def _widen(self, factor: float) -> None:
+        self.interval_factor_ = factor
+        self.posterior_ = replace(self.posterior_, sigma2=self.posterior_.sigma2 * factor**2)
+        coverage = self.leave_one_out().coverage95
+        self.diagnosis_ = replace(self.diagnosis_, interval_factor=factor, coverage95=coverage)
 
     def _prepared(self, X: ArrayLike, y: ArrayLike, run_ids: Sequence[Hashable] | None) -> Runs:
         check_choices(
@@ -125,6 +147,8 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         )
         if not callable(self.trend) and self.trend not in TRENDS:
             raise ValueError(f"trend needs one of {', '.join(TRENDS)} or a function of X, got {self.trend!r}")
+        if self.calibration not in ("none", "cross_validation"):
+            raise ValueError(f"calibration needs 'none' or 'cross_validation', got {self.calibration!r}")
         self._codes = None if self.categorical is None else LabelCodes(self.categorical, X)
         if self._codes is not None:
             X = self._codes(X)
@@ -213,6 +237,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             if likelihood.restricted:
                 value -= float(np.linalg.slogdet(runs.back)[1])
             self.log_likelihood_ = float(value)
+        self.interval_factor_ = 1.0
         self.diagnosis_ = self._diagnosed(found)
         return self
 

@@ -14,7 +14,7 @@ SETTINGS = [
     {"nugget": "estimate"},
     {"correlation": "matern52"},
     {"criterion": "ml"},
-    {"trend": "linear"},
+    {"trend": "linear", "calibration": "cross_validation"},
     {"correlation": "power_exponential", "nugget": "ladder", "n_starts": 2},
 ]
 CASES = {
@@ -135,6 +135,7 @@ def test_the_run_id_of_a_failed_run_is_named():
         ({"nugget": "free"}, "nugget needs a number or one of auto, estimate, ladder, got 'free'"),
         ({"eta": 2.5}, r"eta needs a number in \[1, 2\] or 'free', got 2.5"),
         ({"eta": "any"}, r"eta needs a number in \[1, 2\] or 'free', got 'any'"),
+        ({"calibration": "yes"}, "calibration needs 'none' or 'cross_validation', got 'yes'"),
         ({"n_starts": 0}, "n_starts needs a whole number >= 1, got 0"),
         ({"theta": [1.0, 2.0]}, "theta needs 3 finite numbers >= 0"),
         ({"theta_start": [-1.0, 1, 1]}, "theta_start needs 3 finite numbers >= 0"),
