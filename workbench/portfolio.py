@@ -24,7 +24,7 @@ from workbench.infill import maximise_score
 from workbench.search_model import SearchModel
 from workbench.search_space import SearchSpace
 
-__all__ = ["Batch", "propose"]
+__all__ = ["Batch", "predicted_worst", "propose"]
 
 Score = Callable[[np.ndarray], np.ndarray]
 
@@ -89,6 +89,23 @@ def propose(
     return Batch(u=points, proposals=tuple(names), predicted=mean, std=std)
 
 
+def predicted_worst(
+    where: SearchSpace,
+    model: SearchModel,
+    *,
+    incumbent: np.ndarray,
+    feasibility: Feasibility,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """The point (d,) of the largest predicted value, runs themselves included."""
+    none = np.empty((0, where.dimension))
+    pool = _pool(where, incumbent, rng)
+    point = _best(
+        "predicted", where, model, taken=none, incumbent=incumbent, feasibility=feasibility, pool=pool
+    )
+    return incumbent if point is None else point
+
+
 def _best(
     name: str,
     where: SearchSpace,
@@ -113,8 +130,10 @@ def _best(
     def score(points: np.ndarray) -> np.ndarray:
         features = where.features(points)
         value = acquisition(features, feasibility.probability(features))
-        free = np.abs(points[:, None] - taken[None]).max(axis=2).min(axis=1) > CLOSEST
-        return np.where(free & where.allowed(points), value, -np.inf)
+        free = where.allowed(points)
+        if len(taken):
+            free &= np.abs(points[:, None] - taken[None]).max(axis=2).min(axis=1) > CLOSEST
+        return np.where(free, value, -np.inf)
 
     scores = score(start)
     order = np.argsort(scores)[::-1][:STARTS]
@@ -135,7 +154,10 @@ def _acquisition(name: str, model: SearchModel) -> Callable[[np.ndarray, np.ndar
         return lambda features, chance: model.warped_bound(features, 3.0) + model.scale * np.log(chance)
     if name in ("ei", "cautious", "combination"):
         return lambda features, chance: model.log_ei(features) + np.log(chance)
-    return lambda features, chance: model.predict(features)[0] + model.scale * np.log(chance)
+    # an even chance is good enough for the predicted worst, which often lies where the failures begin
+    return lambda features, chance: (
+        model.predict(features)[0] + model.scale * np.log(np.minimum(2 * chance, 1))
+    )
 
 
 def _pool(where: SearchSpace, incumbent: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -25,11 +25,12 @@ import numpy as np
 
 import doe
 from workbench.audit import Audit, audit_runs
+from workbench.baselines import Baseline, predicted_baselines
 from workbench.errors import StudyError
 from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading
 from workbench.feasibility import Feasibility
 from workbench.gap import Gap, lipschitz_gap, remaining_gap
-from workbench.portfolio import propose
+from workbench.portfolio import predicted_worst, propose
 from workbench.search_ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search_model import SearchModel, fit_search_model
 from workbench.space import Space
@@ -73,6 +74,7 @@ class WorstCase:
     gap: Gap
     audit: Audit
     profile: Mapping[str, Mapping[str, list[float]]] = field(default_factory=dict)
+    baselines: Mapping[str, Baseline] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
@@ -133,6 +135,7 @@ class WorstCase:
             "gap": self.gap.to_dict(),
             "audit": self.audit.to_dict(),
             "profile": {name: dict(band) for name, band in self.profile.items()},
+            "baselines": {name: baseline.to_dict() for name, baseline in self.baselines.items()},
         }
 
 
@@ -285,29 +288,26 @@ def surrogate_worst_case(
     ledger.require_values(FEWEST_RUNS)
     where = ledger.where
     model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=None, seed=seed)
-    batch = propose(
+    worst = predicted_worst(
         where,
         model,
-        u=np.empty((0, where.dimension)),
         incumbent=ledger.incumbent,
         feasibility=Feasibility.of(where.features(ledger.u), ledger.ok),
-        iteration=0,
-        stalled=False,
-        size=1,
         rng=stream(seed, "worst case"),
-    )
+    )[None]
+    mean, std = model.in_units(where.features(worst))
     found = _result(
         ledger, response=response, unit=unit, budget=0, seed=seed, status=Status.SURROGATE, lipschitz=None
     )
-    predicted = float(ledger.sign * batch.predicted[0])
+    predicted = float(ledger.sign * mean[0])
     return replace(
         found,
         value=predicted,
-        parameters=where.rows(batch.u)[0],
+        parameters=where.rows(worst)[0],
         confirmed=False,
         predicted=predicted,
-        predicted_std=float(batch.std[0]),
-        profile=_profile(ledger, model, batch.u[0]),
+        predicted_std=float(std[0]),
+        profile=_profile(ledger, model, worst[0]),
     )
 
 
@@ -397,6 +397,9 @@ def _result(
             rng=stream(seed, "audit"),
         ),
         profile=_profile(ledger, model, ledger.incumbent),
+        baselines=predicted_baselines(
+            where, model, runs=len(ledger.runs), sign=ledger.sign, rng=stream(seed, "baselines")
+        ),
     )
 
 

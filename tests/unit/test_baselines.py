@@ -1,0 +1,54 @@
+"""What plain searches would have found at the same cost."""
+
+import numpy as np
+import pytest
+
+from workbench.baselines import predicted_baselines, run_baselines
+from workbench.evaluator import FunctionEvaluator
+from workbench.search_model import fit_search_model
+from workbench.search_space import SearchSpace
+from workbench.space import Parameter, Space
+
+BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
+WHERE = SearchSpace.of(BOX)
+
+
+def tilted(a, b):
+    return 3 * a - b
+
+
+@pytest.fixture(scope="module")
+def model():
+    u = np.random.default_rng(0).random((15, 2))
+    return fit_search_model(WHERE.features(u), 3 * u[:, 0] - u[:, 1], previous=None, seed=0)
+
+
+def test_predicted_baselines_equal_the_truth_of_a_linear_response(model):
+    found = predicted_baselines(WHERE, model, runs=16, sign=1.0, rng=np.random.default_rng(1))
+    assert found["random corners"].median == pytest.approx(3.0, abs=1e-3)  # 4 corners, all of them run
+    assert found["grid"].median == pytest.approx(3.0, abs=1e-3)
+    assert found["grid"].runs == 16
+    sampled = np.random.default_rng(2).random((4000, 16, 2)) @ np.array([3.0, -1.0])
+    assert found["Latin hypercube"].median == pytest.approx(np.median(sampled.max(axis=1)), abs=0.25)
+    assert found["Latin hypercube"].low < found["Latin hypercube"].median < found["Latin hypercube"].high
+    assert {b.kind for b in found.values()} == {"predicted by the Kriging"}
+
+
+def test_run_baselines_are_true_runs():
+    found = run_baselines(
+        FunctionEvaluator(tilted),
+        WHERE,
+        read=lambda outputs: outputs["y"],
+        runs=9,
+        sign=-1.0,
+        rng=np.random.default_rng(0),
+    )
+    assert found["random corners"].median == -1.0
+    assert found["grid"].median == -1.0
+    assert found["Latin hypercube"].median >= -1.0
+    assert found["grid"].kind == "true runs"
+
+
+def test_a_grid_of_one_level_is_left_out(model):
+    found = predicted_baselines(WHERE, model, runs=3, sign=1.0, rng=np.random.default_rng(0))
+    assert set(found) == {"Latin hypercube", "random corners"}
