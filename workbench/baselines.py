@@ -86,7 +86,7 @@ def run_baselines(
 def _designs(
     where: SearchSpace, runs: int, replicates: int, rng: np.random.Generator
 ) -> Mapping[str, list[np.ndarray]]:
-    """Unit points of every plain search; a grid is drawn once, and left out when it has fewer than 2 levels."""
+    """Unit points of every plain search; a grid is drawn once, and left out below 2 levels per axis."""
     d = where.dimension
 
     def allowed(u: np.ndarray) -> np.ndarray:
