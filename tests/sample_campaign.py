@@ -32,15 +32,13 @@ def write_sample(folder: Path, *, q2: float = 0.91, confirmed: bool = True, fail
     history = _history(rows, values, status, rng)
     _database(folder / "runs.sqlite", rows, values, status, history)
     ok = [k for k in range(RUNS) if status[k] == "ok"]
-    parameters = [
-        {"name": n, "unit": "1", "kind": "continuous", "lower": -0.5, "upper": 0.5, "levels": []}
-        for n in NAMES
-    ]
+    parameters = [{"name": n, "unit": "1", "kind": "continuous", "lower": -0.5, "upper": 0.5} for n in NAMES]
     _write(
         folder / "design.json",
         {
             "algorithm": "ihs", "options": {"duplication": 5}, "seed": 1, "n": RUNS, "d": 20,
-            "parameters": parameters, "unit": unit.tolist(), "physical": (unit - 0.5).tolist(),
+            "parameters": parameters, "space": {"parameters": parameters}, "unit": unit.tolist(),
+            "physical": (unit - 0.5).tolist(),
             "run_ids": [f"r{k + 1:04d}" for k in range(RUNS)], "run_keys": [_key(k) for k in range(RUNS)],
             "quality": {
                 "min_distance": {"value": 1.11, "percentile": 93.0, "better": "high"},
@@ -130,7 +128,8 @@ def _screening(y, keys, q2, rng):
     for k, (added, likelihood) in enumerate(PATH):
         selected = [*selected, added] if added else selected
         gain = 0.0 if level is None else likelihood - level
-        path.append({"step": k, "selected": selected, "added": added, "theta_common": 0.3 * 0.3**k,
+        path.append({"step": k, "selected": selected, "added": [added] if added else [],
+                     "theta_common": 0.3 * 0.3**k,
                      "theta": {}, "sigma2": 2.2 + k, "log_likelihood": likelihood, "gain": gain,
                      "accepted": k == 0 or gain >= THRESHOLD})  # fmt: skip
         level = likelihood
@@ -141,12 +140,13 @@ def _screening(y, keys, q2, rng):
     return {
         "response": "y", "unit": "kN", "method": "forward",
         "criterion": "restricted log-likelihood l of (3.13), constant 0, larger is better",
-        "rule": f"a step is accepted when l rises by at least {THRESHOLD}", "threshold": THRESHOLD,
+        "rule": f"a step is accepted when l rises by at least {THRESHOLD}",
         "n_runs": n, "n_left_out": RUNS - n, "path": path, "selected": SELECTED, "ranking": list(theta),
-        "theta": theta, "verdict": "The four parameters stand clear of the others.",
+        "theta": theta, "verdict": "resolved: every other set is at least 4 lower in l",
         "stability": {"x12": 1.0, "x4": 0.9},
-        "kriging": {"trend": "constant", "correlation": "gaussian", "theta": theta, "sigma2": 9.1,
-                    "nugget": 0.0, "beta": [0.9], "log_likelihood": -20.0},
+        "kriging": {"trend": "constant", "correlation": "gaussian",
+                    "theta": {name: theta[name] for name in SELECTED}, "sigma2": 9.1, "nugget": 1e-9,
+                    "beta": [0.9], "log_likelihood": -20.0},
         "leave_one_out": {
             "run_ids": keys, "observed": y.tolist(), "predicted": (y + z * std).tolist(), "std": std.tolist(),
             "standardised": z.tolist(), "q2": q2, "coverage95": float(np.mean(np.abs(z) <= 1.96)),
@@ -157,7 +157,7 @@ def _screening(y, keys, q2, rng):
             for name, m in shapes.items()
         },
         "sobol": {"total": {"x12": 0.66, "x4": 0.2}, "main": {"x12": 0.55, "x4": 0.03}},
-        "diagnosis": {"advice": "Ten more runs would settle x19."},
+        "advice": "ten more runs would settle x19", "diagnosis": {"resolved": True, "threshold": THRESHOLD},
     }  # fmt: skip
 
 

@@ -157,8 +157,8 @@ def plot_waterfall(
             ax.plot([k - 0.4, k + 0.4], [base + threshold] * 2, color="#1b1f24", lw=1.1, zorder=4)
         if height:
             ax.annotate(
-                f"{height:+.2f}", (k, max(top, base)), xytext=(0, 3), textcoords="offset points", ha="center",
-                fontsize=8, zorder=5,
+                f"{height:+.2f}", (k, max(top, base, base + (threshold or 0.0))), xytext=(0, 3),
+                textcoords="offset points", ha="center", fontsize=8, zorder=5,
             )  # fmt: skip
         level = top
     ax.set_xticks(range(len(path)), [_step_label(step) for step in path])
@@ -172,10 +172,11 @@ def plot_waterfall(
 
 
 def _step_label(step: Mapping[str, Any]) -> str:
-    added = step.get("added")
+    added = step.get("added") or []
     if not added:
         return "common θ"
-    return str(added) if step.get("accepted", True) else f"({added})"
+    text = added if isinstance(added, str) else "\n".join(added)
+    return text if step.get("accepted", True) else f"({text})"
 
 
 def plot_likelihood_path(

@@ -24,6 +24,7 @@ from workbench.report_sections.drawing import draw_svg
 from workbench.report_sections.effects import effects_section
 from workbench.report_sections.fit import fit_section
 from workbench.report_sections.folder import CampaignFolder
+from workbench.report_sections.profiler import profiler_section
 from workbench.report_sections.reproduce import reproduce_section
 from workbench.report_sections.runs import runs_section
 from workbench.report_sections.screening import screening_section
@@ -40,6 +41,7 @@ SECTIONS: dict[str, tuple[Callable[[CampaignFolder], Section | None], str, str]]
     "screening": (screening_section, "Which parameters matter", "holdfast screen"),
     "fit": (fit_section, "How far the Kriging can be trusted", "holdfast screen"),
     "effects": (effects_section, "Main effects", "holdfast screen"),
+    "profiler": (profiler_section, "Try other values", "holdfast screen"),
     "runs": (runs_section, "What ran", "holdfast run"),
     "design": (design_section, "The design", "holdfast design"),
 }

@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
+from tests.browser import needs_browser, visit
 from tests.sample_campaign import PATH, RUNS, SELECTED, write_sample
 from workbench.errors import StoreError, StudyError
 from workbench.report import report_numbers, write_report
@@ -257,3 +258,13 @@ def test_failures_are_counted_and_placed(folder):
             "ZeroDivisionError: division by zero", "no result after 5 s", "response 'y' is nan",
         }  # fmt: skip
     assert np.isfinite([[float(row[name]) for name in list(row)[3:]] for row in table]).all()
+
+
+@pytest.mark.browser
+@needs_browser
+@pytest.mark.parametrize("width", [1280, 400])
+def test_a_browser_opens_it_without_a_message_or_a_request(folder, width):
+    seen = visit(folder / "report.html", width=width)
+    assert seen.console == []
+    assert seen.asked == []
+    assert "95 % band" in seen.dom  # the profiler has run

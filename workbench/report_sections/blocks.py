@@ -162,9 +162,9 @@ def percent(share: float, digits: int = 0) -> str:
     """A share of one as percent.
 
     >>> percent(0.953)
-    '95 %'
+    '95\xa0%'
     """
-    return f"{100.0 * share:.{digits}f} %"
+    return f"{100.0 * share:.{digits}f}\N{NO-BREAK SPACE}%"
 
 
 def names_of(names: Sequence[str], *, at_most: int = 12) -> str:

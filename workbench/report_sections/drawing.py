@@ -13,6 +13,7 @@ __all__ = ["STYLE", "draw_svg"]
 
 STYLE = "workbench.style"
 POINTS_PER_INCH = 72  # of SVG
+PIXELS_PER_POINT = 1.45  # on a wide screen: 9 point text is as large as the page's small text
 
 _PROLOGUE = re.compile(r"^.*?(?=<svg)", re.S)
 _METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.S)
@@ -51,7 +52,8 @@ def _embedded(svg: str, name: str) -> str:
     box = re.search(r'viewBox="([^"]*)"', svg)
     assert box is not None
     # the rule that was taken out: * {stroke-linejoin: round; stroke-linecap: butt}; both are inherited
-    opening = f'<svg viewBox="{box[1]}" class="plot" aria-hidden="true" focusable="false" '
+    across = round(PIXELS_PER_POINT * float(box[1].split()[2]))
+    opening = f'<svg viewBox="{box[1]}" width="{across}" class="plot" aria-hidden="true" focusable="false" '
     opening += 'stroke-linejoin="round" stroke-linecap="butt">'
     return re.sub(r"^<svg[^>]*>", opening, svg).strip()
 

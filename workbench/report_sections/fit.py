@@ -94,9 +94,6 @@ def fit_section(folder: CampaignFolder) -> Section | None:
             "process "
             f"variance {number(kriging.get('sigma2'))}, nugget {number(kriging.get('nugget'), 3)}."
         )
-    advice = (screening.get("diagnosis") or {}).get("advice")
-    if advice:
-        blocks.append(Note(text=advice if isinstance(advice, str) else " ".join(map(str, advice))))
     return Section(
         id="fit",
         title="How far the Kriging can be trusted",

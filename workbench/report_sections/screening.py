@@ -38,7 +38,10 @@ def screening_section(folder: CampaignFolder) -> Section | None:
     ]
     blocks: list[Block] = []
     if screening.get("verdict"):
-        blocks.append(Note(text=str(screening["verdict"]), level=verdict_level(screening)))
+        text = f"Verdict: {screening['verdict']}."
+        if screening.get("advice"):
+            text += f" Advice: {screening['advice']}."
+        blocks.append(Note(text=text, level=verdict_level(screening)))
     if path:
         blocks.append(_path_figure(screening, path))
     theta = {str(k): float(v) for k, v in (screening.get("theta") or {}).items()}
@@ -65,8 +68,8 @@ def screening_section(folder: CampaignFolder) -> Section | None:
 
 def verdict_level(screening: Mapping[str, Any]) -> Any:
     """How loudly the screener's own verdict is said."""
-    trusted = (screening.get("diagnosis") or {}).get("trustworthy")
-    return "plain" if trusted is None else "good" if trusted else "fair"
+    resolved = (screening.get("diagnosis") or {}).get("resolved")
+    return "plain" if resolved is None else "good" if resolved else "fair"
 
 
 def threshold_of(screening: Mapping[str, Any]) -> float | None:
@@ -85,7 +88,7 @@ def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Fi
     if rejected:
         last = rejected[-1]
         read_off += (
-            f" The rejected step ({last.get('added') or 'last'}, gain {number(last.get('gain'), 3)}) is "
+            f" The rejected step ({_added(last) or 'last'}, gain {number(last.get('gain'), 3)}) is "
             f"{'hatched' if bars else 'a cross'}: too little to count."
         )
     if threshold is not None:
@@ -95,7 +98,7 @@ def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Fi
         plot = plot_waterfall if bars else plot_likelihood_path
         return plot(path, threshold=threshold, ax=ax)
 
-    steps = [f"{step.get('added') or 'start'} {number(step['log_likelihood'], 4)}" for step in path[:6]]
+    steps = [f"{_added(step) or 'start'} {number(step['log_likelihood'], 4)}" for step in path[:6]]
     return Figure(
         id="screening-path",
         title="Screening, step by step",
@@ -129,6 +132,11 @@ def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Fi
             marked=frozenset(k for k, step in enumerate(path) if not step.get("accepted", True)),
         ),
     )
+
+
+def _added(step: Mapping[str, Any]) -> str:
+    added = step.get("added") or []
+    return added if isinstance(added, str) else names_of(added)
 
 
 def _squared(unit: str) -> str:

@@ -284,13 +284,12 @@ def _profile(
                     band["upper"][k],
                 )
             )
-    mark = "the confirming run" if confirmed else "the surrogate's extreme, not run"
+    mark = "red dot is the confirming run" if confirmed else "open ring is the surrogate's extreme, not run"
     return Figure(
         id="profile",
         title="The response around the worst case",
         alt=f"{response} along {names_of(names)}, each through the worst case of {number(worst['value'])}.",
         read_off="Line and 95 % band are the Kriging's, all other parameters at their worst values; the "
-        "red ring is "
         f"{mark}, grey dots are true runs elsewhere. A steep line at a bound says that a wider range would "
         "be worse.",
         panels=tuple(panel(name) for name in names),

@@ -1,0 +1,139 @@
+"""The profiler of the report: packed arrays, a numpy twin of the script, and the script in a browser."""
+
+import base64
+import json
+import re
+
+import numpy as np
+import pytest
+
+from surrogates import Kriging
+from tests.browser import needs_browser, visit
+from tests.sample_campaign import write_sample
+from workbench.report import HERE, write_report
+from workbench.report_sections.profiler import posterior_arrays
+
+POINTS = 100
+# the page and Python sum the same numbers in another order
+AGREEMENT = 1e-9
+NUGGET_LEAVES = 1e-3
+
+CASES = [
+    ("gaussian", "constant", 0.0),
+    ("gaussian", "quadratic", 1e-3),
+    ("matern52", "linear", 1e-6),
+    ("matern32", "interactions", 0.0),
+    ("power_exponential", "constant", 1e-6),
+]
+
+
+def fitted(correlation, trend, nugget):
+    rng = np.random.default_rng(3)
+    x = rng.random((40, 3))
+    y = np.sin(4 * x[:, 0]) + x[:, 1] ** 2 * x[:, 2] + 250.0
+    kriging = Kriging(correlation=correlation, trend=trend, nugget=nugget, theta=[3.0, 1.0, 0.4], eta=1.7)
+    return kriging.fit(x, y), rng.random((POINTS, 3))
+
+
+def floats(text):
+    return np.frombuffer(base64.b64decode(text), dtype="<f8")
+
+
+def twin(data, points):
+    """profiler.js in numpy."""
+    n, d, p = data["n"], data["d"], data["p"]
+    x = (points - floats(data["low"])) / floats(data["width"]) - 0.5
+    h = np.abs(x[:, None, :] - floats(data["u"]).reshape(n, d)[None])
+    t = floats(data["theta"])
+    a3, a5 = np.sqrt(3 * t) * h, np.sqrt(5 * t) * h
+    one = {
+        "gaussian": np.exp(-t * h**2),
+        "power_exponential": np.exp(-t * h ** data["eta"]),
+        "matern32": (1 + a3) * np.exp(-a3),
+        "matern52": (1 + a5 + a5**2 / 3) * np.exp(-a5),
+    }[data["kind"]]
+    r = one.prod(axis=2)
+    f = np.column_stack([np.prod(x[:, term], axis=1) for term in data["terms"]])
+    mean = f @ floats(data["coefficients"]) + r @ floats(data["weights"])
+    lower = np.zeros((n, n))
+    lower[np.tril_indices(n)] = floats(data["lower"])
+    a = np.linalg.solve(lower, r.T)
+    rf = floats(data["rf"]).reshape(p, p)
+    g = np.linalg.solve(rf.T, f.T) - floats(data["q"]).reshape(n, p).T @ a
+    variance = np.maximum(1 - (a**2).sum(axis=0) + (g**2).sum(axis=0), 0)
+    return data["shift"] + data["scale"] * mean, data["scale"] * np.sqrt(data["sigma2"] * variance)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda c: "-".join(map(str, c)))
+def test_the_packed_arrays_are_the_whole_prediction(case):
+    kriging, points = fitted(*case)
+    mean, std = kriging.predict(points, return_std=True)
+    ours = twin(json.loads(json.dumps(posterior_arrays(kriging.posterior_))), points)
+    np.testing.assert_allclose(ours[0], mean, atol=AGREEMENT, rtol=0)
+    np.testing.assert_allclose(ours[1], std, atol=AGREEMENT, rtol=0)
+
+
+@pytest.mark.browser
+@needs_browser
+@pytest.mark.parametrize("case", CASES[:3], ids=lambda c: "-".join(map(str, c)))
+def test_the_script_predicts_as_python_does(case, tmp_path):
+    kriging, points = fitted(*case)
+    script = (HERE / "profiler.js").read_text()
+    page = tmp_path / "harness.html"
+    page.write_text(
+        f'<pre id="out"></pre><script type="application/json" id="profiler-data">'
+        f"{json.dumps(posterior_arrays(kriging.posterior_))}</script><script>{script}</script>"
+        f"<script>document.getElementById('out').textContent = JSON.stringify({json.dumps(points.tolist())}"
+        ".map((p) => Object.values(holdfast.predict(p))))</script>"
+    )
+    seen = visit(page)
+    assert seen.console == []
+    got = np.array(json.loads(re.search(r'<pre id="out">(.*?)</pre>', seen.dom, re.S)[1]))
+    mean, std = kriging.predict(points, return_std=True)
+    np.testing.assert_allclose(got, np.column_stack([mean, std]), atol=AGREEMENT, rtol=0)
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Drawing is the slow part; tests of words and tables leave it out."""
+    monkeypatch.setattr("workbench.report.draw_svg", lambda draw, **options: "<svg></svg>")
+
+
+def data_of(page):
+    return json.loads(re.search(r'id="profiler-data">(.*?)</script>', page, re.S)[1])
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_report_carries_the_kriging_of_the_screening(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast")
+    data = data_of(write_report(folder).read_text())
+    screening = json.loads((folder / "screening.json").read_text())
+    names = [p["name"] for p in data["parameters"]]
+    assert names == screening["selected"]
+    # with a nugget of 1e-9 the prediction all but passes through the runs that were screened
+    keys = json.loads((folder / "design.json").read_text())["run_keys"]
+    unit = np.array(json.loads((folder / "design.json").read_text())["unit"])
+    rows = [keys.index(key) for key in screening["leave_one_out"]["run_ids"]]
+    columns = [int(name[1:]) - 1 for name in names]
+    mean, _ = twin(data, unit[np.ix_(rows, columns)])
+    np.testing.assert_allclose(mean, screening["leave_one_out"]["observed"], atol=NUGGET_LEAVES)
+    assert [preset["label"] for preset in data["presets"]] == ["worst case", "middle of all ranges"]
+    assert data["presets"][0]["point"] == [1.0, 1.0, 0.0, 1.0]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_no_profiler_where_a_selected_parameter_takes_words(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast")
+    design = json.loads((folder / "design.json").read_text())
+    design["space"]["parameters"][11] |= {"kind": "categorical", "levels": ["a", "b"]}
+    (folder / "design.json").write_text(json.dumps(design))
+    assert "No profiler: x12 takes words." in write_report(folder).read_text()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_no_profiler_without_the_runs(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast")
+    (folder / "runs.sqlite").unlink()
+    page = write_report(folder).read_text()
+    assert "profiler-data" not in page
+    assert "script-src &#39;none&#39;" in page

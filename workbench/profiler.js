@@ -1,0 +1,168 @@
+"use strict";
+// The prediction profiler: the Kriging of the screening, evaluated in the page.
+// Data: <script type="application/json" id="profiler-data">, arrays as base64 of little-endian float64.
+// predict(point in the unit cube) -> { mean, sd }, as in surrogates/posterior.py.
+(() => {
+  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const floats = (text) => new Float64Array(bytes(text).buffer);
+
+  function kriging(data) {
+    const { n, d, p, kind, eta, terms, sigma2, shift, scale } = data;
+    const u = floats(data.u), theta = floats(data.theta), low = floats(data.low), width = floats(data.width);
+    const weights = floats(data.weights), beta = floats(data.coefficients);
+    const lower = floats(data.lower), q = floats(data.q), rf = floats(data.rf);
+    const one = {
+      gaussian: (h, t) => Math.exp(-t * h * h),
+      power_exponential: (h, t) => Math.exp(-t * h ** eta),
+      matern32: (h, t) => { const a = Math.sqrt(3 * t) * h; return (1 + a) * Math.exp(-a); },
+      matern52: (h, t) => { const a = Math.sqrt(5 * t) * h; return (1 + a + a * a / 3) * Math.exp(-a); },
+    }[kind];
+    const r = new Float64Array(n), a = new Float64Array(n), x = new Float64Array(d);
+    const f = new Float64Array(p), h = new Float64Array(p);
+
+    return function predict(point) {
+      for (let k = 0; k < d; k++) x[k] = (point[k] - low[k]) / width[k] - 0.5;
+      for (let j = 0; j < p; j++) f[j] = terms[j].reduce((product, k) => product * x[k], 1);
+      let mean = 0;
+      for (let j = 0; j < p; j++) mean += f[j] * beta[j];
+      for (let i = 0; i < n; i++) {
+        let value = 1;
+        for (let k = 0; k < d; k++) value *= one(Math.abs(x[k] - u[i * d + k]), theta[k]);
+        r[i] = value;
+        mean += value * weights[i];
+      }
+      let variance = 1;                                   // 1 - a'a + h'h, a = L^-1 r, h = rf^-T f - q'a
+      for (let i = 0, row = 0; i < n; row += ++i) {       // lower is packed by rows
+        let sum = r[i];
+        for (let j = 0; j < i; j++) sum -= lower[row + j] * a[j];
+        a[i] = sum / lower[row + i];
+        variance -= a[i] * a[i];
+      }
+      for (let j = 0; j < p; j++) {
+        let sum = f[j];
+        for (let k = 0; k < j; k++) sum -= rf[k * p + j] * h[k];
+        h[j] = sum / rf[j * p + j];
+      }
+      for (let j = 0; j < p; j++) {
+        let projected = h[j];
+        for (let i = 0; i < n; i++) projected -= q[i * p + j] * a[i];
+        variance += projected * projected;
+      }
+      return { mean: shift + scale * mean, sd: scale * Math.sqrt(sigma2 * Math.max(variance, 0)) };
+    };
+  }
+
+  // ---- the page ----------------------------------------------------------------------------------------
+  const SVG = "http://www.w3.org/2000/svg";
+  const BOX = { w: 240, h: 150, left: 46, right: 8, top: 8, bottom: 24 };
+
+  function read(value) {
+    if (typeof value !== "number") return String(value);
+    if (value === 0) return "0";
+    const size = Math.abs(value);
+    return size >= 1e7 || size < 1e-4 ? value.toExponential(3) : String(Number(value.toPrecision(5)));
+  }
+
+  function physical(parameter, t) {
+    if (parameter.levels.length) return parameter.levels[Math.round(t * (parameter.levels.length - 1))];
+    if (t === 1) return parameter.upper;
+    if (parameter.scale === "log") return parameter.lower * (parameter.upper / parameter.lower) ** t;
+    return parameter.lower + t * (parameter.upper - parameter.lower);
+  }
+
+  function element(parent, name, attributes, text) {
+    const svg = ["svg", "path", "line", "text", "circle"].includes(name);
+    const made = svg ? document.createElementNS(SVG, name) : document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    if (text !== undefined) made.textContent = text;
+    return parent.appendChild(made);
+  }
+
+  function build(root, data) {
+    const predict = kriging(data);
+    const unit = data.unit === "1" ? "" : ` ${data.unit}`;
+    const point = Float64Array.from(data.presets[0].point);
+    const answer = root.querySelector(".profiler-answer"), grid = root.querySelector(".profiler-grid");
+    const buttons = root.querySelector(".profiler-buttons");
+    const cells = data.parameters.map((parameter, k) => cell(parameter, k));
+    for (const preset of data.presets) {
+      element(buttons, "button", { type: "button" }, preset.label).addEventListener("click", () => {
+        point.set(preset.point);
+        draw();
+      });
+    }
+
+    function cell(parameter, k) {
+      const box = element(grid, "div", { class: "profiler-cell" });
+      const drawing = element(box, "svg", { viewBox: `0 0 ${BOX.w} ${BOX.h}`, "aria-hidden": "true" });
+      const label = element(box, "label", {});
+      const name = element(label, "span", {}, parameter.name);
+      const levels = parameter.levels.length;
+      const slider = element(label, "input", {
+        type: "range", min: 0, max: 1, step: levels ? 1 / (levels - 1) : 0.005, "aria-label": parameter.name,
+      });
+      slider.addEventListener("input", () => { point[k] = Number(slider.value); draw(); });
+      return { drawing, slider, name };
+    }
+
+    function line(k) {
+      const parameter = data.parameters[k], count = parameter.levels.length || 41;
+      const at = Float64Array.from(point), out = [];
+      for (let i = 0; i < count; i++) {
+        at[k] = count > 1 ? i / (count - 1) : 0;
+        out.push({ t: at[k], ...predict(at) });
+      }
+      return out;
+    }
+
+    function draw() {
+      const now = predict(point), lines = data.parameters.map((_, k) => line(k));
+      const half = 1.959963984540054;
+      let bottom = Infinity, top = -Infinity;
+      for (const l of lines) for (const v of l) {
+        bottom = Math.min(bottom, v.mean - half * v.sd);
+        top = Math.max(top, v.mean + half * v.sd);
+      }
+      const span = top - bottom || 1;
+      const X = (t) => BOX.left + t * (BOX.w - BOX.left - BOX.right);
+      const Y = (y) => BOX.h - BOX.bottom - (y - bottom) / span * (BOX.h - BOX.top - BOX.bottom);
+      answer.textContent = `${data.response} = ${read(now.mean)}${unit}, 95 % band ` +
+        `${read(now.mean - half * now.sd)} to ${read(now.mean + half * now.sd)}${unit}`;
+      cells.forEach(({ drawing, slider, name }, k) => {
+        const parameter = data.parameters[k], value = read(physical(parameter, point[k]));
+        const shown = parameter.unit === "1" ? value : `${value} ${parameter.unit}`;
+        slider.value = point[k];
+        slider.setAttribute("aria-valuetext", shown);
+        name.textContent = `${parameter.name} = ${shown}`;
+        drawing.replaceChildren();
+        const l = lines[k], up = l.map((v) => `${X(v.t)},${Y(v.mean + half * v.sd)}`);
+        const down = l.map((v) => `${X(v.t)},${Y(v.mean - half * v.sd)}`).reverse();
+        element(drawing, "path", { d: `M${[...up, ...down].join("L")}Z`, fill: "#0072B2", "fill-opacity": 0.18 });
+        element(drawing, "path", {
+          d: `M${l.map((v) => `${X(v.t)},${Y(v.mean)}`).join("L")}`, fill: "none", stroke: "#0072B2", "stroke-width": 2,
+        });
+        element(drawing, "line", {
+          x1: X(point[k]), x2: X(point[k]), y1: BOX.top, y2: BOX.h - BOX.bottom, stroke: "#4d5761",
+          "stroke-dasharray": "3 3",
+        });
+        element(drawing, "circle", { cx: X(point[k]), cy: Y(now.mean), r: 4.5, fill: "#D55E00" });
+        for (const y of [bottom, top]) {
+          element(drawing, "text", { x: BOX.left - 5, y: Y(y) + (y === top ? 8 : 0), "text-anchor": "end" },
+            String(Number(y.toPrecision(3))));
+        }
+        for (const t of [0, 1]) {
+          element(drawing, "text", { x: X(t), y: BOX.h - 8, "text-anchor": t ? "end" : "start" },
+            String(read(physical(parameter, t))));
+        }
+      });
+    }
+    draw();
+  }
+
+  const data = document.getElementById("profiler-data");
+  if (data) {
+    const content = JSON.parse(data.textContent), root = document.getElementById("profiler-panel");
+    window.holdfast = Object.assign(window.holdfast || {}, { predict: kriging(content) });
+    if (root) build(root, content);
+  }
+})();
