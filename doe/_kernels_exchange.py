@@ -1,14 +1,18 @@
 # mypy: ignore-errors
-"""Row-exchange kernels: model rows, rank-one updates of the inverse information matrix, Fedorov passes.
+"""Row-exchange kernels: model rows, rank-one updates, one design row at a time against all candidates.
 
 Notation (Fedorov 1972; Miller & Nguyen 1994): f_j is the model row of candidate j, M = X'X the information
-matrix of the design, d_j = f_j' M^-1 f_j the variance of candidate j, d_ij = f_i' M^-1 f_j. Putting j in the
-place of i multiplies |M| by 1 + delta,
+matrix of the design, v_j = f_j' M^-1 f_j, t = f_i' M^-1 f_j. Putting j in the place of i multiplies |M| by
+1 + delta,
 
-    delta = d_j - d_i - (d_i d_j - d_ij^2)  <=  d_j - d_i,
+    delta = v_j - v_i - (v_i v_j - t^2)  <=  v_j - v_i,
 
-so candidates with d_j <= d_i never need their d_ij: this bound is what makes a pass cheap.
-Rows of `f` are padded with zeros to a multiple of four, the inverse likewise.
+so a candidate with v_j <= v_i never needs its t: this bound is what makes a pass cheap. For the criteria
+trace M^-1 B (A: B = 1; I: B the moments), with C = M^-1 B M^-1, c_j = f_j' C f_j and s = f_i' C f_j, the
+trace changes by ((v_i - 1) c_j - 2 t s + (1 + v_j) c_i) / (1 + delta).
+
+Both updates of an exchange are made at once: with K = [[1 + v_j, t], [t, v_i - 1]], g = M^-1 f_i and
+h = M^-1 f_j, M^-1 loses [h g] K^-1 [h g]'. Rows of `f` are padded with zeros to a multiple of four.
 """
 
 import numpy as np
@@ -38,37 +42,17 @@ def dot(a, b):
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def times(matrix, vector, out):
-    """out = matrix @ vector for a symmetric or row-major matrix."""
+    """out = matrix @ vector."""
     for r in range(matrix.shape[0]):
         out[r] = dot(matrix[r], vector)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def variances(f, inverse, v, work):
-    """v_j = f_j' inverse f_j for every row."""
-    for j in range(f.shape[0]):
-        times(inverse, f[j], work)
-        v[j] = dot(work, f[j])
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
-def rank_one(f, inverse, v, g, scale):
-    """inverse += scale g g' and v_j += scale (f_j' g)^2."""
-    p = g.size
-    for a in range(p):
-        s = scale * g[a]
-        for b in range(p):
-            inverse[a, b] += s * g[b]
-    for j in range(f.shape[0]):
-        t = dot(f[j], g)
-        v[j] += scale * t * t
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
-def add_greedily(f, design, used, kept, n, inverse, v, g, replicates):
-    """Fill design[kept:n], each time with the candidate of largest variance (Dykstra 1971)."""
-    log_gain = 0.0
-    for k in range(kept, n):
+def add_greedily(f, design, used, kept, inverse, v, replicates):
+    """Fill design[kept:], each time with the candidate of largest variance (Dykstra 1971)."""
+    p = f.shape[1]
+    g = np.empty(p)
+    for k in range(kept, design.size):
         best, top = -1, -1.0
         for j in range(f.shape[0]):
             if v[j] > top * (1.0 + TIE) and (replicates or used[j] == 0):
@@ -76,56 +60,140 @@ def add_greedily(f, design, used, kept, n, inverse, v, g, replicates):
         design[k] = best
         used[best] += 1
         times(inverse, f[best], g)
-        log_gain += np.log1p(top)
-        rank_one(f, inverse, v, g, -1.0 / (1.0 + top))
-    return log_gain
+        scale = 1.0 / (1.0 + dot(g, f[best]))
+        for a in range(p):
+            s = scale * g[a]
+            for b in range(p):
+                inverse[a, b] -= s * g[b]
+        for j in range(f.shape[0]):
+            t = dot(f[j], g)
+            v[j] -= scale * t * t
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def fedorov_d(f, design, used, fixed, n, inverse, v, g, h, replicates, max_passes):
-    """Exchange rows fixed..n-1 of the design until a pass gains nothing; returns (log gain, exchanges).
-
-    For each design row the best candidate is taken (Cook & Nachtsheim 1980). Both updates of an exchange are
-    made at once: with K = [[1 + d_j, d_ij], [d_ij, d_i - 1]], M^-1 loses [h g] K^-1 [h g]'.
-    """
+def update_inverse(inverse, g, h, a, b, c):
+    """Inverse -= a h h' + b (h g' + g h') + c g g'."""
     p = g.size
-    log_gain, exchanges = 0.0, 0
-    idle = 0
-    for _ in range(max_passes):
-        for k in range(fixed, n):
-            i = design[k]
-            vi = v[i]
-            times(inverse, f[i], g)
-            best, gain, vij = -1, TIE, 0.0
+    for r in range(p):
+        s = a * h[r] + b * g[r]
+        t = b * h[r] + c * g[r]
+        row = inverse[r]
+        for q in range(p):
+            row[q] -= s * h[q] + t * g[q]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22):
+    """M^-1 B M^-1 after the exchange whose update of M^-1 has the coefficients a, b, e; gc, hc = middle f."""
+    for r in range(g.size):
+        x, y = a * h[r] + b * g[r], b * h[r] + e * g[r]
+        z = s11 * h[r] + s12 * g[r]
+        u = s12 * h[r] + s22 * g[r]
+        xc, yc = a * hc[r] + b * gc[r], b * hc[r] + e * gc[r]
+        for q in range(g.size):
+            middle[r, q] += z * h[q] + u * g[q] - x * hc[q] - y * gc[q] - xc * h[q] - yc * g[q]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def climb_d(f, design, used, fixed, inverse, v, replicates, max_exchanges):
+    """Give rows fixed.. of the design their best candidate in turn until none gains; the exchanges made.
+
+    One best candidate per design row is the variant of Cook & Nachtsheim (1980).
+    """
+    n, p = design.size, f.shape[1]
+    g, h = np.empty(p), np.empty(p)
+    exchanges, idle, k = 0, 0, fixed
+    while idle < n - fixed and exchanges < max_exchanges:
+        i = design[k]
+        times(inverse, f[i], g)
+        vi = dot(g, f[i])
+        best, gain, vij = -1, TIE, 0.0
+        for j in range(f.shape[0]):
+            if v[j] - vi > gain and (replicates or used[j] == 0):
+                t = dot(f[j], g)
+                delta = v[j] - vi - (vi * v[j] - t * t)
+                if delta > gain + TIE:
+                    best, gain, vij = j, delta, t
+        idle += 1
+        if best >= 0:
+            idle = 0
+            exchanges += 1
+            times(inverse, f[best], h)
+            a = (1.0 - vi) / (1.0 + gain)
+            b = vij / (1.0 + gain)
+            c = -(1.0 + v[best]) / (1.0 + gain)
+            update_inverse(inverse, g, h, a, b, c)
             for j in range(f.shape[0]):
-                if v[j] - vi > gain and (replicates or used[j] == 0):
-                    t = dot(f[j], g)
-                    delta = v[j] - vi - (vi * v[j] - t * t)
-                    if delta > gain + TIE:
-                        best, gain, vij = j, delta, t
-            idle += 1
-            if best >= 0:
-                idle = 0
-                exchanges += 1
-                times(inverse, f[best], h)
-                a = (1.0 - vi) / (1.0 + gain)
-                b = vij / (1.0 + gain)
-                c = -(1.0 + v[best]) / (1.0 + gain)
-                for r in range(p):
-                    s = a * h[r] + b * g[r]
-                    t = b * h[r] + c * g[r]
-                    for q in range(p):
-                        inverse[r, q] -= s * h[q] + t * g[q]
-                for j in range(f.shape[0]):
-                    s, t = 0.0, 0.0
-                    for q in range(p):
-                        s += f[j, q] * h[q]
-                        t += f[j, q] * g[q]
-                    v[j] -= a * s * s + 2.0 * b * s * t + c * t * t
-                used[i] -= 1
-                used[best] += 1
-                design[k] = best
-                log_gain += np.log1p(gain)
-            if idle >= n - fixed:
-                return log_gain, exchanges
-    return log_gain, exchanges
+                row = f[j]
+                s, t = 0.0, 0.0
+                for q in range(p):
+                    s += row[q] * h[q]
+                    t += row[q] * g[q]
+                v[j] -= a * s * s + 2.0 * b * s * t + c * t * t
+            used[i] -= 1
+            used[best] += 1
+            design[k] = best
+        k = k + 1 if k + 1 < n else fixed
+    return exchanges
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def climb_trace(f, design, used, fixed, inverse, middle, v, c, trace, replicates, max_exchanges):
+    """The same for trace M^-1 B, with `middle` = M^-1 B M^-1 and c_j = f_j' middle f_j kept up to date.
+
+    By Cauchy and Schwarz t s <= sqrt(v_i v_j c_i c_j): candidates that cannot gain even then are passed over.
+    """
+    n, p = design.size, f.shape[1]
+    g, h, gc, hc = np.empty(p), np.empty(p), np.empty(p), np.empty(p)
+    exchanges, idle, k = 0, 0, fixed
+    while idle < n - fixed and exchanges < max_exchanges:
+        i = design[k]
+        times(inverse, f[i], g)
+        times(middle, f[i], gc)
+        vi, ci = dot(g, f[i]), dot(gc, f[i])
+        best, drop, vij, cij = -1, TIE * trace, 0.0, 0.0
+        for j in range(f.shape[0]):
+            if replicates or used[j] == 0:
+                bound = np.sqrt(max(0.0, vi * v[j] * ci * c[j]))
+                if (1.0 - vi) * c[j] + 2.0 * bound > (1.0 + v[j]) * ci:
+                    t, s = dot(f[j], g), dot(f[j], gc)
+                    ratio = 1.0 + v[j] - vi - (vi * v[j] - t * t)
+                    if ratio > TIE:
+                        fall = ((1.0 - vi) * c[j] + 2.0 * t * s - (1.0 + v[j]) * ci) / ratio
+                        if fall > drop * (1.0 + TIE):
+                            best, drop, vij, cij = j, fall, t, s
+        idle += 1
+        if best >= 0:
+            idle = 0
+            exchanges += 1
+            times(inverse, f[best], h)
+            times(middle, f[best], hc)
+            vj, cj = dot(h, f[best]), dot(hc, f[best])
+            ratio = 1.0 + vj - vi - (vi * vj - vij * vij)
+            a, b, e = (1.0 - vi) / ratio, vij / ratio, -(1.0 + vj) / ratio
+            # U'BU = [[c_j, c_ij], [c_ij, c_i]] in the basis (h, g); K^-1 = [[a, b], [b, e]]
+            k11, k12, k21, k22 = a * cj + b * cij, a * cij + b * ci, b * cj + e * cij, b * cij + e * ci
+            s11, s12, s22 = k11 * a + k12 * b, k11 * b + k12 * e, k21 * b + k22 * e
+            update_inverse(inverse, g, h, a, b, e)
+            update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22)
+            for j in range(f.shape[0]):
+                row = f[j]
+                s, t, sc, tc = 0.0, 0.0, 0.0, 0.0
+                for q in range(p):
+                    s += row[q] * h[q]
+                    t += row[q] * g[q]
+                    sc += row[q] * hc[q]
+                    tc += row[q] * gc[q]
+                v[j] -= a * s * s + 2.0 * b * s * t + e * t * t
+                c[j] += (
+                    s11 * s * s
+                    + 2.0 * s12 * s * t
+                    + s22 * t * t
+                    - 2.0 * (s * (a * sc + b * tc) + t * (b * sc + e * tc))
+                )
+            trace -= drop
+            used[i] -= 1
+            used[best] += 1
+            design[k] = best
+        k = k + 1 if k + 1 < n else fixed
+    return exchanges

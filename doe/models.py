@@ -10,6 +10,7 @@ D, A and G are at most 1 on the cube; I counts in runs spread evenly over the cu
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -83,6 +84,16 @@ def model_terms(model: str | ArrayLike, d: int) -> Integers:
     return whole
 
 
+def lists_of(model: str | ArrayLike, d: int) -> tuple[Integers, Integers]:
+    """`factor_lists` of a model; those of the named models are kept, a small design would notice."""
+    return _named_lists(model, d) if isinstance(model, str) else factor_lists(model_terms(model, d))
+
+
+@lru_cache(maxsize=64)
+def _named_lists(model: str, d: int) -> tuple[Integers, Integers]:
+    return factor_lists(model_terms(model, d))
+
+
 def factor_lists(terms: Integers) -> tuple[Integers, Integers]:
     """Terms as lists of columns to multiply: `columns[starts[t]:starts[t + 1]]` for term t."""
     columns = [np.repeat(np.arange(terms.shape[1]), row) for row in terms]
@@ -119,7 +130,7 @@ def model_matrix(points: ArrayLike, *, model: Model = "linear") -> Floats:
     array = checked(points)
     if callable(model):
         return _columns(model, array)
-    starts, columns = factor_lists(model_terms(model, array.shape[1]))
+    starts, columns = lists_of(model, array.shape[1])
     x = np.empty((len(array), starts.size - 1))
     expand(2.0 * array - 1.0, starts, columns, x)
     return x

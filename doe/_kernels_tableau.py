@@ -1,0 +1,214 @@
+# mypy: ignore-errors
+"""Exchange kernels that keep the whole tableau of pairs: for designs and candidate lists of moderate size.
+
+w[k, x] = f' M^-1 f for design row k and candidate x; with it the gain of every pair costs three operations,
+and an exchange is a rank-two update of w (see `_kernels_exchange` for the notation). The tableau is
+float32, eight or sixteen numbers per instruction; it only proposes. The gain of a proposed exchange is
+computed from the float64 inverse before it is accepted.
+
+`blocked` adds -1e30 to the gain of candidates already in the design. The largest gain of a row is taken over
+the bit patterns as integers, which order positive floats correctly and compile to vector instructions,
+where a float maximum does not.
+"""
+
+import numpy as np
+from numba import njit
+
+from doe._kernels_exchange import dot, times, update_inverse
+
+BLOCK = np.float32(-1e30)
+SMALLEST = 1e-6  # of a proposal: the resolution of the float32 tableau
+PLAUSIBLE = np.float32(0.7)  # a shake takes candidates with at least this share of the leaving variance
+TRIALS = 50  # candidates drawn before a shake gives up on a row
+
+
+@njit(cache=True)
+def draw(state, n):
+    """A whole number below n from SplitMix64 (Steele, Lea & Flood 2014); the same on every platform."""
+    state[0] += np.uint64(0x9E3779B97F4A7C15)
+    z = state[0]
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    return np.int64(((z >> np.uint64(32)) * np.uint64(n)) >> np.uint64(32))
+
+
+@njit(cache=True)
+def copy(source, target):
+    """Target = source; a loop compiles in a tenth of the time of a slice assignment."""
+    for k in range(source.size):
+        target[k] = source[k]
+
+
+@njit(cache=True)
+def copy_table(source, target):
+    for r in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[r, k] = source[r, k]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def lift(ft, h, out):
+    """out = ft' h for ft of shape (terms, candidates), four terms at a time."""
+    for x in range(out.size):
+        out[x] = np.float32(0.0)
+    for q in range(0, h.size, 4):
+        a, b = np.float32(h[q]), np.float32(h[q + 1])
+        c, d = np.float32(h[q + 2]), np.float32(h[q + 3])
+        f0, f1, f2, f3 = ft[q], ft[q + 1], ft[q + 2], ft[q + 3]
+        for x in range(out.size):
+            out[x] += a * f0[x] + b * f1[x] + c * f2[x] + d * f3[x]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
+    """Fill design[kept:], each time with the candidate of largest variance (Dykstra 1971)."""
+    g = np.empty(f.shape[1])
+    wj = np.empty_like(v)
+    for k in range(kept, design.size):
+        best, top = -1, np.float32(-1.0)
+        for j in range(v.size):
+            if v[j] + blocked[j] > top:
+                best, top = j, v[j]
+        design[k] = best
+        if not replicates:
+            blocked[best] = BLOCK
+        times(inverse, f[best], g)
+        scale = -1.0 / (1.0 + dot(g, f[best]))
+        update_inverse(inverse, g, g, 0.0, 0.0, -scale)
+        lift(ft, g, wj)
+        factor = np.float32(scale)
+        for x in range(v.size):
+            v[x] += factor * wj[x] * wj[x]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def best_pair(design, fixed, blocked, w, v, gains, bits):
+    """Design row and candidate with the largest gain; (-1, -1) when none is positive. bits views gains."""
+    top, row = np.int32(0), -1
+    for r in range(fixed, design.size):
+        wr = w[r]
+        vi = v[design[r]]
+        keep = np.float32(1.0) - vi
+        for x in range(wr.size):
+            gains[x] = blocked[x] + v[x] * keep + wr[x] * wr[x] - vi
+        largest = np.int32(0)
+        for x in range(wr.size):
+            largest = max(largest, bits[x])
+        if largest > top:
+            top, row = largest, r
+    if row < 0:
+        return -1, -1
+    wr = w[row]
+    vi = v[design[row]]
+    keep = np.float32(1.0) - vi
+    column, largest_gain = -1, np.float32(SMALLEST)
+    for x in range(wr.size):
+        gain = blocked[x] + v[x] * keep + wr[x] * wr[x] - vi
+        if gain > largest_gain:
+            column, largest_gain = x, gain
+    return row, column
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
+    """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused."""
+    p = f.shape[1]
+    g, h = np.empty(p), np.empty(p)
+    i = design[k]
+    times(inverse, f[j], h)
+    times(inverse, f[i], g)
+    vj, vi, t = dot(h, f[j]), dot(g, f[i]), dot(h, f[i])
+    gain = vj - vi - (vi * vj - t * t)
+    if gain <= least:
+        return -1.0
+    a, b, c = (1.0 - vi) / (1.0 + gain), t / (1.0 + gain), -(1.0 + vj) / (1.0 + gain)
+    update_inverse(inverse, g, h, a, b, c)
+    lift(ft, h, wj)
+    copy(w[k], wi)
+    a32, b32, c32 = np.float32(a), np.float32(b), np.float32(c)
+    twice = np.float32(2.0) * b32
+    for x in range(v.size):
+        v[x] -= a32 * wj[x] * wj[x] + twice * wj[x] * wi[x] + c32 * wi[x] * wi[x]
+    for r in range(design.size):
+        wr = w[r]
+        s = a32 * wj[design[r]] + b32 * wi[design[r]]
+        u = b32 * wj[design[r]] + c32 * wi[design[r]]
+        for x in range(wr.size):
+            wr[x] -= s * wj[x] + u * wi[x]
+    wr = w[k]
+    s, u = np.float32(1.0 - a * vj - b * t), np.float32(b * vj + c * t)
+    for x in range(wr.size):
+        wr[x] = s * wj[x] - u * wi[x]
+    design[k] = j
+    if not replicates:
+        blocked[i], blocked[j] = np.float32(0.0), BLOCK
+    return gain
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchanges):
+    """Take the best pair until none gains: the gain in log|M|."""
+    gains, wj, wi = np.empty_like(v), np.empty_like(v), np.empty_like(v)
+    bits = gains.view(np.int32)
+    total = 0.0
+    for _ in range(max_exchanges):
+        k, j = best_pair(design, fixed, blocked, w, v, gains, bits)
+        if j < 0:
+            break
+        gain = put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, SMALLEST, replicates)
+        if gain < 0.0:
+            break
+        total += np.log1p(gain)
+    return total
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def shake(
+    f, ft, design, fixed, blocked, w, v, inverse, state, depth, shakes, floor, replicates, max_exchanges
+):
+    """Iterated climbing: exchange `depth` random rows, climb, keep what is better; the gain in log|M|.
+
+    A random exchange may lose at most the share -floor of |M|, so M stays regular (also when n = p).
+    """
+    n, m = w.shape
+    p = inverse.shape[0]
+    old_design, old_blocked, old_v = np.empty_like(design), np.empty_like(v), np.empty_like(v)
+    old_w, old_inverse = np.empty((n, m), np.float32), np.empty((p, p))
+    copy(design, old_design)
+    copy(blocked, old_blocked)
+    copy(v, old_v)
+    copy_table(w, old_w)
+    copy_table(inverse, old_inverse)
+    wj, wi = np.empty_like(v), np.empty_like(v)
+    total = 0.0
+    for _ in range(shakes):
+        change = 0.0
+        for _ in range(depth):
+            k = fixed + draw(state, design.size - fixed)
+            for _ in range(TRIALS):
+                j = draw(state, v.size)
+                vi = v[design[k]]
+                if j == design[k] or blocked[j] < 0.0 or v[j] < PLAUSIBLE * vi:
+                    continue
+                if v[j] - vi - vi * v[j] + w[k, j] * w[k, j] < floor:
+                    continue
+                gain = put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, floor, replicates)
+                if gain > -1.0:
+                    change += np.log1p(gain)
+                    break
+        change += climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchanges)
+        if change > SMALLEST:
+            total += change
+            copy(design, old_design)
+            copy(blocked, old_blocked)
+            copy(v, old_v)
+            copy_table(w, old_w)
+            copy_table(inverse, old_inverse)
+        else:
+            copy(old_design, design)
+            copy(old_blocked, blocked)
+            copy(old_v, v)
+            copy_table(old_w, w)
+            copy_table(old_inverse, inverse)
+    return total
