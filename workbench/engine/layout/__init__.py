@@ -1,0 +1,1 @@
+"""Convex subproblems, the min-max master, purification and several objectives."""

@@ -1,0 +1,79 @@
+"""What a layout optimisation gives back: the design, how it got there and why it stopped."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["HistoryEntry", "LayoutResult", "LayoutStatus"]
+
+Array = NDArray[np.float64]
+
+
+class LayoutStatus(Enum):
+    """Why the optimisation stopped, as a sentence."""
+
+    CONVERGED = "Converged: no feasible change promises a noticeable improvement to first order."
+    LIMIT = "Stopped at the limit of evaluations; more evaluations may improve the layout."
+    STALLED = "Stopped because no step of any size improved the layout any further."
+    IDLE_BUDGET = "Converged with an idle budget: the objective rewards removing members."
+    ZERO_SENSITIVITY = (
+        "Refused: the objective does not see these variables in this window (every sensitivity is zero)."
+    )
+    INFEASIBLE = "No feasible design was found: the constraints contradict each other near the iterates."
+    TRIVIAL = "A trivial layout was better than every iterate and is returned instead."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HistoryEntry:
+    """One evaluation.
+
+    value, best: of this evaluation and of the best feasible design so far.    active: peaks within 1 % of it.
+    budget: the largest share of a limit in use.    kkt: promised relative improvement (nan when not known).
+    radius: of the trust region, or the move limit.    start: which start the run came from.
+    """
+
+    evaluation: int
+    value: float
+    best: float
+    active: int
+    budget: float
+    kkt: float
+    radius: float
+    start: int = 0
+    accepted: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LayoutResult:
+    """The best feasible design and the numbers to judge it by.
+
+    density (members,)    value, start_value: of the objective    history: one entry per evaluation
+    shadow_prices (budgets,): improvement of the value per unit of each limit, to first order
+    kkt: relative improvement that the linearised problem still promises at the returned design; for a
+        convex problem a bound on the distance to the optimum
+    excess: largest relative violation of a budget or, in its own unit, of a further constraint
+    verdicts: plain sentences    strategy: what was done and why    optima: values of other local optima seen
+    """
+
+    density: Array
+    value: float
+    start_value: float
+    history: tuple[HistoryEntry, ...]
+    status: LayoutStatus
+    shadow_prices: Array
+    kkt: float
+    evaluations: int
+    excess: float
+    strategy: str
+    verdicts: tuple[str, ...] = ()
+    optima: tuple[float, ...] = ()
+    baselines: dict[str, float] = field(default_factory=dict)
+    iterates: tuple[Array, ...] = ()
+
+    @property
+    def grayness(self) -> float:
+        """4 mean(a (1 - a)) of the density, 0 for a layout of zeros and ones."""
+        a = self.density
+        return float(4 * np.mean(a * (1 - a)))
