@@ -215,3 +215,18 @@ def test_works_in_a_pipeline_and_with_partial_dependence_display():
     k = Kriging(n_starts=2).fit(x, y)
     display = PartialDependenceDisplay.from_estimator(k, x, [0, (0, 1)], grid_resolution=5)
     assert display.axes_.size == 2
+
+
+@pytest.mark.parametrize(("kind", "power"), [("gaussian", 2.0), ("power_exponential", 1.5)])
+def test_theta_is_in_the_coordinates_of_x(kind, power):
+    x, y = runs()
+    x = x * [1.0, 10.0, 0.1] + 4.0
+    k = Kriging(correlation=kind, eta=1.5, nugget=1e-6).fit(x, y)
+    r = np.exp(-(k.theta_ * np.abs(x[:, None] - x[None]) ** power).sum(-1)) + 1e-6 * np.eye(len(x))
+    inverse = np.linalg.inv(r)
+    m = len(y) - 1
+    beta = inverse.sum(axis=0) @ y / inverse.sum()
+    sigma2 = (y - beta) @ inverse @ (y - beta) / m
+    twice = -m * np.log(sigma2) - np.linalg.slogdet(r)[1] - np.log(inverse.sum()) - m
+    assert k.sigma2_ == pytest.approx(sigma2, rel=1e-6)
+    assert k.log_likelihood_ == pytest.approx(0.5 * twice, rel=1e-7)
