@@ -10,12 +10,15 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 __all__ = ["MARK", "Warden", "die_with_parent", "end_group", "end_marked", "marked_processes"]
 
 MARK = "HOLDFAST_MARK"
 PR_SET_PDEATHSIG = 1
+BETWEEN_LOOKS = 0.01  # s
+LONGEST_HUNT = 5.0  # s
 
 # Reads until the coordinator's end of the pipe closes, then ends all that carry the mark. Stands alone on
 # purpose: it starts in a few milliseconds and shares nothing with the process it outlives.
@@ -23,7 +26,8 @@ WARDEN = """
 import os, signal, sys, time
 while os.read(0, 1): pass
 mark = b"HOLDFAST_MARK=" + sys.argv[1].encode()
-for _ in range(5):
+clear = 0
+for _ in range(100):
     found = False
     for name in os.listdir("/proc"):
         if name.isdigit() and int(name) != os.getpid():
@@ -34,8 +38,9 @@ for _ in range(5):
                         os.kill(int(name), signal.SIGKILL)
             except OSError:
                 pass
-    if not found: break
-    time.sleep(0.05)
+    clear = 0 if found else clear + 1
+    if clear == 3: break
+    time.sleep(0.02)
 """
 
 
@@ -72,18 +77,23 @@ def marked_processes(mark: str) -> list[int]:
 
 
 def end_marked(mark: str) -> int:
-    """Kill every process that carries the mark, and those they start meanwhile; how many there were."""
-    ended = 0
-    for _ in range(5):
+    """Kill every process that carries the mark, and those they start meanwhile; how many there were.
+
+    A process shows no environment for a moment while it starts a program: it takes two looks that find none.
+    """
+    ended = clear = 0
+    until = time.monotonic() + LONGEST_HUNT
+    while clear < 2 and time.monotonic() < until:
         found = [pid for pid in marked_processes(mark) if not _is_zombie(pid)]
-        if not found:
-            break
         for pid in found:
             try:
                 os.kill(pid, signal.SIGKILL)
                 ended += 1
             except (ProcessLookupError, PermissionError):
                 pass
+        clear = 0 if found else clear + 1
+        if clear < 2:
+            time.sleep(BETWEEN_LOOKS)
     return ended
 
 

@@ -27,7 +27,7 @@ from workbench.worker import answer_from_dict, pack
 __all__ = ["ProcessPool"]
 
 START_TIMEOUT = 120.0  # s; a model whose import takes longer hangs
-WATCH_EVERY = 0.05  # s between looks at memory and log size, when there is a limit on memory
+WATCH_EVERY = 0.1  # s between looks at memory and log size, when there is a limit on memory
 LONGEST_LOG = 200_000_000  # bytes of output of one run
 LOG_TAIL = 4000  # bytes that are kept
 BOOTSTRAP = (

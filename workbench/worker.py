@@ -72,7 +72,8 @@ def main(inbox: int, outbox: int, parent: int) -> None:
     hello = receive(reading)
     if hello is None:
         return
-    _log_to(hello["log"])
+    log = _log_to(hello["log"])
+    _fresh_output(log)
     spec = ModelSpec.from_dict(hello["spec"])
     try:
         model = open_model(spec)
@@ -83,29 +84,37 @@ def main(inbox: int, outbox: int, parent: int) -> None:
         return
     send({"ready": os.getpid()})
     while (task := receive(reading)) is not None:
-        _rewind_log()
+        _fresh_output(log)
         workdir = None if task["workdir"] is None else Path(task["workdir"])
         answer = call(model, spec, task["row"], workdir=workdir)
-        sys.stdout.flush()
-        sys.stderr.flush()
+        _flush_output()
         send({"id": task["id"], "answer": answer_to_dict(answer)})
     model.close()
 
 
-def _log_to(path: str) -> None:
-    """Standard output and error into the file, standard input from nowhere."""
-    log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o600)
+def _log_to(path: str) -> int:
+    """Standard input from nowhere; a file descriptor of the log."""
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
+    os.close(nothing)
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o600)
+
+
+def _fresh_output(log: int) -> None:
+    """Every run begins with an empty log on both outputs, whatever the run before did to them."""
+    os.ftruncate(log, 0)
     os.dup2(log, 1)
     os.dup2(log, 2)
-    os.close(log)
-    os.close(nothing)
+    if sys.stdout is None or sys.stdout.closed:
+        sys.stdout = open(1, "w", closefd=False)
+    if sys.stderr is None or sys.stderr.closed:
+        sys.stderr = open(2, "w", closefd=False)
 
 
-def _rewind_log() -> None:
-    """Every run starts with an empty log."""
-    try:
-        os.ftruncate(1, 0)
-    except OSError:
-        pass  # the model closed or redirected it
+def _flush_output() -> None:
+    """Bring what the run printed to the log, if there is still a way."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError, AttributeError):
+            pass  # the run closed it
