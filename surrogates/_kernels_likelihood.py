@@ -22,12 +22,16 @@ from numba import njit
 
 __all__ = ["ascend", "likelihood"]
 
+RISE, FALL = 2.0, 4.0  # longest steps in log theta: a theta that vanishes may do so fast
 FAILED = -1e300  # a log-likelihood that no start can have: R is not positive definite here
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def likelihood(D, y, phi, restricted, level, gradient, information):
-    """Return (l, s2) at phi; fill gradient (level >= 1) and information (level >= 2)."""
+def likelihood(D, y, phi, restricted, level, gradient, information, dead):
+    """Return (l, s2) at phi; fill gradient (level >= 1) and information (level >= 2).
+
+    Groups with log theta <= dead count as theta = 0 and cost nothing.
+    """
     m = D.shape[0]
     pairs = D.shape[1]
     n = y.shape[0]
@@ -36,6 +40,8 @@ def likelihood(D, y, phi, restricted, level, gradient, information):
     R = np.zeros(pairs)
     for k in range(m):
         c = theta[k]
+        if phi[k] <= dead:
+            continue
         for t in range(pairs):
             R[t] += c * D[k, t]
     for t in range(pairs):
@@ -119,8 +125,9 @@ def likelihood(D, y, phi, restricted, level, gradient, information):
         trace += W[i, i] - bi * b[i] - ai * alpha[i]
     for k in range(m):
         s = 0.0
-        for t in range(pairs):
-            s += D[k, t] * G[t]
+        if phi[k] > dead:
+            for t in range(pairs):
+                s += D[k, t] * G[t]
         gradient[k] = theta[k] * s
     gradient[m] = -0.5 * nugget * trace
     if level == 1:
@@ -133,6 +140,8 @@ def likelihood(D, y, phi, restricted, level, gradient, information):
     for i in range(n):
         ai = alpha[i]
         for k in range(m):
+            if phi[k] <= dead:
+                continue
             s = 0.0
             for j in range(i):
                 c = D[k, t + j] * R[t + j]
@@ -142,6 +151,8 @@ def likelihood(D, y, phi, restricted, level, gradient, information):
         q[m, i] = nugget * ai
         t += i
     for k in range(m + 1):
+        if k < m and phi[k] <= dead:
+            continue
         if k < m:
             for i in range(n):
                 q[k, i] *= -theta[k]
@@ -155,6 +166,9 @@ def likelihood(D, y, phi, restricted, level, gradient, information):
     for k in range(m + 1):
         for j in range(k + 1):
             s = 0.0
+            if (k < m and phi[k] <= dead) or (j < m and phi[j] <= dead):
+                information[k, j] = information[j, k] = 0.0
+                continue
             for i in range(n):
                 s += v[k, i] * v[j, i]
             s = 0.5 * (s - h[k] * h[j] / s11) / s2 - 0.5 * a[k] * a[j] / (dof * s2 * s2)
@@ -164,7 +178,7 @@ def likelihood(D, y, phi, restricted, level, gradient, information):
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def step(gradient, information, phi, lower, upper, damping, stride, delta):
+def step(gradient, information, phi, lower, upper, damping, delta):
     """Damped Newton step inside the box; returns the predicted gain."""
     m = phi.shape[0]
     A = np.zeros((m, m))
@@ -201,7 +215,7 @@ def step(gradient, information, phi, lower, upper, damping, stride, delta):
         delta[i] = s / A[i, i]
     gain = 0.0
     for i in range(m):
-        d = min(max(delta[i], -stride), stride)
+        d = min(max(delta[i], -FALL), RISE)
         d = min(max(phi[i] + d, lower[i]), upper[i]) - phi[i]
         if lower[i] >= upper[i]:
             d = 0.0
@@ -220,17 +234,20 @@ def ascend(D, y, start, lower, upper, restricted, iterations, tolerance):
     delta = np.zeros(m)
     trial_gradient = np.zeros(m)
     trial_information = np.zeros((m, m))
-    l, s2 = likelihood(D, y, phi, restricted, 2, gradient, information)
+    dead = lower[
+        0
+    ]  # a theta on its lower bound stays there: its gradient in log theta is theta times a slope
+    l, s2 = likelihood(D, y, phi, restricted, 2, gradient, information, dead)
     damping = 1e-2
     evaluations = 1
     if l == FAILED:
         return phi, l, s2, evaluations
     while evaluations < iterations:
-        gain = step(gradient, information, phi, lower, upper, damping, 2.0, delta)
+        gain = step(gradient, information, phi, lower, upper, damping, delta)
         if gain < tolerance:
             break
         trial = phi + delta
-        value, variance = likelihood(D, y, trial, restricted, 2, trial_gradient, trial_information)
+        value, variance = likelihood(D, y, trial, restricted, 2, trial_gradient, trial_information, dead)
         evaluations += 1
         if value > l:
             phi = trial
@@ -238,7 +255,7 @@ def ascend(D, y, start, lower, upper, restricted, iterations, tolerance):
             s2 = variance
             gradient, trial_gradient = trial_gradient, gradient
             information, trial_information = trial_information, information
-            damping = max(damping * 0.2, 1e-6)
+            damping = max(damping * 0.5, 1e-6)
         else:
             damping = max(damping, 1e-3) * 8.0
             if damping > 1e8:

@@ -24,14 +24,17 @@ from .search import Search, multi_start, sparse_starts
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
 
+FEWEST = 24  # starts: an early agreement may be one on the second-best maximum
+DEAR = 200_000  # units times runs squared from which on starts are saved
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 ACTIVE_AT_START = 5
-SHORTENED = 3  # distinct maxima that are shortened
+HOPELESS = 8.0  # a maximum so much lower does not overtake by being shortened
+SHORTENED = 4  # distinct maxima that are shortened
 SPARE = 3  # units beyond the chosen set that are climbed on all runs
 MOST_TAKEN_IN = 10  # units that all runs may add to what the search runs showed
 
 
-def threshold_for(n_units: int, risk: float = 0.2) -> float:
+def threshold_for(n_units: int, risk: float = 0.1) -> float:
     """The gain in l that one more theta must bring, so that all inert units together enter with
     probability `risk`.
 
@@ -40,7 +43,7 @@ def threshold_for(n_units: int, risk: float = 0.2) -> float:
     for a single unit.
 
     >>> print(round(threshold_for(20), 2), round(threshold_for(100), 2), round(threshold_for(4), 2))
-    2.71 4.14 1.92
+    3.32 4.77 1.92
     """
     return max(1.92, 0.5 * float(chi2.isf(min(1.0, 2.0 * risk / n_units), 1)))
 
@@ -54,6 +57,7 @@ class ArdScreening:
         chosen: index of the chosen set in the chain.
         search: the multi-start.
         rivals: the best other set of each other maximum, with its score below the chosen one's.
+        margin: the smallest such fall to a set that misses a unit of the chosen one.
         search_runs: runs that the multi-start saw.
     """
 
@@ -61,6 +65,7 @@ class ArdScreening:
     chosen: int
     search: Search
     rivals: tuple[tuple[tuple[int, ...], float], ...]
+    margin: float
     search_runs: int
 
 
@@ -83,16 +88,23 @@ def ard_screening(
     free = nugget[0] < nugget[1]
     starts = sparse_starts(
         ground.n_units,
-        number=n_starts,
+        number=_starts_affordable(n_starts, ground.n_units, n),
         active=ACTIVE_AT_START,
-        nuggets=(nugget[0], nugget[0], nugget[0], min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
+        nuggets=(nugget[0], min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
         rng=rng,
     )
-    search = multi_start(ground, starts, nugget=nugget, enough=enough)
+    search = multi_start(
+        ground,
+        starts,
+        nugget=nugget,
+        enough=enough if rows is None else 2,
+        fewest=FEWEST if rows is None else 6,
+    )
     largest = min(max(LARGEST_SET, 0 if size is None else size + 4), ground.n_units)
     chains = [
         shorten(ground, o, selected=most_active(ground, o, largest), nugget=nugget)
         for o in search.optima[:SHORTENED]
+        if o.value > search.optima[0].value - HOPELESS
     ]
 
     def score(chain: Chain) -> float:
@@ -100,7 +112,7 @@ def ard_screening(
 
     best = exchange(ground, max(chains, key=score), threshold=threshold, nugget=nugget)
     chosen = best.best(threshold) if size is None else best.index(size)
-    rivals = _rivals(best, chosen, chains, threshold)
+    rivals, margin = _rivals(best, chosen, chains, threshold)
     if rows is not None:
         best = _on_all_runs(
             runs,
@@ -113,13 +125,23 @@ def ard_screening(
             fixed=size is not None,
         )
         chosen = best.best(threshold) if size is None else best.index(size)
-    return ArdScreening(chain=best, chosen=chosen, search=search, rivals=rivals, search_runs=ground.n_runs)
+    return ArdScreening(
+        chain=best, chosen=chosen, search=search, rivals=rivals, margin=margin, search_runs=ground.n_runs
+    )
+
+
+def _starts_affordable(n_starts: int, n_units: int, n_runs: int) -> int:
+    """Fewer starts where each is dear; where all runs have the last word, a few are enough."""
+    if n_runs > PACKED_RUNS:
+        return min(n_starts, 12)
+    dear = n_units * n_runs**2 / DEAR
+    return min(n_starts, max(24, int(n_starts / dear)))
 
 
 def _rivals(
     best: Chain, chosen: int, chains: list[Chain], threshold: float
-) -> tuple[tuple[tuple[int, ...], float], ...]:
-    """Other sets, each with its l - threshold * size below the chosen set's; the five closest."""
+) -> tuple[tuple[tuple[tuple[int, ...], float], ...], float]:
+    """The five closest other sets, each with its l - threshold * size below the chosen set's; the margin."""
     found = frozenset(best.sets[chosen])
     top = best.optima[chosen].value - threshold * len(found)
     below: dict[frozenset[int], float] = {}
@@ -129,7 +151,8 @@ def _rivals(
             if key != found:
                 below[key] = min(gap, below.get(key, np.inf))
     ordered = sorted(below.items(), key=lambda r: r[1])[:5]
-    return tuple((tuple(sorted(s)), gap) for s, gap in ordered)
+    margin = min((gap for s, gap in below.items() if not found <= s), default=float("inf"))
+    return tuple((tuple(sorted(s)), gap) for s, gap in ordered), margin
 
 
 def _on_all_runs(
@@ -147,13 +170,13 @@ def _on_all_runs(
     ground = landscape_of(runs, restricted=restricted, eta=eta)
     i = max(0, chosen - SPARE)
     selected, here = chain.sets[i], chain.optima[i]
-    here = ground.climb(here.partition, here.phi, nugget=nugget, tolerance=1e-2, max_evaluations=30)
+    here = ground.climb(here.partition, here.phi, nugget=nugget, tolerance=0.3, max_evaluations=20)
     for _ in range(MOST_TAKEN_IN):
         scores = ground.scores(here)
         scores[list(selected)] = -np.inf
         u = int(np.argmax(scores))
         if fixed or not 0.5 * max(scores[u], 0.0) ** 2 > threshold:
             break
-        here = take_in(ground, here, selected, u, nugget=nugget, tolerance=1e-2)
+        here = take_in(ground, here, selected, u, nugget=nugget, tolerance=0.3)
         selected = (*selected, u)
-    return shorten(ground, here, selected=selected, nugget=nugget, tried=1, valued=3, tolerance=1e-2)
+    return shorten(ground, here, selected=selected, nugget=nugget, tried=1, valued=3, tolerance=0.1)

@@ -43,25 +43,36 @@ def exchange(
     nugget: tuple[float, float],
     entering: int = 4,
     rounds: int = 4,
-    tried: int = 3,
 ) -> Chain:
-    """The chain, or a better one that an exchange of units leads to."""
+    """The chain, or one with a better best set that an exchange of units leads to, from as large a set on."""
+    largest, given = len(chain.sets[0]), chain
     for _ in range(rounds):
         i = chain.best(threshold)
         selected, here = chain.sets[i], chain.optima[i]
-        outside = [u for u in range(landscape.n_units) if u not in selected]
-        scores = landscape.scores(here)
-        candidates = sorted(outside, key=lambda u: (-scores[u], u))[:entering]
-        grown: list[tuple[Optimum, tuple[int, ...]]] = []
-        for u in candidates:
-            end = take_in(landscape, here, selected, u, nugget=nugget, tolerance=1e-3)
-            grown.append((end, (*selected, u)))
+        candidates = _outside(landscape, here, selected)[:entering]
+        grown = [
+            (take_in(landscape, here, selected, u, nugget=nugget, tolerance=1e-3), (*selected, u))
+            for u in candidates
+        ]
         better = chain
         for end, larger in sorted(grown, key=lambda g: -g[0].value)[:2]:
-            other = shorten(landscape, end, selected=larger, nugget=nugget, tried=tried)
+            other = shorten(landscape, end, selected=larger, nugget=nugget)
             if other.score(threshold) > better.score(threshold) + 1e-3:
                 better = other
         if better is chain:
             break
         chain = better
-    return chain
+    if chain is given:
+        return given
+    # the better set gets a full chain, so that the path shows what comes beyond it
+    i = chain.best(threshold)
+    selected, here = chain.sets[i], chain.optima[i]
+    larger = (*selected, *_outside(landscape, here, selected))[: max(largest, len(selected))]
+    full = shorten(landscape, here, selected=larger, nugget=nugget)
+    return full if full.score(threshold) > chain.score(threshold) - 1e-3 else chain
+
+
+def _outside(landscape: Landscape, here: Optimum, selected: tuple[int, ...]) -> list[int]:
+    """The pooled units, the one that promises most first."""
+    scores = landscape.scores(here)
+    return sorted((u for u in range(landscape.n_units) if u not in selected), key=lambda u: (-scores[u], u))

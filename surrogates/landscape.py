@@ -37,6 +37,7 @@ Partition = tuple[tuple[int, ...], ...]  # units of each group
 PACKED_RUNS = 130  # where LAPACK's blocked factorisation overtakes the compiled loops
 LOWEST, HIGHEST = -16.0, 6.0  # log theta on [0, 1]: a range of 3000 box widths, and of a twentieth
 FAILED = -1e300
+CACHED = 3_000_000  # doubles of grouped distances that are kept
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +64,11 @@ class Optimum:
         for group, value in zip(self.partition, self.phi, strict=False):
             out[list(group)] = value
         return out
+
+    def theta(self, n_units: int) -> Array:
+        """(u,) theta of every unit, 0 on the lower bound."""
+        log_theta = self.log_theta(n_units)
+        return np.where(log_theta <= LOWEST, 0.0, np.exp(log_theta))
 
 
 class Landscape(Protocol):
@@ -115,7 +121,7 @@ class PackedLandscape:
 
     def _grouped(self, partition: Partition) -> Array:
         if partition not in self._cache:
-            if len(self._cache) > 400:
+            if len(self._cache) * self.distances.shape[1] * len(partition) > CACHED:
                 self._cache.clear()
             sums = [
                 self.distances[list(g)].sum(axis=0) if len(g) > 1 else self.distances[g[0]] for g in partition
@@ -144,7 +150,7 @@ class PackedLandscape:
         m = self.n_units
         gradient, information = np.zeros(m + 1), np.zeros((m + 1, m + 1))
         phi = np.append(optimum.log_theta(m), optimum.phi[-1])
-        _kernels().likelihood(self.distances, self.y, phi, self.restricted, 2, gradient, information)
+        _kernels().likelihood(self.distances, self.y, phi, self.restricted, 2, gradient, information, -np.inf)
         return _standard_scores(gradient[:m], np.diagonal(information)[:m])
 
     def correlation(self, optimum: Optimum) -> Array:
@@ -159,9 +165,10 @@ class PackedLandscape:
     def value(self, partition: Partition, phi: Array) -> float:
         """l at phi."""
         none = np.empty((0, 0))
+        kernel = _kernels().likelihood
         return float(
-            _kernels().likelihood(
-                self._grouped(partition), self.y, phi, self.restricted, 0, none[0:0].ravel(), none
+            kernel(
+                self._grouped(partition), self.y, phi, self.restricted, 0, none[0:0].ravel(), none, LOWEST
             )[0]
         )
 

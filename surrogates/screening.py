@@ -81,6 +81,7 @@ class _Found:
     starts_at_best: int = 0
     search_runs: int = 0
     evaluations: int = 0
+    margin: float = float("inf")
     rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
 
 
@@ -92,7 +93,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         criterion: "reml" (eq. 3.13) or "ml" (eq. 3.11); "welch" always takes "ml".
         threshold: gain in l that an input must bring. By default 1.92 for "forward" and "welch"; else the
         gain
-            that the inert inputs together exceed with probability 0.2 (2.71 for 20 inputs).
+            that the inert inputs together exceed with probability 0.1 (3.32 for 20 inputs).
         n_features: number of inputs to select, instead of choosing it by the threshold.
         n_starts: most ascents of the default method.
         enough: the default method stops starting when its best maximum was reached so many times.
@@ -125,8 +126,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         criterion: str = "reml",
         threshold: float | None = None,
         n_features: int | None = None,
-        n_starts: int = 120,
-        enough: int = 6,
+        n_starts: int = 150,
+        enough: int = 5,
         nugget: float | tuple[float, float] | None = None,
         eta: float = 2.0,
         categorical: Sequence[int] = (),
@@ -216,8 +217,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             best = found.optima[found.accepted]
             landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
             q2 = left_out_q2(landscape, best)
-            chosen = set(found.sets[found.accepted])
-            margin = min((gap for s, gap in found.rivals if not chosen <= set(s)), default=float("inf"))
+            margin = found.margin
             scores = landscape.scores(best)
             # the inputs beyond the path, by how much l would rise with a theta of their own
             for u in np.argsort(-scores, kind="stable"):
@@ -283,11 +283,11 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             new = [u for u in chosen if u not in found.sets[i - 1]]
             added = tuple(k for u in new for k in runs.given(u))
             order += added
-            log_theta, eta = optimum.log_theta(len(runs.units)), found.etas[i]
+            unit_theta, eta = optimum.theta(len(runs.units)), found.etas[i]
             theta, etas = np.zeros(d), np.full(d, self.eta)
             for u, columns in enumerate(runs.units):
                 for k in columns:
-                    theta[runs.columns[k]] = np.exp(log_theta[u]) / runs.span[k] ** eta[u]
+                    theta[runs.columns[k]] = unit_theta[u] / runs.span[k] ** eta[u]
                     etas[runs.columns[k]] = eta[u]
             pooled = len(optimum.partition) > len(chosen)
             steps.append(
@@ -295,7 +295,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
                     step=i,
                     selected=tuple(order),
                     added=added,
-                    theta_common=float(np.exp(optimum.phi[len(chosen)])) if pooled else 0.0,
+                    theta_common=float(unit_theta[optimum.partition[-1][0]]) if pooled else 0.0,
                     theta=theta,
                     sigma2=optimum.sigma2 * runs.scale**2,
                     nugget=float(np.exp(optimum.phi[-1])),
@@ -423,6 +423,7 @@ def _default(
         search_runs=result.search_runs,
         evaluations=result.search.evaluations,
         rivals=result.rivals,
+        margin=result.margin,
     )
 
 

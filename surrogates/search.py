@@ -17,8 +17,8 @@ from .landscape import Landscape, Optimum
 __all__ = ["Search", "multi_start", "sparse_starts"]
 
 Array = NDArray[np.float64]
-ACTIVE, INERT = 0.5, -5.0  # log theta on [0, 1] of a start
-SAME = 0.05  # two optima closer than this in l are the same one
+ACTIVE, INERT = -0.25, -4.0  # log theta on [0, 1] of a start
+SAME = 0.1  # two optima closer than this in l are the same one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,10 +50,12 @@ def multi_start(
     *,
     nugget: tuple[float, float],
     enough: int,
-    tolerance: float = 1e-2,
+    fewest: int,
+    tolerance: float = 3e-2,
     max_evaluations: int = 60,
 ) -> Search:
-    """Climb from each start with one theta per unit, until the best maximum was reached `enough` times.
+    """Climb from each start with one theta per unit, until `fewest` starts are done and the best
+    maximum was reached `enough` times.
 
     Rough ascents: a maximum is told from the others by SAME in l, the winners are climbed to the end later.
     """
@@ -77,7 +79,7 @@ def multi_start(
             optima.append(end)
             reached.append(1)
         best = int(np.argmax([o.value for o in optima]))
-        if reached[best] >= enough and done >= 2 * enough:
+        if reached[best] >= enough and done >= fewest:
             break
     order = np.argsort([-o.value for o in optima], kind="stable")
     return Search(

@@ -56,7 +56,7 @@ def test_kernel_equals_its_twin(restricted):
     D = packed_distances(data, 2.0)
     phi = np.array([0.5, -1.0, -3.0, 0.1, -4.0])
     gradient, information = np.zeros(5), np.zeros((5, 5))
-    l, s2 = likelihood(D, data.y, phi, restricted, 2, gradient, information)
+    l, s2 = likelihood(D, data.y, phi, restricted, 2, gradient, information, -np.inf)
     expected = twin(D, data.y, phi, restricted)
     for found, value in zip((l, s2, gradient, information), expected, strict=True):
         np.testing.assert_allclose(found, value, rtol=SAME, atol=SAME)
@@ -65,7 +65,7 @@ def test_kernel_equals_its_twin(restricted):
 def test_kernel_reports_a_matrix_that_is_not_positive_definite():
     D = np.zeros((1, 3))
     assert (
-        likelihood(D, np.arange(3.0), np.array([0.0, -60.0]), True, 0, np.zeros(2), np.zeros((2, 2)))[0]
+        likelihood(D, np.arange(3.0), np.array([0.0, -60.0]), True, 0, np.zeros(2), np.zeros((2, 2)), -99.0)[0]
         < -1e299
     )
 
