@@ -198,7 +198,7 @@ def _paley(n: int) -> Floats | None:
     elif n % 4 == 0 and (n // 2 - 1) % 4 == 1 and (second := conference(n // 2 - 1)) is not None:
         matrix = np.kron(second, [[1, 1], [1, -1]]) + np.kron(np.eye(n // 2), [[1, -1], [-1, -1]])
     elif n >= 8 and n % 8 == 0 and (half := _paley(n // 2)) is not None:
-        matrix = np.kron([[1, 1], [1, -1]], half)
+        matrix = np.asarray(np.kron([[1, 1], [1, -1]], half), dtype=float)
     else:
         return None
     return np.asarray(matrix * matrix[:, :1])
