@@ -9,10 +9,11 @@ Mitchell 1974; Ferre & Rius 1997).
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from doe import _kernels_within as kernels
 from doe.exchange import exchange
-from doe.models import Floats, Model, factor_lists, model_matrix, model_terms
+from doe.models import Floats, Model, checked, factor_lists, model_matrix, model_terms
 
 __all__ = ["d_optimal_best_of", "d_optimal_select", "d_optimal_within"]
 
@@ -53,12 +54,19 @@ def d_optimal_select(
 
 
 def d_optimal_within(
-    n: int, d: int, *, model: Model = "linear", swaps: int = 100_000, rng: np.random.Generator
+    n: int,
+    d: int,
+    *,
+    model: Model = "linear",
+    swaps: int = 100_000,
+    start: ArrayLike | None = None,
+    rng: np.random.Generator,
 ) -> Floats:
     """A centred Latin hypercube improved by swaps inside its columns that raise det(X'X): (n, d) in [0, 1].
 
     For the linear model the ceiling is D = ((1 - 1/n^2)/3)^(d/(d+1)), reached when all columns are
-    orthogonal. `swaps` is the number of swaps tried.
+    orthogonal. `swaps` is the number of swaps tried. With `start`, (n, d) points in [0, 1], the columns of
+    these points are rearranged instead, whatever levels they hold; each keeps its values.
 
     >>> points = d_optimal_within(8, 2, swaps=1000, rng=np.random.default_rng(1))
     >>> np.sort(points[:, 0]).tolist()
@@ -74,22 +82,30 @@ def d_optimal_within(
     terms = model_terms(model, d)
     _check_terms(n, len(terms))
     starts, columns = factor_lists(terms)
-    coded = np.zeros((n, d))
-    for _ in range(ATTEMPTS):
-        coded = 2.0 * ((_strata(n, d, rng) + 0.5) / n) - 1.0
+    given = None if start is None else checked(start, "start")
+    if given is not None and given.shape != (n, d):
+        raise ValueError(f"start needs shape ({n}, {d}), got {given.shape}")
+    for turn in range(ATTEMPTS):
+        if given is None:
+            columns_ = (_strata(n, d, rng) + 0.5) / n
+        else:
+            columns_ = given if turn == 0 else rng.permuted(given, axis=0)
+        coded = np.ascontiguousarray(2.0 * columns_ - 1.0)
         if _log_determinant(coded, model) > -np.inf:
             break
     else:
         raise ValueError(
-            f"no Latin hypercube of n={n} runs in {d} factors estimates the {len(terms)} terms of the model;"
-            " ask for more runs or a smaller model"
+            f"no arrangement of the columns of n={n} runs in {d} factors was found that estimates the"
+            f" {len(terms)} terms of the model; ask for more runs, more levels or a smaller model"
         )
     state = rng.integers(0, 2**64, 1, dtype=np.uint64)
     for done in range(0, swaps, REFRESH):
         x = model_matrix((coded + 1.0) / 2.0, model=model)
         inverse = np.linalg.inv(x.T @ x)
         kernels.swap_columns(coded, x, inverse, starts, columns, state, min(REFRESH, swaps - done))
-    return (np.rint((coded + 1.0) / 2.0 * n - 0.5) + 0.5) / n
+    values = (np.arange(n)[:, None] + 0.5) / n if given is None else np.sort(given, axis=0)
+    rank = np.argsort(np.argsort(coded, axis=0, kind="stable"), axis=0, kind="stable")
+    return np.ascontiguousarray(np.take_along_axis(np.broadcast_to(values, (n, d)), rank, axis=0))
 
 
 def d_optimal_best_of(

@@ -33,6 +33,14 @@ def test_linear_swaps_reach_the_ceiling_of_a_latin_hypercube():
     assert 0.9998 * ceiling < doe.d_efficiency(points) <= ceiling
 
 
+def test_columns_with_given_levels_keep_them():
+    rng = np.random.default_rng(5)
+    start = np.column_stack([np.repeat([0.0, 0.5, 1.0], 5), rng.random(15), np.tile([0.0, 1.0, 1.0], 5)])
+    points = doe.d_optimal_within(15, 3, start=start, swaps=3000, rng=rng)
+    np.testing.assert_array_equal(np.sort(points, axis=0), np.sort(start, axis=0))
+    assert doe.d_efficiency(points) > doe.d_efficiency(rng.permuted(start, axis=0))
+
+
 @pytest.mark.parametrize("model", ["linear", "quadratic"])
 def test_the_incremental_determinant_equals_the_recomputed_one(model):
     rng = np.random.default_rng(3)
@@ -66,7 +74,11 @@ def test_the_same_seed_gives_the_same_design():
         (lambda r: doe.d_optimal_within(4, 9, rng=r), "n=4 runs cannot estimate the 10 terms"),
         (lambda r: doe.d_optimal_within(9, 2, swaps=-1, rng=r), "swaps needs a whole number >= 0, got -1"),
         (lambda r: doe.d_optimal_within(9, 2, model=lambda x: x, rng=r), "got a function"),
-        (lambda r: doe.d_optimal_within(2, 1, model=[[0], [2]], rng=r), "no Latin hypercube of n=2 runs"),
+        (
+            lambda r: doe.d_optimal_within(2, 1, model=[[0], [2]], rng=r),
+            "no arrangement of the columns of n=2 runs",
+        ),
+        (lambda r: doe.d_optimal_within(9, 2, start=[[0.5, 0.5]], rng=r), r"start needs shape \(9, 2\)"),
         (lambda r: doe.d_optimal_best_of(4, 9, rng=r), "n=4 runs cannot estimate the 10 terms"),
         (lambda r: doe.d_optimal_best_of(4, 2, tries=0, rng=r), "tries needs a whole number >= 1, got 0"),
     ],
