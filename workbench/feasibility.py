@@ -1,10 +1,12 @@
-"""Where runs fail: a smooth map of the chance that a run succeeds, from the runs that did and did not.
+"""Where runs fail: the chance that a run succeeds, from the nearest run that did and the nearest that did
+not.
 
-    p(u) = (sum_i w_i ok_i + prior * w0) / (sum_i w_i + w0),    w_i = exp(-|u - u_i|^2 / (2 h^2))
+    p(u) = 1 / (1 + exp(-s (d_failed - d_ok) / (d_failed + d_ok)))
 
-a Nadaraya-Watson mean with one pseudo-run of success: far from any run nothing is held against a point. The
-width h is half the median distance between neighbouring runs, so one failure shadows its own neighbourhood
-only. Failed runs enter a search through this map and never as invented numbers.
+d_ok and d_failed are the distances to the nearest run of either kind. The map has no length of its own:
+half way between a success and a failure the chance is even, so a search that is drawn into a failing region
+closes in on its border by bisection. Failed runs enter a search through this map and never as invented
+numbers.
 """
 
 from dataclasses import dataclass
@@ -12,34 +14,50 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from surrogates import Kriging
+
 __all__ = ["Feasibility"]
 
-PRIOR_WEIGHT = 0.2  # of the one pseudo-run that succeeded everywhere
+FEWEST_OF_EACH = 3  # successes and failures before a metric is learnt
+INDICATOR_NUGGET = 1e-2
+STARTS = 4
+LEAST_WEIGHT = 1e-3  # of the largest theta: no input is left out of the metric altogether
+SHARPNESS = 4.0  # s: the chance is 0.98 at a success and 0.02 at a failure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feasibility:
-    """`features` (n, p) of all runs, `ok` (n,) whether each gave a response, `width` h in units of the
-    features.
-    """
+    """`features` (n, p) of all runs, `ok` (n,) whether each gave a response, `metric` (p,) weights of the
+    squared differences."""
 
     features: np.ndarray
     ok: np.ndarray
-    width: float
+    metric: np.ndarray
 
     @classmethod
-    def of(cls, features: np.ndarray, ok: np.ndarray) -> "Feasibility":
-        """The map for runs at `features` (n, p) of which `ok` (n,) succeeded."""
-        width = 1.0
-        if len(features) > 1:
-            distance = cdist(features, features)
-            np.fill_diagonal(distance, np.inf)
-            width = max(0.5 * float(np.median(distance.min(axis=1))), 1e-3)
-        return cls(features=features, ok=ok.astype(float), width=width)
+    def of(cls, features: np.ndarray, ok: np.ndarray, *, seed: int = 0) -> "Feasibility":
+        """The map for runs at `features` (n, p) of which `ok` (n,) succeeded.
+
+        >>> runs = Feasibility.of(np.array([[0.0], [1.0]]), np.array([True, False]))
+        >>> runs.probability(np.array([[0.0], [0.5], [1.0]])).round(2).tolist()
+        [0.98, 0.5, 0.02]
+        """
+        metric = np.ones(features.shape[1])
+        if min(ok.sum(), (~ok).sum()) >= FEWEST_OF_EACH:
+            kriging = Kriging(nugget=INDICATOR_NUGGET, n_starts=STARTS, seed=seed).fit(
+                features, ok.astype(float)
+            )
+            metric = np.maximum(kriging.theta_, LEAST_WEIGHT * kriging.theta_.max())
+        return cls(features=features, ok=ok, metric=metric)
 
     def probability(self, features: np.ndarray) -> np.ndarray:
-        """Chance of success at (m, p); ones when no run has failed yet."""
+        """Chance of success at (m, p); ones when no run has failed, a half when none has succeeded."""
         if self.ok.all():
             return np.ones(len(features))
-        weight = np.exp(-0.5 * (cdist(features, self.features) / self.width) ** 2)
-        return (weight @ self.ok + PRIOR_WEIGHT) / (weight.sum(axis=1) + PRIOR_WEIGHT)
+        if not self.ok.any():
+            return np.full(len(features), 0.5)
+        scale = np.sqrt(self.metric)
+        to_ok = cdist(features * scale, self.features[self.ok] * scale).min(axis=1)
+        to_failed = cdist(features * scale, self.features[~self.ok] * scale).min(axis=1)
+        margin = (to_failed - to_ok) / np.maximum(to_failed + to_ok, 1e-12)
+        return 1.0 / (1.0 + np.exp(-SHARPNESS * margin))

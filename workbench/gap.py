@@ -1,7 +1,8 @@
 """How much worse could it still be: an upper bound of the response over the whole space, with its kind
 stated.
 
-    model-based    max over u of m(u) + k kappa s(u), k for the stated coverage, kappa from leave-one-out
+    model-based    max over u of m(u) + k kappa s(u), kappa from leave-one-out, the larger of the search's
+                   model and its cautious twin; regions where runs almost surely fail are left out
     Lipschitz      max over u of min_i (v_i + L |u - u_i|), a certificate when L is right
     enumerated     every point of a finite space was run: nothing is left
 
@@ -14,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.feasibility import Feasibility
 from workbench.infill import maximise_score
 from workbench.search_model import SearchModel
 from workbench.search_space import SearchSpace
@@ -24,6 +26,8 @@ COVERAGE = 0.95
 # A supremum over the box needs a wider factor than one point does: 3 standard deviations held 95 % on the
 # gallery.
 BOUND_FACTOR = 3.0
+CAUTIOUS_FACTOR = 2.0
+HOPELESS = 0.2  # chance of success below which a region is left out of the gap
 RANDOM_POINTS = 4000
 POLISHED = 4
 
@@ -61,6 +65,7 @@ def remaining_gap(
     *,
     u: np.ndarray,
     v: np.ndarray,
+    feasibility: Feasibility,
     rng: np.random.Generator,
     polish: bool = True,
 ) -> Gap:
@@ -71,8 +76,12 @@ def remaining_gap(
         return Gap(upper=best, width=0.0, coverage=1.0, kind="enumerated")
 
     def score(points: np.ndarray) -> np.ndarray:
-        bound = model.bound(where.features(points), BOUND_FACTOR)
-        return np.where(where.allowed(points), bound, -np.inf)
+        features = where.features(points)
+        bound = model.bound(features, BOUND_FACTOR)
+        if model.cautious is not None:
+            bound = np.maximum(bound, model.cautious.bound(features, CAUTIOUS_FACTOR))
+        possible = where.allowed(points) & (feasibility.probability(features) > HOPELESS)
+        return np.where(possible, bound, -np.inf)
 
     points = where.snap(np.vstack([rng.random((RANDOM_POINTS, where.dimension)), u]))
     bounds = score(points)

@@ -8,7 +8,7 @@
                  so that no combination is dropped while it could still hold the worst
     flip         one coordinate of the worst run moved to another level or to its other end
     trust        the predicted worst inside a box around the worst run
-    explore      the highest upper bound                              after a stall
+    explore      the highest upper bound among random points          after a stall
 
 Every proposal is multiplied with the chance that the run succeeds, and none lies closer than `CLOSEST` to a
 run already made.
@@ -31,8 +31,12 @@ Score = Callable[[np.ndarray], np.ndarray]
 CLOSEST = 1e-3  # of the unit cube, largest coordinate: closer points tell a Kriging nothing but rounding
 RANDOM_POINTS = 2000
 STARTS = 6
+EVEN = 0.49
+AVERSION = 3.0  # power of the chance of success in an expected improvement: a failed run teaches little
+EXPLORED = 300  # random points that an exploration chooses from
 NORMAL = ("predicted", "ei", "predicted", "cautious")
-STALLED = ("cautious", "ei", "trust", "explore", "flip")
+STALLED = ("explore", "ei", "trust", "explore", "cautious", "flip")
+FINISHING = ("predicted", "predicted", "trust")
 LOCAL = ("predicted", "trust", "flip")  # given up for an expected improvement where the bound excludes a gain
 
 
@@ -55,15 +59,18 @@ def propose(
     feasibility: Feasibility,
     iteration: int,
     stalled: bool,
+    finishing: bool,
     size: int,
     rng: np.random.Generator,
 ) -> Batch:
     """Up to `size` points for runs made at u (n, d), failed ones included; `incumbent` (d,) is the worst run.
 
+    `stalled`: nothing gained for long. `finishing`: the last runs of the budget, which refine the worst run.
+
     Fewer come back when no admissible point is left.
     """
-    turns = list(STALLED if stalled else NORMAL)
-    if where.combinations() is not None and not where.is_finite:
+    turns = list(FINISHING if finishing else STALLED if stalled else NORMAL)
+    if where.combinations() is not None and not where.is_finite and not finishing:
         turns.insert(2, "combination")
     pool = _pool(where, incumbent, rng)
 
@@ -78,7 +85,8 @@ def propose(
         attempt += 1
         taken = np.vstack([u, *chosen]) if chosen else u
         point = best_of(name, taken)
-        if point is not None and name in LOCAL and not model.promises(where.features(point[None])):
+        local = name in LOCAL and not finishing
+        if point is not None and local and not model.promises(where.features(point[None])):
             name = "cautious" if attempt % 2 else "ei"  # nothing to gain here: look elsewhere
             point = best_of(name, taken)
         if point is not None:
@@ -125,6 +133,8 @@ def _best(
         levels = _trust_region(where, model, incumbent)
     elif name == "flip":
         pool = _flips(where, incumbent)
+    elif name == "explore":
+        pool = pool[:EXPLORED]
     start = _inside(pool, levels)
 
     def score(points: np.ndarray) -> np.ndarray:
@@ -140,7 +150,8 @@ def _best(
     order = order[np.isfinite(scores[order])]
     if not len(order):
         return None
-    if name == "flip":
+    if name in ("flip", "explore"):
+        # a climb on the bound would end in a corner every time, where responses seldom hide a second peak
         best: np.ndarray = start[order[0]]
         return best
     points, values = maximise_score(score, start[order], levels)
@@ -153,11 +164,9 @@ def _acquisition(name: str, model: SearchModel) -> Callable[[np.ndarray, np.ndar
     if name == "explore":
         return lambda features, chance: model.warped_bound(features, 3.0) + model.scale * np.log(chance)
     if name in ("ei", "cautious", "combination"):
-        return lambda features, chance: model.log_ei(features) + np.log(chance)
+        return lambda features, chance: model.log_ei(features) + AVERSION * np.log(chance)
     # an even chance is good enough for the predicted worst, which often lies where the failures begin
-    return lambda features, chance: (
-        model.predict(features)[0] + model.scale * np.log(np.minimum(2 * chance, 1))
-    )
+    return lambda features, chance: np.where(chance >= EVEN, model.predict(features)[0], -np.inf)
 
 
 def _pool(where: SearchSpace, incumbent: np.ndarray, rng: np.random.Generator) -> np.ndarray:

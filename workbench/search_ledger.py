@@ -14,7 +14,7 @@ from workbench.space import Space
 
 __all__ = ["Ledger", "Run"]
 
-IMPROVEMENT = 1e-4  # of the spread of the worst half of the values: less is no progress
+IMPROVEMENT = 2e-3  # of the spread of the worst half of the values: less is no progress
 FEWEST_RUNS = 3
 
 

@@ -27,7 +27,7 @@ GROWTH = 1.25
 NUGGET = 1e-8  # relative to the process variance: the runs are taken as exact
 COLD_STARTS, WARM_STARTS = 5, 1
 MOST_INFLATION = 4.0
-WORTHWHILE = 1e-3  # of the spread of w(v): a smaller gain is not worth a run
+WORTHWHILE = 3e-3  # of the spread of w(v): a smaller gain is not worth a run
 CAUTION = 0.1  # smallest theta of the cautious model, of the mean theta
 
 

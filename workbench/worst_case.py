@@ -42,6 +42,7 @@ Progress = Callable[[Run, float], None]
 
 QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the search stops
 START_TRIES = 200
+FINISHING_RUNS = 3
 PROFILE_POINTS = 41
 
 
@@ -222,11 +223,13 @@ def search_worst_case(
     model, status, quiet = None, Status.BUDGET, 0
     while ledger.spent < budget:
         model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=model, seed=seed)
+        feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
         gap = remaining_gap(
             where,
             model,
             u=ledger.u,
             v=ledger.v,
+            feasibility=feasibility,
             rng=stream(seed, "gap", replicate=ledger.spent),
             polish=False,
         )
@@ -242,9 +245,10 @@ def search_worst_case(
             model,
             u=ledger.u,
             incumbent=ledger.incumbent,
-            feasibility=Feasibility.of(where.features(ledger.u), ledger.ok),
+            feasibility=feasibility,
             iteration=ledger.spent - len(points),
             stalled=ledger.since_improvement > max(2 * where.dimension, 6),
+            finishing=budget - ledger.spent <= FINISHING_RUNS and ledger.since_improvement > FINISHING_RUNS,
             size=min(workers, budget - ledger.spent),
             rng=stream(seed, "worst case", replicate=ledger.spent),
         )
@@ -292,7 +296,7 @@ def surrogate_worst_case(
         where,
         model,
         incumbent=ledger.incumbent,
-        feasibility=Feasibility.of(where.features(ledger.u), ledger.ok),
+        feasibility=Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed),
         rng=stream(seed, "worst case"),
     )[None]
     mean, std = model.in_units(where.features(worst))
@@ -368,7 +372,14 @@ def _result(
     where = ledger.where
     model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=None, seed=seed)
     if lipschitz is None:
-        gap = remaining_gap(where, model, u=ledger.u, v=ledger.v, rng=stream(seed, "gap"))
+        gap = remaining_gap(
+            where,
+            model,
+            u=ledger.u,
+            v=ledger.v,
+            feasibility=Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed),
+            rng=stream(seed, "gap"),
+        )
     else:
         gap = lipschitz_gap(where, u=ledger.u_ok, v=ledger.v, constant=lipschitz)
     best = ledger.best
