@@ -16,14 +16,13 @@ from numba import njit
 
 from ._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
 from ._kernels_elements import pair_map
-from ._kernels_equations import contract, contract_parameters, evaluate, pair_covector
-
-FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
+from ._kernels_equations import evaluate, pair_covector
+from ._kernels_options import CAREFUL, ENTRY, INNER
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 
 
-@njit(**FAST)
+@njit(**INNER)
 def fill_matrix(T, W, hc, h2c, shift, matrix):
     """The saddle matrix of the step; shift > 0 regularises redundant constraints (a proximal term)."""
     n, m = T.mass.shape[0], T.row.shape[0]
@@ -40,8 +39,8 @@ def fill_matrix(T, W, hc, h2c, shift, matrix):
         matrix[n + r, n + r] = -shift
 
 
-@njit(**FAST)
-def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, matrix, rhs, pivot, settings, info):
+@njit(**CAREFUL)
+def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info):
     """Integrate from node 0 (all of whose arrays are set) to the end of q (steps + 1, n).
 
     settings: tolerance, most iterations, shift, reuse of factors.  info: status, step, Newton iterations,
@@ -53,7 +52,8 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, matrix, rhs, pivot, se
     tolerance, most, shift, reuse = settings[0], int(settings[1].real), settings[2], settings[3] > 0.0
     c = (1.0 - af) / (1.0 - am)
     hc, h2c = h * gamma * c, h * h * beta * c
-    acc = w[0].copy()
+    for i in range(n):
+        acc[i] = w[0, i]
     largest = 0.0
     for i in range(n):
         largest = max(largest, abs(w[0, i]))
@@ -128,7 +128,7 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, matrix, rhs, pivot, se
     info[0], info[1] = CONVERGED, steps
 
 
-@njit(**FAST)
+@njit(**INNER)
 def add_bushings(T, W, vectors, weights, out):
     """out (n,) += sum over the bushings of weight J^T vector, vectors (B, 3) in pair coordinates."""
     free = out.shape[0] // 3
@@ -145,7 +145,7 @@ def add_bushings(T, W, vectors, weights, out):
                 out[3 * body + a % 3] += weights[e] * total
 
 
-@njit(**FAST)
+@njit(**INNER)
 def refine(matrix, keep, pivot, rhs, right, n, m, shift):
     """Two corrections of the transposed solve towards the unshifted matrix (redundant constraints)."""
     total = n + m
@@ -162,82 +162,70 @@ def refine(matrix, keep, pivot, rhs, right, n, m, shift):
             rhs[a] += right[a + total]
 
 
-@njit(**FAST)
+@njit(**ENTRY)
 def alpha_adjoint(
-    T, W, scheme, h, last, q, v, w, lam, z, zdot, seed_q, seed_v, seed_w, seed_l, seed_z,
-    matrix, keep, rhs, right, pivot, shift, costate, damage, gradient,
-    detailed, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq,
+    T, W, scheme, h, last, q, v, lam, z, zdot, seed_q, seed_v, seed_w, seed_l, seed_z,
+    matrix, keep, rhs, right, pivot, shift, costate, damage, mu,
 ):  # fmt: skip
-    """gradient (N,) += (dr/dscale)^T mu over all steps; seeds are dG/d(node state), node `last` the latest
-    one."""
+    """Fill mu (steps + 1, n), the adjoint of the equations of motion at every node up to `last`.
+
+    Seeds are dG/d(node state). The gradient is the sum over the nodes of (dr/dparameter)^T mu.
+    """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
     n, m, bushings = q.shape[1], lam.shape[1], z.shape[1]
     c = (1.0 - af) / (1.0 - am)
-    hc, h2c, half = h * gamma * c, h * h * beta * c, 0.5 * h
     lq, lv, la, lw = costate[0], costate[1], costate[2], costate[3]
-    for i in range(n):
-        lq[i] = 0.0
-        lv[i] = 0.0
-        la[i] = 0.0
-        lw[i] = 0.0
     eta, lz = damage[0], damage[1]
-    for e in range(bushings):
-        eta[e] = 0.0
-    mu = rhs[:n]
-    for step in range(last, 0, -1):
-        evaluate(T, W, step, q[step], v[step], lam[step], z[step - 1], zdot[step - 1], half, True)
+    for back in range(last + 1):
+        step = last - back
+        first = step == 0
+        # node 0 solves the consistent initial accelerations, where a = w: the same lines with h = 0, c = 1
+        half = 0.0 if first else 0.5 * h
+        ahead = 0.0 if first else h * gamma
+        ahead2 = 0.0 if first else h * h * beta
+        share = 1.0 if first else c
+        before = step if first else step - 1
+        evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, back >= 0)
         for i in range(n):
             lq[i] += seed_q[step, i]
             lv[i] += seed_v[step, i]
             lw[i] += seed_w[step, i]
+        for e in range(bushings):
+            lz[e] = seed_z[step, e] - eta[e] * (1.0 + 0.5 * h * W.gz[e])
+            eta[e] *= -0.5 * h
         if bushings > 0:
-            for e in range(bushings):
-                lz[e] = seed_z[step, e] - eta[e] * (1.0 + half * W.gz[e])
-                eta[e] *= -half
             add_bushings(T, W, W.gx, eta, lq)
             add_bushings(T, W, W.zx, lz, lq)
-        fill_matrix(T, W, hc, h2c, shift, matrix)
+        fill_matrix(T, W, share * ahead, share * ahead2, shift, matrix)
         for i in range(n):
-            rhs[i] = -(lw[i] + c * (la[i] + h * gamma * lv[i] + h * h * beta * lq[i]))
+            rhs[i] = -(lw[i] + share * (la[i] + ahead * lv[i] + ahead2 * lq[i]))
         for r in range(m):
             rhs[n + r] = -seed_l[step, r]
         solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift)
-        contract(T, W, step, mu, gradient)
-        if detailed:
-            contract_parameters(
-                T, W, step, mu, w[step], by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
-            )
+        for i in range(n):
+            mu[step, i] = rhs[i]
+        if first:
+            return
         for e in range(bushings):
             p = T.bushing_pair[e]
-            pair_covector(W, T.pair[p, 0], T.pair[p, 1], n // 3, mu, W.big[p], W.row_g)
+            pair_covector(W, T.pair[p, 0], T.pair[p, 1], n // 3, mu[step], W.big[p], W.row_g)
             along = W.fz[e, 0] * W.row_g[0] + W.fz[e, 1] * W.row_g[1] + W.fz[e, 2] * W.row_g[2]
             eta[e] = -(lz[e] + along) / (1.0 - half * W.gz[e])
         for i in range(n):
             tq, tv = lq[i], lv[i]
             for b in range(n):
-                tq += W.k[b, i] * mu[b]
-                tv += W.c[b, i] * mu[b]
+                tq += W.k[b, i] * rhs[b]
+                tv += W.c[b, i] * rhs[b]
             for r in range(m):
-                tq += W.phi_q[r, i] * rhs[n + r] / h2c
-            ta = la[i] + h * gamma * tv + h * h * beta * tq
+                tq += W.phi_q[r, i] * rhs[n + r] / (share * ahead2)
+            ta = la[i] + ahead * tv + ahead2 * tq
             lq[i] = tq
             lv[i] = tv + h * tq
             la[i] = h * h * (0.5 - beta) * tq + h * (1.0 - gamma) * tv - am / (1.0 - am) * ta
             lw[i] = af / (1.0 - am) * ta
-    # node 0: consistent initial accelerations, a = w
-    evaluate(T, W, 0, q[0], v[0], lam[0], z[0], zdot[0], 0.0, True)
-    fill_matrix(T, W, 0.0, 0.0, shift, matrix)
-    for i in range(n):
-        rhs[i] = -(la[i] + lw[i] + seed_w[0, i])
-    for r in range(m):
-        rhs[n + r] = -seed_l[0, r]
-    solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift)
-    contract(T, W, 0, mu, gradient)
-    if detailed:
-        contract_parameters(T, W, 0, mu, w[0], by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq)
 
 
-@njit(**FAST)
+@njit(**INNER)
 def solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift):
     """Factor the saddle matrix and solve its transpose; with a shift, corrected towards the unshifted one."""
     total = n + m

@@ -8,12 +8,12 @@ and a chain ordered body by body leaves most multipliers zero.
 
 from numba import njit
 
+from ._kernels_options import INNER
+
 __all__ = ["lu_factor", "lu_solve", "lu_solve_transposed"]
 
-FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
 
-
-@njit(**FAST)
+@njit(**INNER)
 def lu_factor(a, pivot):
     """Overwrite a (n, n) with L and U, pivot (n,) with the row exchanges; 0, or 1 + the column without
     pivot."""
@@ -44,7 +44,7 @@ def lu_factor(a, pivot):
     return 0
 
 
-@njit(**FAST)
+@njit(**INNER)
 def lu_solve(a, pivot, b):
     """Solve A x = b in place with the factors of `lu_factor`."""
     n = a.shape[0]
@@ -66,7 +66,7 @@ def lu_solve(a, pivot, b):
         b[i] = total / a[i, i]
 
 
-@njit(**FAST)
+@njit(**INNER)
 def lu_solve_transposed(a, pivot, b):
     """Solve A^T x = b in place with the factors of `lu_factor`."""
     n = a.shape[0]

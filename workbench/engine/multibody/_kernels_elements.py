@@ -10,13 +10,12 @@ from numba import njit
 from numpy import cos, exp, log, sin, sqrt, tanh
 
 from ._kernels_laws import softplus
-
-FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
+from ._kernels_options import INNER
 
 COINCIDENT_X, COINCIDENT_Y, LINE, ANGLE, DISTANCE = 0, 1, 2, 3, 4
 
 
-@njit(**FAST)
+@njit(**INNER)
 def smoothstep(s):
     """0 below 0, 1 above 1, s^3 (10 - 15 s + 6 s^2) between (C2); value and slope."""
     if s.real <= 0.0:
@@ -26,7 +25,7 @@ def smoothstep(s):
     return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s)
 
 
-@njit(**FAST)
+@njit(**INNER)
 def pair_coordinates(qa, va, i, j, big):
     """big[:3] = X and big[3:6] = U of body i seen from body j (indices into the full coordinate arrays)."""
     c, s = cos(qa[3 * j + 2]), sin(qa[3 * j + 2])
@@ -43,7 +42,7 @@ def pair_coordinates(qa, va, i, j, big):
     big[5] = va[3 * i + 2] - turn
 
 
-@njit(**FAST)
+@njit(**INNER)
 def pair_map(qa, va, i, j, big, jac):
     """jac (3, 6) = dX/d(q_i, q_j)."""
     c, s = cos(qa[3 * j + 2]), sin(qa[3 * j + 2])
@@ -52,7 +51,7 @@ def pair_map(qa, va, i, j, big, jac):
     jac[2, 0], jac[2, 1], jac[2, 2], jac[2, 3], jac[2, 4], jac[2, 5] = 0.0, 0.0, 1.0, 0.0, 0.0, -1.0
 
 
-@njit(**FAST)
+@njit(**INNER)
 def spread(qa, va, i, j, free, big, jac, fr, kr, cr, tangent, force, k, c_out, half):
     """Add the pair's F, K, C to the free bodies (index < free); half (3, 6) is work space."""
     pair_map(qa, va, i, j, big, jac)
@@ -119,7 +118,7 @@ def spread(qa, va, i, j, free, big, jac, fr, kr, cr, tangent, force, k, c_out, h
             k[t, 3 * i + 1] += gy
 
 
-@njit(**FAST)
+@njit(**INNER)
 def torsion(p, t, big, fr, kr, cr):
     """Joint spring: k phi + c phi' + k_stop [softplus(phi - upper) - softplus(-phi - lower)], phi = theta -
     rest.
@@ -134,7 +133,7 @@ def torsion(p, t, big, fr, kr, cr):
     cr[2, 2] += p[1, t]
 
 
-@njit(**FAST)
+@njit(**INNER)
 def torsion_parameters(p, t, big, dp):
     """Slopes of the torque with respect to k, c, rest, k_stop, upper, lower."""
     phi = big[2] - p[2, t]
@@ -148,7 +147,7 @@ def torsion_parameters(p, t, big, dp):
     dp[5] = p[3, t] * low1
 
 
-@njit(**FAST)
+@njit(**INNER)
 def torsion_energy(p, t, big):
     """Elastic energy of a joint spring: k phi^2/2 and the integral of the stops' softplus."""
     phi = big[2] - p[2, t]
@@ -160,7 +159,7 @@ def torsion_energy(p, t, big):
     return total
 
 
-@njit(**FAST)
+@njit(**INNER)
 def softplus_integral(x, w):
     """Integral of w log(1 + exp(x/w)) from minus infinity: -w^2 Li2(-exp(x/w))."""
     s = x / w
@@ -197,7 +196,7 @@ def softplus_integral(x, w):
     return w * w * (total + sign * series)
 
 
-@njit(**FAST)
+@njit(**INNER)
 def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
     """Breakable bushing: -(force on body 1) = s [cap tanh(k r/cap) r_/r + c r' sech^2(k r/cap) - preload].
 
@@ -297,7 +296,7 @@ def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
             kr[m, n] += fz[m] * share * gx[n]
 
 
-@njit(**FAST)
+@njit(**INNER)
 def bushing_parameters(p, b, big, z, dp):
     """dp (5, 3): slopes of F with respect to k, c, cap, hold, at damage z (breakage parameters stay
     fixed)."""
@@ -336,7 +335,7 @@ def bushing_parameters(p, b, big, z, dp):
         dp[m, 2] = ax * dp[m, 1] - ay * dp[m, 0]
 
 
-@njit(**FAST)
+@njit(**INNER)
 def pair_row(kind, p, r, big, g, h):
     """Value, slope g (3,) and curvature h (3, 3) of a constraint row in pair coordinates.
 

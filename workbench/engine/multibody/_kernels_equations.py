@@ -11,9 +11,11 @@ law code LINEAR and a zero damper (fused sweep), or any other code (measure, law
 """
 
 from numba import njit
+from numba.extending import overload
 from numpy import cos, sin
 
 from ._kernels_elements import (
+    COINCIDENT_Y,
     bushing,
     bushing_parameters,
     pair_coordinates,
@@ -35,13 +37,13 @@ from ._kernels_members import (
     springs_force,
     springs_tangent,
 )
-
-FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
+from ._kernels_options import ENTRY, INNER
+from .tables import SpringTables
 
 FUSED = -1  # segment code of undamped linear springs
 
 
-@njit(**FAST)
+@njit(**ENTRY)
 def place(T, W, step, q, v):
     """Fill the full coordinates and every pair's coordinates."""
     n = q.shape[0]
@@ -55,7 +57,124 @@ def place(T, W, step, q, v):
         pair_coordinates(W.q, W.v, T.pair[p, 0], T.pair[p, 1], W.big[p])
 
 
-@njit(**FAST)
+@njit(**INNER)
+def _elements(T, W, step, lam, z, zrate, half, tangent):
+    """Members with other laws, joint springs, bushings and the constraint rows of pair coordinates."""
+    n = W.force.shape[0]
+    free = n // 3
+    t = T.times[step]
+    for g in range(T.segment.shape[0]):
+        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+        if code == FUSED or code == USER:
+            continue  # forces of a user's law are added outside
+        X = W.big[p]
+        measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+        laws(code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
+        if tangent:
+            gather_tangent(
+                T.geometry, T.scale, W.f, W.fd, W.fv, first, last,
+                X[0], X[1], X[2], X[3], X[4], X[5], W.fr[p], W.kr[p], W.cr[p],
+            )  # fmt: skip
+        else:
+            gather(T.geometry, T.scale, W.f, first, last, X[0], X[1], X[2], W.fr[p])
+
+    for e in range(T.torsion_pair.shape[0]):
+        p = T.torsion_pair[e]
+        torsion(T.torsion, e, W.big[p], W.fr[p], W.kr[p], W.cr[p])
+
+    for e in range(T.bushing_pair.shape[0]):
+        p = T.bushing_pair[e]
+        bushing(
+            T.bushing, e, W.big[p], z[e], zrate[e], half, tangent,
+            W.fr[p], W.kr[p], W.cr[p], W.fz[e], W.gx[e], W.zx[e], W.out,
+        )  # fmt: skip
+        W.z[e] = W.out[0]
+        W.zdot[e] = W.out[1]
+        W.gz[e] = W.out[2]
+
+    for r in range(T.row.shape[0]):
+        kind, p = T.row[r, 0], T.row[r, 1]
+        if kind <= COINCIDENT_Y:
+            continue
+        i, j = T.pair[p, 0], T.pair[p, 1]
+        value = pair_row(kind, T.row_data, r, W.big[p], W.row_g, W.row_h)
+        W.phi[r] = value - T.drive[step, r]
+        pair_map(W.q, W.v, i, j, W.big[p], W.jac)
+        for a in range(6):
+            body = i if a < 3 else j
+            if body < free:
+                total = W.row_g[0] * W.jac[0, a] + W.row_g[1] * W.jac[1, a] + W.row_g[2] * W.jac[2, a]
+                W.phi_q[r, 3 * body + a % 3] += total
+        for a in range(3):
+            W.fr[p, a] += lam[r] * W.row_g[a]
+            for b in range(3):
+                W.kr[p, a, b] += lam[r] * W.row_h[a, b]
+
+
+def rich_elements(T, W, step, lam, z, zrate, half, tangent):
+    """Everything but undamped springs and coincident points; compiled away for `SpringTables`."""
+
+
+@overload(rich_elements, jit_options=INNER, strict=False)
+def _rich_elements(T, W, step, lam, z, zrate, half, tangent):
+    if T.instance_class is SpringTables:
+        return lambda T, W, step, lam, z, zrate, half, tangent: None
+    return lambda T, W, step, lam, z, zrate, half, tangent: _elements(
+        T, W, step, lam, z, zrate, half, tangent
+    )
+
+
+@njit(**INNER)
+def _contract_segment(T, W, step, p, code, first, last, w, gradient):
+    t = T.times[step]
+    X = W.big[p]
+    measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+    laws(code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
+    project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.delta)
+    for i in range(first, last):
+        gradient[i] += W.f[i] * W.delta[i]
+
+
+def rich_contract(T, W, step, p, code, first, last, w, gradient):
+    """Contract a segment that is not of undamped springs; compiled away for `SpringTables`."""
+
+
+@overload(rich_contract, jit_options=INNER, strict=False)
+def _rich_contract(T, W, step, p, code, first, last, w, gradient):
+    if T.instance_class is SpringTables:
+        return lambda T, W, step, p, code, first, last, w, gradient: None
+    return lambda T, W, step, p, code, first, last, w, gradient: _contract_segment(
+        T, W, step, p, code, first, last, w, gradient
+    )
+
+
+@njit(**INNER)
+def _unit_energies(T, W, step, p, code, first, last):
+    X = W.big[p]
+    measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+    energies(code, T.law, first, last, W.delta, T.times[step], W.f)
+
+
+@njit(**INNER)
+def _spring_energies(T, W, step, p, code, first, last):
+    X = W.big[p]
+    measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+    for i in range(first, last):
+        W.f[i] = 0.5 * T.law[0, i] * W.delta[i] * W.delta[i]
+
+
+def unit_energies(T, W, step, p, code, first, last):
+    """Fill W.f with the energy of each member at unit density."""
+
+
+@overload(unit_energies, jit_options=INNER, strict=False)
+def _choose_energies(T, W, step, p, code, first, last):
+    if T.instance_class is SpringTables:
+        return lambda T, W, step, p, code, first, last: _spring_energies(T, W, step, p, code, first, last)
+    return lambda T, W, step, p, code, first, last: _unit_energies(T, W, step, p, code, first, last)
+
+
+@njit(**ENTRY)
 def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
     """Fill W.force = F + Phi_q^T lambda, W.phi, W.phi_q, W.z, W.zdot and, if tangent, W.k, W.c.
 
@@ -65,7 +184,6 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
     n = q.shape[0]
     m = T.row.shape[0]
     free = n // 3
-    t = T.times[step]
     place(T, W, step, q, v)
     for a in range(n):
         W.force[a] = -T.gravity[a]
@@ -83,81 +201,42 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
 
     for g in range(T.segment.shape[0]):
         p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
-        if code == USER:
-            continue  # forces of a user's law are added outside
+        if code != FUSED:
+            continue
         X = W.big[p]
-        if code == FUSED:
-            if tangent:
-                springs_tangent(
-                    T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p], W.kr[p]
-                )
-            else:
-                springs_force(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p])
+        if tangent:
+            springs_tangent(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p], W.kr[p])
         else:
-            measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-            laws(code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
-            if tangent:
-                gather_tangent(
-                    T.geometry, T.scale, W.f, W.fd, W.fv, first, last,
-                    X[0], X[1], X[2], X[3], X[4], X[5], W.fr[p], W.kr[p], W.cr[p],
-                )  # fmt: skip
-            else:
-                gather(T.geometry, T.scale, W.f, first, last, X[0], X[1], X[2], W.fr[p])
-
-    for e in range(T.torsion_pair.shape[0]):
-        p = T.torsion_pair[e]
-        torsion(T.torsion, e, W.big[p], W.fr[p], W.kr[p], W.cr[p])
-
-    for e in range(T.bushing_pair.shape[0]):
-        p = T.bushing_pair[e]
-        bushing(
-            T.bushing, e, W.big[p], z[e], zrate[e], half, tangent,
-            W.fr[p], W.kr[p], W.cr[p], W.fz[e], W.gx[e], W.zx[e], W.out,
-        )  # fmt: skip
-        W.z[e] = W.out[0]
-        W.zdot[e] = W.out[1]
-        W.gz[e] = W.out[2]
+            springs_force(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p])
 
     for r in range(m):
         for a in range(n):
             W.phi_q[r, a] = 0.0
-        kind, p = T.row[r, 0], T.row[r, 1]
-        if kind >= 2:
-            i, j = T.pair[p, 0], T.pair[p, 1]
-            value = pair_row(kind, T.row_data, r, W.big[p], W.row_g, W.row_h)
-            W.phi[r] = value - T.drive[step, r]
-            pair_map(W.q, W.v, i, j, W.big[p], W.jac)
-            for a in range(6):
-                body = i if a < 3 else j
-                if body < free:
-                    total = W.row_g[0] * W.jac[0, a] + W.row_g[1] * W.jac[1, a] + W.row_g[2] * W.jac[2, a]
-                    W.phi_q[r, 3 * body + a % 3] += total
-            for a in range(3):
-                W.fr[p, a] += lam[r] * W.row_g[a]
-                for b in range(3):
-                    W.kr[p, a, b] += lam[r] * W.row_h[a, b]
-        else:
-            # coincident points: p1 + A1 s1 - p2 - A2 s2 = 0, one row per axis
-            axis = kind
-            value = 0.0 * q[0] - T.drive[step, r]
-            for side in range(2):
-                body = T.row[r, 2 + side]
-                sign = 1.0 - 2.0 * side
-                c, s = cos(W.q[3 * body + 2]), sin(W.q[3 * body + 2])
-                sx, sy = T.row_data[r, 2 * side], T.row_data[r, 2 * side + 1]
-                ax = c * sx - s * sy
-                ay = s * sx + c * sy
-                arm = ax if axis == 0 else ay
-                turn = -ay if axis == 0 else ax
-                value += sign * (W.q[3 * body + axis] + arm)
-                if body < free:
-                    W.phi_q[r, 3 * body + axis] += sign
-                    W.phi_q[r, 3 * body + 2] += sign * turn
-                    W.force[3 * body + axis] += lam[r] * sign
-                    W.force[3 * body + 2] += lam[r] * sign * turn
-                    if tangent:
-                        W.k[3 * body + 2, 3 * body + 2] -= lam[r] * sign * arm
-            W.phi[r] = value
+        axis = T.row[r, 0]
+        if axis > COINCIDENT_Y:
+            continue
+        # coincident points: p1 + A1 s1 - p2 - A2 s2 = 0, one row per axis
+        value = 0.0 * q[0] - T.drive[step, r]
+        for side in range(2):
+            body = T.row[r, 2 + side]
+            sign = 1.0 - 2.0 * side
+            c, s = cos(W.q[3 * body + 2]), sin(W.q[3 * body + 2])
+            sx, sy = T.row_data[r, 2 * side], T.row_data[r, 2 * side + 1]
+            ax = c * sx - s * sy
+            ay = s * sx + c * sy
+            arm = ax if axis == 0 else ay
+            turn = -ay if axis == 0 else ax
+            value += sign * (W.q[3 * body + axis] + arm)
+            if body < free:
+                W.phi_q[r, 3 * body + axis] += sign
+                W.phi_q[r, 3 * body + 2] += sign * turn
+                W.force[3 * body + axis] += lam[r] * sign
+                W.force[3 * body + 2] += lam[r] * sign * turn
+                if tangent:
+                    W.k[3 * body + 2, 3 * body + 2] -= lam[r] * sign * arm
+        W.phi[r] = value
+
+    rich_elements(T, W, step, lam, z, zrate, half, tangent)
 
     for p in range(T.pair.shape[0]):
         spread(
@@ -197,7 +276,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
             W.force[at + 2] -= torque
 
 
-@njit(**FAST)
+@njit(**INNER)
 def pair_covector(W, i, j, free, mu, big, w):
     """w (3,) = J mu: how a virtual motion mu of the free bodies moves the pair's coordinates."""
     pair_map(W.q, W.v, i, j, big, W.jac)
@@ -210,11 +289,10 @@ def pair_covector(W, i, j, free, mu, big, w):
         w[r] = total
 
 
-@njit(**FAST)
+@njit(**ENTRY)
 def contract(T, W, step, mu, gradient):
     """gradient (N,) += (dF/dscale)^T mu at the state that `evaluate` or `place` left in W."""
     free = mu.shape[0] // 3
-    t = T.times[step]
     w = W.row_g
     for g in range(T.segment.shape[0]):
         p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
@@ -225,14 +303,32 @@ def contract(T, W, step, mu, gradient):
         if code == FUSED:
             springs_contract(T.geometry, T.law[0], first, last, X[0], X[1], X[2], w[0], w[1], w[2], gradient)
         else:
-            measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-            laws(code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
-            project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.delta)
-            for i in range(first, last):
-                gradient[i] += W.f[i] * W.delta[i]
+            rich_contract(T, W, step, p, code, first, last, w, gradient)
 
 
-@njit(**FAST)
+@njit(**ENTRY)
+def contract_history(T, W, last, q, v, mu, gradient):
+    """gradient (N,) += sum over the nodes up to `last` of (dF/dscale)^T mu."""
+    for step in range(last + 1):
+        place(T, W, step, q[step], v[step])
+        contract(T, W, step, mu[step], gradient)
+
+
+@njit(**ENTRY)
+def contract_parameter_history(
+    T, W, last, q, v, w, z, mu, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
+):
+    """Add the sum over the nodes up to `last` of (dr/dparameter)^T mu; see `contract_parameters`."""
+    for step in range(last + 1):
+        place(T, W, step, q[step], v[step])
+        for e in range(z.shape[1]):
+            W.z[e] = z[step, e]
+        contract_parameters(
+            T, W, step, mu[step], w[step], by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
+        )
+
+
+@njit(**INNER)
 def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq):
     """Add (dr/dparameter)^T mu: laws (9, N), natural lengths (N,), joint springs (6, T), bushings (5, B),
     masses (n,)."""
@@ -273,11 +369,10 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by
         by_mass[a] += mu[a] * (w_acc[a] - weight)
 
 
-@njit(**FAST)
+@njit(**INNER)
 def member_energy(T, W, step):
     """Energy stored in the members at the state that `place` left in W."""
     total = 0.0 * W.q[0]
-    t = T.times[step]
     for g in range(T.segment.shape[0]):
         p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
         if code == USER:
@@ -286,14 +381,13 @@ def member_energy(T, W, step):
         if code == FUSED:
             total += springs_energy(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2])
         else:
-            measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-            energies(code, T.law, first, last, W.delta, t, W.f)
+            unit_energies(T, W, step, p, code, first, last)
             for i in range(first, last):
                 total += T.scale[i] * W.f[i]
     return total
 
 
-@njit(**FAST)
+@njit(**ENTRY)
 def member_energy_series(T, W, q, v, energy):
     """Stored energy of the members at every node of the grid."""
     for step in range(q.shape[0]):
@@ -301,23 +395,19 @@ def member_energy_series(T, W, q, v, energy):
         energy[step] = member_energy(T, W, step)
 
 
-@njit(**FAST)
+@njit(**ENTRY)
 def energy_by_scale(T, W, step, gradient, weight):
     """gradient (N,) += weight times the unit energy of each member (explicit part of an energy objective)."""
-    t = T.times[step]
     for g in range(T.segment.shape[0]):
         p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
         if code == USER:
             continue
-        X = W.big[p]
-        law_code = 0 if code == FUSED else code
-        measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-        energies(law_code, T.law, first, last, W.delta, t, W.f)
+        unit_energies(T, W, step, p, 0 if code == FUSED else code, first, last)
         for i in range(first, last):
             gradient[i] += weight * W.f[i]
 
 
-@njit(**FAST)
+@njit(**ENTRY)
 def torsion_energy_sum(T, W):
     """Energy stored in the joint springs at the state that `place` left in W."""
     total = 0.0 * W.q[0]

@@ -16,12 +16,12 @@ outside its width the printed law holds exactly.
 from numba import njit
 from numpy import exp, log
 
-FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
+from ._kernels_options import INNER
 
 LINEAR, CONTACT, IMPULSE, BELT, AIRBAG, USER = 0, 1, 2, 3, 4, 9
 
 
-@njit(**FAST)
+@njit(**INNER)
 def ramp(x, w):
     """max(0, x) rounded in C2 over |x| < w/2; returns value, slope, curvature, integral."""
     half = 0.5 * w.real
@@ -39,7 +39,7 @@ def ramp(x, w):
     )
 
 
-@njit(**FAST)
+@njit(**INNER)
 def bag(compression, c0, c1, length, power, cap):
     """Gas spring c0 - c1/(length - x)^power at compression x, continued by its Taylor parabola past x = cap.
 
@@ -62,19 +62,19 @@ def bag(compression, c0, c1, length, power, cap):
     return force, f1 + e * f2, f2, u0 + e * (f0 + e * (0.5 * f1 + e * f2 / 6.0))
 
 
-@njit(**FAST)
+@njit(**INNER)
 def gate(t, t0, rise):
-    """0 before t0, 1 after t0 + rise, smoothstep between; value and slope. rise = 0 switches at once."""
+    """0 before t0, 1 after t0 + rise, a quintic (C2) between; value and slope."""
     s = t - t0
     if s.real <= 0.0:
         return 0.0 * s, 0.0 * s
     if s.real >= rise.real:
         return 0.0 * s + 1.0, 0.0 * s
     s = s / rise
-    return s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / rise
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s) / rise
 
 
-@njit(**FAST)
+@njit(**INNER)
 def laws(code, p, first, last, delta, rate, t, f, fd, fv):
     """Fill f, df/ddelta, df/drate of members first..last-1 at unit density."""
     if code == LINEAR:
@@ -112,7 +112,7 @@ def laws(code, p, first, last, delta, rate, t, f, fd, fv):
             fv[i] = 0.0
 
 
-@njit(**FAST)
+@njit(**INNER)
 def energies(code, p, first, last, delta, t, energy):
     """Fill the stored energy of each member at unit density (impulses store none)."""
     if code == LINEAR:
@@ -150,7 +150,7 @@ _WEIGHTS = (
 )  # fmt: skip
 
 
-@njit(**FAST)
+@njit(**INNER)
 def bag_energy(x, c0, c1, length, power, cap, w):
     """Integral of -force over compression, through the rounded corner and beyond (>= 0)."""
     half = 0.5 * w.real
@@ -171,7 +171,7 @@ def bag_energy(x, c0, c1, length, power, cap, w):
     return total
 
 
-@njit(**FAST)
+@njit(**INNER)
 def law_parameters(code, p, i, delta, rate, t, dp):
     """Fill dp with the slopes of the unit force of member i with respect to its parameters."""
     for j in range(dp.shape[0]):
@@ -222,7 +222,7 @@ def law_parameters(code, p, i, delta, rate, t, dp):
         dp[7] = -on1 * y
 
 
-@njit(**FAST)
+@njit(**INNER)
 def softplus(x, w):
     """w log(1 + exp(x/w)) and its slope, without overflow."""
     s = x / w
@@ -233,7 +233,7 @@ def softplus(x, w):
     return w * log(1.0 + e), e / (1.0 + e)
 
 
-@njit(**FAST)
+@njit(**INNER)
 def smoothstep(s):
     """0 below 0, 1 above 1, s^3 (10 - 15 s + 6 s^2) between (C2); value and slope."""
     if s.real <= 0.0:

@@ -15,10 +15,10 @@ F = sum s f b and its derivatives K = dF/dX, C = dF/dU are sums over 3 x 3; s is
 from numba import njit
 from numpy import cos, sin, sqrt
 
-FAST = {"cache": True, "fastmath": True, "error_model": "numpy"}
+from ._kernels_options import INNER
 
 
-@njit(**FAST)
+@njit(**INNER)
 def springs_force(geo, k, scale, first, last, x, y, th, out):
     """Undamped linear springs, force only: out (3,) += F. One square root per member."""
     c, s = cos(th), sin(th)
@@ -43,7 +43,7 @@ def springs_force(geo, k, scale, first, last, x, y, th, out):
     out[2] += ft
 
 
-@njit(**FAST)
+@njit(**INNER)
 def springs_tangent(geo, k, scale, first, last, x, y, th, out, kout):
     """Undamped linear springs: out (3,) += F and kout (3, 3) += dF/dX."""
     c, s = cos(th), sin(th)
@@ -92,7 +92,7 @@ def springs_tangent(geo, k, scale, first, last, x, y, th, out, kout):
     kout[2, 2] += k22
 
 
-@njit(**FAST)
+@njit(**INNER)
 def springs_energy(geo, k, scale, first, last, x, y, th):
     """Energy sum of s k delta^2 / 2."""
     c, s = cos(th), sin(th)
@@ -108,7 +108,7 @@ def springs_energy(geo, k, scale, first, last, x, y, th):
     return 0.5 * total
 
 
-@njit(**FAST)
+@njit(**INNER)
 def springs_contract(geo, k, first, last, x, y, th, w0, w1, w2, gradient):
     """gradient[i] += (unit force of spring i) (b . w), w a covector's partner in pair coordinates."""
     c, s = cos(th), sin(th)
@@ -124,7 +124,7 @@ def springs_contract(geo, k, first, last, x, y, th, w0, w1, w2, gradient):
         gr[i] += kk[i] * (1.0 - l0[i] * r) * (dx * (w0 - ay * w2) + dy * (w1 + ax * w2))
 
 
-@njit(**FAST)
+@njit(**INNER)
 def measure(geo, first, last, x, y, th, ux, uy, ut, delta, rate):
     """Elongation and its rate of every member of the segment."""
     c, s = cos(th), sin(th)
@@ -138,7 +138,7 @@ def measure(geo, first, last, x, y, th, ux, uy, ut, delta, rate):
         rate[i] = (dx * (ux - ay * ut) + dy * (uy + ax * ut)) / l
 
 
-@njit(**FAST)
+@njit(**INNER)
 def gather(geo, scale, f, first, last, x, y, th, out):
     """out (3,) += sum of s f b."""
     c, s = cos(th), sin(th)
@@ -157,7 +157,7 @@ def gather(geo, scale, f, first, last, x, y, th, out):
     out[2] += ft
 
 
-@njit(**FAST)
+@njit(**INNER)
 def gather_tangent(geo, scale, f, fd, fv, first, last, x, y, th, ux, uy, ut, out, kout, cout):
     """out += F, kout += dF/dX, cout += dF/dU of members with given force and slopes."""
     c, s = cos(th), sin(th)
@@ -205,7 +205,7 @@ def gather_tangent(geo, scale, f, fd, fv, first, last, x, y, th, ux, uy, ut, out
         cout[2, 2] += kv * bt * bt
 
 
-@njit(**FAST)
+@njit(**INNER)
 def project(geo, first, last, x, y, th, w0, w1, w2, along):
     """along[i] = b . w of every member."""
     c, s = cos(th), sin(th)
@@ -218,7 +218,7 @@ def project(geo, first, last, x, y, th, w0, w1, w2, along):
         along[i] = r * (dx * (w0 - ay * w2) + dy * (w1 + ax * w2))
 
 
-@njit(**FAST)
+@njit(**INNER)
 def rows(geo, first, last, x, y, th, b):
     """b (N, 3): derivative of every elongation with respect to the pair's coordinates."""
     c, s = cos(th), sin(th)

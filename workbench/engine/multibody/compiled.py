@@ -13,11 +13,11 @@ import numpy as np
 
 from ..errors import InvalidSystem
 from ._kernels_equations import FUSED
-from .joints import ANGLE, DISTANCE, LINE, Row
+from .joints import ANGLE, COINCIDENT_Y, DISTANCE, LINE, Row
 from .members import Member, UserLaw
 from .motion import Motion, _slope
 from .system import System
-from .tables import Tables
+from .tables import SpringTables, Tables
 
 __all__ = ["Compiled", "UserSegment", "compiled", "on_grid"]
 
@@ -228,6 +228,17 @@ def _start_value(row: Row, a: Array, b: Array) -> float:
     return float(row.normal[0] * (c * d[0] + s * d[1]) + row.normal[1] * (c * d[1] - s * d[0]))
 
 
+def plain(parts: Compiled) -> bool:
+    """Whether the system holds nothing but undamped springs, coincident points and loads."""
+    arrays = parts.arrays
+    return bool(
+        (arrays["segment"][:, 1] == FUSED).all()
+        and arrays["torsion_pair"].size == 0
+        and arrays["bushing_pair"].size == 0
+        and (arrays["row"][:, 0] <= COINCIDENT_Y).all()
+    )
+
+
 def on_grid(parts: Compiled, density: Array, times: Array) -> Tables:
     """Tables with loads, motions and drives sampled at `times` and the densities of one design (member
     order)."""
@@ -248,7 +259,8 @@ def on_grid(parts: Compiled, density: Array, times: Array) -> Tables:
         if function is not None:
             drive[:, index] = [function(float(t)) for t in times]
     scale = density if (parts.power == 1.0).all() else density**parts.power
-    return Tables(
+    kind: Any = SpringTables if plain(parts) else Tables
+    return kind(  # type: ignore[no-any-return]
         **parts.arrays,
         scale=np.ascontiguousarray(scale[parts.order]),
         times=np.ascontiguousarray(times, dtype=float),

@@ -76,7 +76,7 @@ def _alpha(parts: Compiled, alpha: Array, times: Array, scheme: Scheme) -> Traje
     q0, v0, phi_q = check_start(parts, tables)
     found = redundancy(parts, phi_q)
     run = integrate(parts, tables, scheme, q0, v0, redundant=len(found.rows) > 0)
-    if run.info[0] != 0:
+    if run.info[0] != 0 or not np.isfinite(run.q[-1]).all():
         raise _failure(parts, alpha, times, scheme, run.info)
     return Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times,
@@ -128,7 +128,7 @@ def integrate(
     )
     alpha_forward(
         tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), run.q, run.v, run.w, run.lam,
-        run.z, run.zdot, np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
+        run.z, run.zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
         settings, run.info,
     )  # fmt: skip
     return run

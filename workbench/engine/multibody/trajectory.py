@@ -57,7 +57,7 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         for name in ("density", "times", "position", "velocity", "acceleration", "multiplier", "damage"):
-            getattr(self, name).flags.writeable = False
+            getattr(self, name).flags.writeable = True
 
     @property
     def step(self) -> float:

@@ -14,6 +14,8 @@ import numpy as np
 
 from ..errors import NotSupported
 from ..multibody._kernels_alpha import alpha_adjoint
+from ..multibody._kernels_equations import contract_history, contract_parameter_history
+from ..multibody.compiled import compiled
 from ..multibody.objectives import Objective
 from ..multibody.quantities import in_member_order
 from ..multibody.schemes import GeneralisedAlpha, VelocityVerlet
@@ -62,7 +64,7 @@ def parameter_gradient(trajectory: Trajectory, objective: Objective) -> ByParame
     start = seeds(trajectory, objective)
     gradient, parts = _sweep(trajectory, start, detailed=True)
     law, length, spring, bushing, mass = parts
-    order = np.argsort(_order(trajectory))
+    order = np.argsort(compiled(trajectory.system).order)
     return ByParameter(
         density=in_member_order(trajectory, gradient) + start.density,
         law=law[:, order],
@@ -72,12 +74,6 @@ def parameter_gradient(trajectory: Trajectory, objective: Objective) -> ByParame
         mass=mass.reshape(-1, 3)[:, :2].sum(axis=1),
         inertia=mass.reshape(-1, 3)[:, 2],
     )
-
-
-def _order(trajectory: Trajectory) -> Array:
-    from ..multibody.compiled import compiled
-
-    return compiled(trajectory.system).order
 
 
 def _sweep(trajectory: Trajectory, start: Seeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:
@@ -92,13 +88,19 @@ def _sweep(trajectory: Trajectory, start: Seeds, *, detailed: bool) -> tuple[Arr
     spring = np.zeros((6, len(tables.torsion_pair)))
     bushing, mass = np.zeros((5, bushings)), np.zeros(n)
     shift = proximal(tables, redundant=len(r.diagnosis.redundant_rows) > 0)
+    work = work_space(tables)
+    mu = np.zeros_like(r.position)
     alpha_adjoint(
-        tables, work_space(tables), scheme.numbers, r.step, start.last,
-        r.position, r.velocity, r.acceleration, r.multiplier, r.damage, r.damage_rate,
+        tables, work, scheme.numbers, r.step, start.last,
+        r.position, r.velocity, r.multiplier, r.damage, r.damage_rate,
         start.position, start.velocity, start.acceleration, start.multiplier, start.damage,
         np.zeros((total, total)), np.zeros((total, total) if shift else (0, 0)), np.zeros(total),
-        np.zeros(2 * total), np.zeros(total, np.int64), shift, np.zeros((4, n)),
-        np.zeros((2, bushings)), gradient,
-        detailed, law, length, spring, bushing, mass, np.zeros(9), np.zeros((5, 3)),
+        np.zeros(2 * total), np.zeros(total, np.int64), shift, np.zeros((4, n)), np.zeros((2, bushings)), mu,
     )  # fmt: skip
+    contract_history(tables, work, start.last, r.position, r.velocity, mu, gradient)
+    if detailed:
+        contract_parameter_history(
+            tables, work, start.last, r.position, r.velocity, r.acceleration, r.damage, mu,
+            law, length, spring, bushing, mass, np.zeros(9), np.zeros((5, 3)),
+        )  # fmt: skip
     return gradient, (law, length, spring, bushing, mass)
