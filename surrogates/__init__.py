@@ -10,6 +10,13 @@ __distribution__ = "holdfast"
 
 # public name -> module that defines it
 _PUBLIC: dict[str, str] = {
+    "compare_rankings": "surrogates.rivals",
+    "Ranking": "surrogates.rivals",
+    "hybrid_screening": "surrogates.hybrid",
+    "HybridScreening": "surrogates.hybrid",
+    "morris_points": "surrogates.morris",
+    "morris_effects": "surrogates.morris",
+    "MorrisEffects": "surrogates.morris",
     "selection_stability": "surrogates.stability",
     "ScreeningDiagnosis": "surrogates.verdict",
     "ScreeningStep": "surrogates.screening",

@@ -24,7 +24,7 @@ from .search import Search, multi_start, sparse_starts
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
 
-FEWEST = 24  # starts: an early agreement may be one on the second-best maximum
+FEWEST = 36  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 ACTIVE_AT_START = 5
@@ -90,7 +90,7 @@ def ard_screening(
         ground.n_units,
         number=_starts_affordable(n_starts, ground.n_units, n),
         active=ACTIVE_AT_START,
-        nuggets=(nugget[0], min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
+        nuggets=(*(nugget[0],) * 3, min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
         rng=rng,
     )
     search = multi_start(
