@@ -1,0 +1,396 @@
+"""A planar occupant of ten segments, held by two grips, a seat and 180 candidate restraint members.
+
+The sagittal plane of the dissertation's gunner (chapter VIII), which is the plane of braking. Frame: x
+rearward, y up (the z of Table C.1), metres, origin in the vehicle; the occupant faces -x. Angles are
+counter-clockwise and zero in the reference posture, so flexion of shoulder, elbow, wrist, hip and ankle is
+negative and flexion of the knee is positive.
+
+Sources: segments after de Leva 1996 scaled to 77 kg and 1.778 m, paired limbs lumped; joint stiffness Table
+    8.6 in N mm/rad (printed as N m/rad, see docs/departures.md), both sides together; attachment points
+    Tables C.1 to C.3 with their corrected entries; spine and neck stiffness, their stops and the seat are
+    assumed.
+"""
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+
+from workbench.engine import (
+    Airbag,
+    Belt,
+    Body,
+    Bushing,
+    Impulse,
+    JointSpring,
+    Member,
+    Motion,
+    Retractor,
+    RevoluteJoint,
+    System,
+)
+
+__all__ = [
+    "CG",
+    "JOINTS",
+    "KINDS",
+    "MASSES",
+    "ONSET",
+    "SEGMENTS",
+    "Case",
+    "Site",
+    "braking",
+    "member_sites",
+    "system",
+]
+
+OCCUPANT_MASS = 77.0  # kg, of the segment table
+GRAVITY = 9.81
+SPEED = 17.0  # m/s before braking
+ONSET = 0.5  # s: run-in at constant speed, so that the posture settles
+RAMP = 0.05  # s: smooth rise and fall of the deceleration
+KINDS = ("belt", "airbag", "retractor")
+
+# name: (mass kg, mass centre x, y in m, inertia about the mass centre kg m2)
+SEGMENTS = {
+    "head": (5.344, 0.2760, 1.6051, 0.0326),
+    "upper torso": (12.289, 0.2760, 1.3558, 0.0769),
+    "central torso": (12.574, 0.2760, 1.1348, 0.0893),
+    "lower torso": (8.601, 0.2760, 0.9228, 0.0578),
+    "upper arms": (4.174, 0.1293, 1.3030, 0.0250),
+    "forearms": (2.494, -0.1027, 1.2612, 0.0132),
+    "hands": (0.940, -0.3196, 1.2879, 0.0019),
+    "thighs": (21.806, 0.1511, 0.7401, 0.4388),
+    "shanks": (6.668, -0.0289, 0.3625, 0.0812),
+    "feet": (2.110, -0.0889, 0.0769, 0.0088),
+}
+MASSES = tuple(mass for mass, *_ in SEGMENTS.values())
+CG = tuple(
+    sum(s[0] * s[axis] for s in SEGMENTS.values()) / sum(MASSES) for axis in (1, 2)
+)  # of the whole body, reference posture
+
+HIP, GRIP = (0.2760, 0.8650), (-0.3379, 1.2901)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Joint:
+    """A revolute joint of distal segment `a` on proximal segment `b`, with spring, damper and soft stops.
+
+    stiffness N m/rad and damping N m s/rad for both sides together; `up` and `down` are the stops (rad) on
+    the counter-clockwise and the clockwise side of the reference posture.
+    """
+
+    a: str
+    b: str
+    at: tuple[float, float]
+    stiffness: float
+    damping: float
+    up: float
+    down: float
+    stop: float = 2000.0
+
+
+SIDES = 2
+JOINT_DAMPING = SIDES * 0.65192  # N m s/rad, the 651.92 N mm s/rad of section 8.4
+# name: the joint; those of Table 8.6 carry its name and get their stiffness from the table
+JOINTS: Mapping[str, Joint] = MappingProxyType(
+    {
+        "lumbar": Joint(
+            a="central torso",
+            b="lower torso",
+            at=(0.2760, 1.0138),
+            stiffness=300.0,
+            damping=10.0,
+            up=0.8,
+            down=0.8,
+        ),
+        "thoracic": Joint(
+            a="upper torso",
+            b="central torso",
+            at=(0.2760, 1.2339),
+            stiffness=300.0,
+            damping=10.0,
+            up=0.8,
+            down=0.8,
+        ),
+        "neck": Joint(
+            a="head",
+            b="upper torso",
+            at=(0.2760, 1.4811),
+            stiffness=30.0,
+            damping=1.5,
+            up=1.0,
+            down=1.0,
+            stop=500.0,
+        ),
+        "shoulder TX": Joint(
+            a="upper arms",
+            b="upper torso",
+            at=(0.2760, 1.3810),
+            stiffness=25.4778,
+            damping=JOINT_DAMPING,
+            up=0.785,
+            down=1.083,
+        ),
+        "elbow": Joint(
+            a="forearms",
+            b="upper arms",
+            at=(0.0220, 1.2459),
+            stiffness=60.0,
+            damping=JOINT_DAMPING,
+            up=1.657,
+            down=0.523,
+        ),
+        "wrist TX": Joint(
+            a="hands",
+            b="forearms",
+            at=(-0.2506, 1.2794),
+            stiffness=40.0,
+            damping=JOINT_DAMPING,
+            up=1.378,
+            down=0.523,
+        ),
+        "hip TX": Joint(
+            a="thighs", b="lower torso", at=HIP, stiffness=120.0, damping=JOINT_DAMPING, up=0.488, down=0.872
+        ),
+        "knee": Joint(
+            a="shanks",
+            b="thighs",
+            at=(-0.0289, 0.5601),
+            stiffness=800.0,
+            damping=JOINT_DAMPING,
+            up=1.483,
+            down=0.872,
+        ),
+        "ankle": Joint(
+            a="feet",
+            b="shanks",
+            at=(-0.0289, 0.1169),
+            stiffness=600.0,
+            damping=JOINT_DAMPING,
+            up=0.349,
+            down=0.872,
+        ),
+    }
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One point of the uncertainty. Forces in N, rates in N/m, deceleration in m/s2, mass in kg.
+
+    grip: breakaway strength of one hand. hands: hands on the grips, 0, 1 or 2. factors: multipliers of the
+        joint stiffnesses by name; those of joints that act out of the plane (shoulder TZ, hip TZ) are
+        accepted and without effect, since the model has no such motion. nm_joints: read Table 8.6 in N
+        m/rad as printed.
+    """
+
+    grip: float = 500.0
+    hands: int = 2
+    factors: Mapping[str, float] = field(default_factory=dict)
+    seat_rate: float = 10_000.0
+    seat_cap: float = 1000.0
+    deceleration: float = 7.0
+    mass: float = OCCUPANT_MASS
+    nm_joints: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Site:
+    """Where a candidate member may sit: row of Table C.3, segment and end points in the vehicle frame (m)."""
+
+    number: int
+    segment: str
+    on_occupant: tuple[float, float]
+    on_vehicle: tuple[float, float]
+    offset: float  # m out of the plane, constant in the length
+    layer: int  # 1 top .. 5 floor
+    side: str
+
+
+@cache
+def member_sites() -> tuple[Site, ...]:
+    """The 180 rows of Table C.3 on the sagittal plane, points 5 of C.1 and 1 to 3 of C.2 corrected.
+
+    >>> sites = member_sites()
+    >>> len(sites), sum(site.layer == 5 for site in sites)
+    (180, 36)
+    """
+    vehicle = {row["point"]: row for row in _table("vehicle_points.csv")}
+    occupant = {row["point"]: row for row in _table("occupant_points.csv")}
+    sites = []
+    for row in _table("members.csv"):
+        v, o = vehicle[row["vehicle_point"]], occupant[row["gunner_point"]]
+        # torso frame: x up, y forward, z left, its origin 0.268 m above the hip
+        up, forward, left = (1e-3 * float(o[f"{axis}_use"]) for axis in "xyz")
+        on_occupant = (HIP[0] - forward, HIP[1] + 0.268 + up)
+        lateral = 0.041 - left
+        sites.append(
+            Site(
+                number=int(row["member"]),
+                segment=o["segment"],
+                on_occupant=on_occupant,
+                on_vehicle=(1e-3 * float(v["x_use"]), 1e-3 * float(v["z_use"])),
+                offset=1e-3 * float(v["y_use"]) - lateral,
+                layer=int(row["layer_from_top"]),
+                side=o["side"],
+            )
+        )
+    return tuple(sites)
+
+
+def braking(deceleration: float) -> Motion:
+    """The vehicle: 17 m/s along -x, braked from 0.5 s with a smooth ramp until it stands."""
+    hold = SPEED / deceleration - RAMP
+    if hold < 0:
+        raise ValueError(f"deceleration needs 0 < value <= {SPEED / RAMP:g} m/s2, got {deceleration}")
+    rise, fall = ONSET, ONSET + RAMP + hold
+
+    def ramp(t: float, order: int) -> float:
+        """The smoothstep 3 s^2 - 2 s^3 over RAMP and its integrals, continued linearly."""
+        s = min(max(t / RAMP, 0.0), 1.0)
+        late = max(t - RAMP, 0.0)
+        if order == 0:
+            return s * s * (3 - 2 * s)
+        if order == 1:
+            return RAMP * (s**3 - 0.5 * s**4) + late
+        return RAMP**2 * (0.25 * s**4 - 0.1 * s**5) + 0.5 * RAMP * late + 0.5 * late**2
+
+    def pulse(t: float, order: int) -> float:
+        return deceleration * (ramp(t - rise, order) - ramp(t - fall, order))
+
+    return Motion(
+        position=lambda t: (-SPEED * t + pulse(t, 2), 0.0, 0.0),
+        velocity=lambda t: (-SPEED + pulse(t, 1), 0.0, 0.0),
+        acceleration=lambda t: (pulse(t, 0), 0.0, 0.0),
+    )
+
+
+def system(
+    case: Case | None = None,
+    *,
+    kinds: tuple[str, ...] = ("belt",),
+    belt: Belt | None = None,
+    airbag: Airbag | None = None,
+    retractor: Impulse | None = None,
+    power: float = 1.0,
+) -> System:
+    """The occupant in the braking vehicle with 180 members of every kind in `kinds`, kind by kind.
+
+    Densities come in the order of `kinds`: 180 for the first, 180 for the next.
+
+    Raises:
+        ValueError: an unknown kind or joint factor, hands other than 0, 1 or 2.
+
+    >>> len(system(Case(), kinds=("belt", "airbag")).members)
+    360
+    """
+    case = Case() if case is None else case
+    if case.hands not in (0, 1, 2):
+        raise ValueError(f"hands needs 0, 1 or 2, got {case.hands}")
+    laws = {"belt": belt or Belt(), "airbag": airbag or Airbag(), "retractor": retractor or Retractor()}
+    unknown = sorted(set(kinds) - set(laws))
+    if unknown:
+        raise ValueError(f"kinds needs names out of {', '.join(laws)}, got {unknown}")
+    scale = case.mass / OCCUPANT_MASS
+    bodies = [
+        Body(
+            name=name,
+            mass=scale * mass,
+            inertia=scale * inertia,
+            position=(x, y, 0.0),
+            velocity=(-SPEED, 0.0, 0.0),
+        )
+        for name, (mass, x, y, inertia) in SEGMENTS.items()
+    ]
+    bodies.append(Body(name="vehicle", motion=braking(case.deceleration)))
+    return System(
+        bodies=tuple(bodies),
+        members=tuple(_member(site, laws[kind], kind, power) for kind in kinds for site in member_sites()),
+        joints=tuple(
+            RevoluteJoint(a=j.a, b=j.b, point_a=_local(j.a, j.at), point_b=_local(j.b, j.at), name=name)
+            for name, j in JOINTS.items()
+        ),
+        springs=_joint_springs(case),
+        bushings=_bushings(case),
+        gravity=(0.0, -GRAVITY),
+    )
+
+
+def _joint_springs(case: Case) -> tuple[JointSpring, ...]:
+    known = {row["joint"] for row in _table("joint_stiffness.csv")}
+    unknown = sorted(set(case.factors) - known)
+    if unknown:
+        raise ValueError(f"factors needs joints of Table 8.6 ({', '.join(sorted(known))}), got {unknown}")
+    reading = 1000.0 if case.nm_joints else 1.0
+    return tuple(
+        JointSpring(
+            a=j.a,
+            b=j.b,
+            k=j.stiffness * case.factors.get(name, 1.0) * (reading if name in known else 1.0),
+            c=j.damping,
+            rest=0.0,
+            k_stop=j.stop,
+            upper=j.up,
+            lower=j.down,
+            name=name,
+        )
+        for name, j in JOINTS.items()
+    )
+
+
+def _bushings(case: Case) -> tuple[Bushing, ...]:
+    """Both grips in one (2 hands), and the seat, preloaded with the weight."""
+    grips = Bushing(
+        a="hands",
+        b="vehicle",
+        point_a=_local("hands", GRIP),
+        point_b=GRIP,
+        k=SIDES * 50e3,
+        c=SIDES * 150.0,
+        cap=SIDES * case.grip,
+        slip=0.05,
+        release=0.10,
+        hold=case.hands / SIDES,
+        name="grips",
+    )
+    seat = Bushing(
+        a="lower torso",
+        b="vehicle",
+        point_a=_local("lower torso", HIP),
+        point_b=HIP,
+        k=case.seat_rate,
+        c=700.0,
+        cap=case.seat_cap,
+        slip=0.08,
+        release=0.16,
+        preload=(0.0, case.mass * GRAVITY),
+        name="seat",
+    )
+    return grips, seat
+
+
+def _member(site: Site, law: Belt | Airbag | Impulse, kind: str, power: float) -> Member:
+    return Member(
+        a=site.segment,
+        b="vehicle",
+        point_a=_local(site.segment, site.on_occupant),
+        point_b=site.on_vehicle,
+        law=law,
+        offset=site.offset,
+        power=power,
+        name=f"{kind} {site.number}",
+    )
+
+
+def _local(segment: str, point: tuple[float, float]) -> tuple[float, float]:
+    _, x, y, _ = SEGMENTS[segment]
+    return point[0] - x, point[1] - y
+
+
+@cache
+def _table(name: str) -> tuple[dict[str, str], ...]:
+    text = files("studies").joinpath("data", name).read_text(encoding="utf-8")
+    return tuple(csv.DictReader(text.splitlines()))
