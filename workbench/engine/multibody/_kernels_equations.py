@@ -32,6 +32,7 @@ from ._kernels_members import (
     gather_tangent,
     measure,
     project,
+    rows,
     springs_contract,
     springs_energy,
     springs_force,
@@ -161,6 +162,28 @@ def _spring_energies(T, W, step, p, code, first, last):
     measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
     for i in range(first, last):
         W.f[i] = 0.5 * T.law[0, i] * W.delta[i] * W.delta[i]
+
+
+@njit(**INNER)
+def _spring_forces(T, W, first, last):
+    for i in range(first, last):
+        W.f[i] = T.law[0, i] * W.delta[i]
+
+
+@njit(**INNER)
+def _law_forces(T, W, step, code, first, last):
+    laws(0 if code == FUSED else code, T.law, first, last, W.delta, W.rate, T.times[step], W.f, W.fd, W.fv)
+
+
+def unit_forces(T, W, step, code, first, last):
+    """Fill W.f with the force of each member at unit density."""
+
+
+@overload(unit_forces, jit_options=INNER, strict=False)
+def _choose_forces(T, W, step, code, first, last):
+    if T.instance_class is SpringTables:
+        return lambda T, W, step, code, first, last: _spring_forces(T, W, first, last)
+    return lambda T, W, step, code, first, last: _law_forces(T, W, step, code, first, last)
 
 
 def unit_energies(T, W, step, p, code, first, last):
@@ -304,6 +327,27 @@ def contract(T, W, step, mu, gradient):
             springs_contract(T.geometry, T.law[0], first, last, X[0], X[1], X[2], w[0], w[1], w[2], gradient)
         else:
             rich_contract(T, W, step, p, code, first, last, w, gradient)
+
+
+@njit(**ENTRY)
+def unit_rows(T, W, step, b):
+    """Fill b (N, 3) with unit force times d delta/dX of every member: columns of dF/dscale in pair
+    coordinates.
+
+    `place` or `evaluate` must have set W.
+    """
+    for g in range(T.segment.shape[0]):
+        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+        X = W.big[p]
+        rows(T.geometry, first, last, X[0], X[1], X[2], b)
+        measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+        if code == USER:
+            continue  # the user's law fills W.f outside
+        unit_forces(T, W, step, code, first, last)
+        for i in range(first, last):
+            b[i, 0] *= W.f[i]
+            b[i, 1] *= W.f[i]
+            b[i, 2] *= W.f[i]
 
 
 @njit(**ENTRY)
