@@ -247,6 +247,12 @@ class Campaign:
 
         return frame(self.runs(), self.study.space, self.study.responses)
 
+    def history(self, key: str) -> "xr.Dataset":
+        """The time histories of a run."""
+        from workbench.histories import read_histories
+
+        return read_histories(self.folder, key)
+
     def failures(self) -> dict[str, int]:
         """How many runs failed, by status; those that a constraint skipped are not among them."""
         return dict(Counter(row.status for row in self.runs() if row.status in FAILURES))
@@ -290,11 +296,31 @@ class Campaign:
             self._engine = self._opened_engine()
         try:
             policy = Policy(retries=self.study.evaluate.get("retries", 0))
-            supervise(self._engine, self.store, keys, policy=policy, watcher=watch)
+            supervise(
+                self._engine,
+                self.store,
+                keys,
+                policy=policy,
+                watcher=watch,
+                workdir=self._workdir if self.study.model["kind"] == "command" else None,
+                keep=self._keep if any(self.study.reductions.values()) else None,
+            )
         except HoldfastError:
             self._engine.close()
             self._engine = None
             raise
+
+    def _workdir(self, key: str) -> Path:
+        """Where a run of a command stands."""
+        return (self.folder / "work" / key).resolve()
+
+    def _keep(self, key: str, answer: Answer) -> None:
+        """Write the time histories of a run."""
+        if answer.histories:
+            from workbench.histories import write_histories
+
+            units = {r.name: r.unit for r in self.study.responses}
+            write_histories(self.folder, key, answer.histories, units)
 
     def _opened_engine(self) -> Engine:
         options = self.study.evaluate

@@ -73,7 +73,11 @@ def check_lock(folder: Path, spec: ModelSpec, *, runs: int, keep_runs: bool) -> 
 
 
 def source(spec: ModelSpec) -> str:
-    """A digest of the source of a Python model; empty for models without one."""
+    """A digest of the source of a Python function or of a command's decks; empty for other models."""
+    if spec.kind == "command":
+        from workbench.model_command import command_digest
+
+        return command_digest(spec)
     if spec.kind != "python":
         return ""
     from workbench.model_python import source_digest

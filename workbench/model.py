@@ -150,7 +150,11 @@ def open_model(spec: ModelSpec) -> Model:
         from workbench.model_table import TableModel
 
         return TableModel.opened(spec)
-    raise StudyError(f"model kind {spec.kind!r} cannot be run here; it is one of python, table")
+    if spec.kind == "command":
+        from workbench.model_command import CommandModel
+
+        return CommandModel.opened(spec)
+    raise StudyError(f"model kind {spec.kind!r} cannot be run here; it is one of python, command, table")
 
 
 def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path | None = None) -> Answer:

@@ -13,6 +13,7 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.model import ModelSpec, Reduction
+from workbench.reading_rules import checked_rule
 from workbench.space import Parameter, Response, Space
 from workbench.study_messages import placed, validated
 
@@ -37,6 +38,7 @@ class Study:
     screen: Mapping[str, Any] | None = None
     worst_case: Mapping[str, Any] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
+    reads: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     title: str | None = None
     path: Path | None = None
     text: str = ""
@@ -64,8 +66,16 @@ class Study:
     def spec(self, *, version: str) -> ModelSpec:
         """The model's description for workers. Where the study stands does not enter the identity of runs."""
         options = {k: v for k, v in self.model.items() if k not in ("kind", "version")}
-        options["response_columns"] = list(self.reductions)
-        identity = json.dumps({"kind": self.model["kind"], **_identifying(self.model)}, sort_keys=True)
+        if self.reads:
+            options["read"] = {name: dict(rule) for name, rule in self.reads.items()}
+        words = [p.name for p in self.space.parameters if not p.is_numeric]
+        if self.model["kind"] == "table" and words:
+            options["words"] = words
+        how = {name: found for name in self.reductions if (found := _how(self, name))}
+        identity = json.dumps(
+            {"kind": self.model["kind"], **_identifying(self.model), **({"responses": how} if how else {})},
+            sort_keys=True,
+        )
         return ModelSpec(
             kind=self.model["kind"],
             options=options,
@@ -93,10 +103,7 @@ class Study:
     def to_dict(self) -> dict[str, Any]:
         """The study with all defaults resolved, in plain types."""
         space = self.space.to_dict()
-        responses = [
-            {**r.to_dict(), "reduce": None if (rule := self.reductions[r.name]) is None else rule.kind}
-            for r in self.responses
-        ]
+        responses = [{**r.to_dict(), **_how(self, r.name)} for r in self.responses]
         tables = ("model", "design", "evaluate", "screen", "worst_case", "report")
         return {
             "study": {"name": self.name, "seed": self.seed, "title": self.title},
@@ -161,15 +168,23 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
             parameters.append(Parameter.from_dict(given))
     with placed(text, where, ("constraint",) if schema.constraint else ("parameter", len(parameters) - 1)):
         space = Space(tuple(parameters), tuple(schema.constraint))
-    responses, reductions = [], {}
+    responses, reductions, reads = [], {}, {}
     for k, table in enumerate(schema.response):
         with placed(text, where, ("response", k)):
             response = Response(table.name, table.unit, label=table.label)
             if table.name in reductions or table.name in space.names:
                 raise StudyError(f"response {table.name!r} is given twice or has the name of a parameter")
             reductions[table.name] = _reduction(table)
+            if (table.read is not None) != (schema.model.kind == "command"):
+                raise StudyError(
+                    f"response {table.name!r}: read goes with model kind 'command', which needs it"
+                )
+            if table.read is not None:
+                reads[table.name] = checked_rule(
+                    table.name, table.read.model_dump(), reduced=table.reduce is not None
+                )
             responses.append(response)
-    dumped = schema.model_dump()
+    dumped = schema.model_dump(by_alias=True)
     study = Study(
         name=schema.study.name,
         seed=schema.study.seed,
@@ -177,6 +192,7 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         space=space,
         responses=tuple(responses),
         reductions=reductions,
+        reads=reads,
         path=path,
         text=text,
         **{
@@ -190,6 +206,13 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
             with placed(text, where, (stage, "response")):
                 study.response(table["response"])
     return study
+
+
+def _how(study: Study, name: str) -> dict[str, Any]:
+    """How a response is read and reduced, for the resolved study."""
+    rule, read = study.reductions[name], study.reads.get(name)
+    out: dict[str, Any] = {} if rule is None else {"reduce": rule.kind, "at": rule.at, "p": rule.p}
+    return out if read is None else {**out, "read": dict(read)}
 
 
 def _reduction(table: Any) -> Reduction | None:

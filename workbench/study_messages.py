@@ -48,6 +48,8 @@ def validated(data: Mapping[str, Any], text: str, where: str) -> Any:
 
 def _path_in_file(loc: Sequence[str | int], data: Mapping[str, Any]) -> tuple[str | int, ...]:
     """The location without pydantic's own steps (union tags), as far as it exists in the file."""
+    if loc[:1] == ("model",):
+        loc = (loc[0], *loc[2:])  # the kind, which a table may also have as a key
     path: list[str | int] = []
     here: Any = data
     for k, step in enumerate(loc):
@@ -120,7 +122,7 @@ def _known_keys(path: Sequence[str | int], loc: Sequence[str | int]) -> list[str
             here = _table_class(here.model_fields[step].annotation)
         else:
             return []
-    return list(here.model_fields) if here is not None else []
+    return [f.alias or name for name, f in here.model_fields.items()] if here is not None else []
 
 
 def _table_class(annotation: Any) -> Any:

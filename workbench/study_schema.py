@@ -38,6 +38,25 @@ class PythonTable(Table):
     version: Text = "1"
 
 
+class TemplateTable(Table):
+    """A deck: `from` in the study's folder, `to` in the run's."""
+
+    from_: Annotated[Text, Field(alias="from")]
+    to: Text
+    style: Literal["jinja", "dakota"] = "jinja"
+
+
+class CommandTable(Table):
+    """`[model] kind = "command"`: an argument list, or several that run one after the other."""
+
+    kind: Literal["command"]
+    command: Annotated[list[Text] | list[Annotated[list[Text], Field(min_length=1)]], Field(min_length=1)]
+    templates: list[TemplateTable] = Field(default_factory=list)
+    files: list[Text] = Field(default_factory=list)
+    environment: dict[str, str] = Field(default_factory=dict)
+    version: Text = "1"
+
+
 class TableTable(Table):
     """`[model] kind = "table"`: runs made elsewhere; `columns` maps our names to the file's."""
 
@@ -70,6 +89,23 @@ class ParameterTable(Table):
     distribution: dict[str, float | str] | None = None
 
 
+class ReadTable(Table):
+    """`read = { kind = ..., file = ..., ... }`: where a command leaves a response."""
+
+    kind: Literal["json", "csv", "columns", "regex", "request", "python"]
+    file: Text | None = None
+    key: Text | None = None
+    column: Text | Annotated[int, Field(ge=1)] | None = None
+    time: Text | Annotated[int, Field(ge=1)] | None = None
+    skip: Annotated[int, Field(ge=0)] | None = None
+    characters: list[Count] | None = None
+    time_characters: list[Count] | None = None
+    pattern: Text | None = None
+    which: Literal["first", "last"] | None = None
+    request: Text | None = None
+    function: Text | None = None
+
+
 class ResponseTable(Table):
     """`[[response]]`: `reduce` says how a time history becomes a number."""
 
@@ -79,6 +115,7 @@ class ResponseTable(Table):
     reduce: Reduce | None = None
     at: float | None = None
     p: Annotated[float, Field(ge=1)] | None = None
+    read: ReadTable | None = None
 
 
 class DesignTable(Table):
@@ -94,6 +131,9 @@ class DesignTable(Table):
     model: Text | None = None
     pool: Count | None = None
     levels: Count | None = None
+    resolution: Count | None = None
+    alpha: Text | None = None
+    centre: Annotated[int, Field(ge=0)] | None = None
 
 
 class EvaluateTable(Table):
@@ -133,7 +173,7 @@ class StudySchema(Table):
     """The whole file."""
 
     study: StudyTable
-    model: Annotated[PythonTable | TableTable | AskTable, Field(discriminator="kind")]
+    model: Annotated[PythonTable | CommandTable | TableTable | AskTable, Field(discriminator="kind")]
     parameter: Annotated[list[ParameterTable], Field(min_length=1)]
     response: Annotated[list[ResponseTable], Field(min_length=1)]
     constraint: list[Text] = Field(default_factory=list)

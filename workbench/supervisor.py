@@ -89,10 +89,12 @@ def supervise(
     policy: Policy,
     watcher: Watcher | None = None,
     workdir: Callable[[str], Path] | None = None,
+    keep: Callable[[str, Answer], None] | None = None,
 ) -> None:
     """Run the queued rows behind `keys` until each has its final answer in the store.
 
-    `watcher` is told what has been committed, never sooner. At most the rows under way and those answered
+    `watcher` is told what has been committed, never sooner; `keep` gets every answer before its commit, to
+    write what does not belong into the database. At most the rows under way and those answered
     within the last 25 ms are repeated when this process is killed.
 
     Raises:
@@ -111,6 +113,9 @@ def supervise(
     def commit() -> None:
         nonlocal last_commit
         with _signals_held():
+            if keep is not None:
+                for key, answer, _ in answered:
+                    keep(key, answer)
             with store.transaction():
                 store.start([(key, attempts[key]) for key in begun if key in running])
                 for key, answer, again in answered:

@@ -1,0 +1,32 @@
+"""Paths that stay inside a folder: no absolute path, no `..`, no symbolic link that leads out."""
+
+from pathlib import Path, PurePosixPath
+
+from workbench.errors import StudyError
+
+__all__ = ["confined"]
+
+LONGEST = 400  # characters
+
+
+def confined(folder: Path, name: str, *, what: str) -> Path:
+    """The path of `name` inside `folder`, which need not exist.
+
+    Raises:
+        StudyError: the name leads out of the folder, directly or through a link, or is no file name.
+    """
+    pure = PurePosixPath(name.replace("\\", "/"))
+    drive = len(name) > 1 and name[1] == ":"
+    odd = not name.strip() or len(name) > LONGEST or any(ord(c) < 32 for c in name)
+    if odd or drive or pure.is_absolute() or ".." in pure.parts or pure.parts[:1] == ("~",):
+        raise StudyError(
+            f"{what} {name!r} needs to be a path inside {folder.name or folder}, without '..' or a root"
+        )
+    path = folder / pure
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError):
+        inside = False
+    if not inside:
+        raise StudyError(f"{what} {name!r} leads out of {folder.name or folder} through a link")
+    return path
