@@ -1,47 +1,158 @@
-"""Points in the unit cube: samplers, exchange algorithms and the quality of a design."""
+"""Points in the unit cube: samplers, exchange algorithms and the quality of a design.
 
-from doe.classical import (
-    box_behnken,
-    central_composite,
-    full_factorial,
-    orthogonal_array,
-    plackett_burman,
-    resolution,
-    two_level_fraction,
-)
-from doe.coordinate_exchange import coordinate_exchange
-from doe.d_optimal import d_optimal_best_of, d_optimal_select, d_optimal_within
-from doe.exchange import exchange
-from doe.models import (
-    a_efficiency,
-    d_efficiency,
-    g_efficiency,
-    i_efficiency,
-    model_matrix,
-    model_terms,
-    variance_inflation,
-)
+Public names are loaded on first use, so `import doe` costs nothing.
+"""
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from doe.classical import (
+        box_behnken,
+        central_composite,
+        full_factorial,
+        orthogonal_array,
+        plackett_burman,
+        resolution,
+        two_level_fraction,
+    )
+    from doe.coordinate_exchange import coordinate_exchange
+    from doe.d_optimal import d_optimal_best_of, d_optimal_select, d_optimal_within
+    from doe.exchange import exchange
+    from doe.ihs import auto_spacing, ihs, ihs_cells, published_spacing
+    from doe.lhs import centred_lhs, lhs
+    from doe.metrics import (
+        cd2,
+        correlations,
+        discrepancies,
+        max_correlation,
+        maxpro,
+        min_distance,
+        nearest_distances,
+        phi_p,
+        rms_correlation,
+    )
+    from doe.models import (
+        a_efficiency,
+        d_efficiency,
+        g_efficiency,
+        i_efficiency,
+        model_matrix,
+        model_terms,
+        variance_inflation,
+    )
+    from doe.optimised import optimised_lhs, search_lhs
+    from doe.quality import Quality, projection_cd2, quality
+    from doe.swaps import SwapResult
 
 __distribution__ = "holdfast"
 
 __all__ = [
+    "Quality",
+    "SwapResult",
     "a_efficiency",
+    "auto_spacing",
     "box_behnken",
+    "cd2",
     "central_composite",
+    "centred_lhs",
     "coordinate_exchange",
+    "correlations",
     "d_efficiency",
     "d_optimal_best_of",
     "d_optimal_select",
     "d_optimal_within",
+    "discrepancies",
     "exchange",
     "full_factorial",
     "g_efficiency",
     "i_efficiency",
+    "ihs",
+    "ihs_cells",
+    "lhs",
+    "max_correlation",
+    "maxpro",
+    "min_distance",
     "model_matrix",
     "model_terms",
+    "nearest_distances",
+    "optimised_lhs",
     "orthogonal_array",
+    "phi_p",
     "plackett_burman",
+    "projection_cd2",
+    "published_spacing",
+    "quality",
     "resolution",
+    "rms_correlation",
+    "search_lhs",
     "two_level_fraction",
     "variance_inflation",
 ]
+
+# module -> public names that it defines
+_MODULES = {
+    "classical": (
+        "box_behnken",
+        "central_composite",
+        "full_factorial",
+        "orthogonal_array",
+        "plackett_burman",
+        "resolution",
+        "two_level_fraction",
+    ),
+    "coordinate_exchange": ("coordinate_exchange",),
+    "d_optimal": ("d_optimal_best_of", "d_optimal_select", "d_optimal_within"),
+    "exchange": ("exchange",),
+    "ihs": ("auto_spacing", "ihs", "ihs_cells", "published_spacing"),
+    "lhs": ("centred_lhs", "lhs"),
+    "metrics": (
+        "cd2",
+        "correlations",
+        "discrepancies",
+        "max_correlation",
+        "maxpro",
+        "min_distance",
+        "nearest_distances",
+        "phi_p",
+        "rms_correlation",
+    ),
+    "models": (
+        "a_efficiency",
+        "d_efficiency",
+        "g_efficiency",
+        "i_efficiency",
+        "model_matrix",
+        "model_terms",
+        "variance_inflation",
+    ),
+    "optimised": ("optimised_lhs", "search_lhs"),
+    "quality": ("Quality", "projection_cd2", "quality"),
+    "swaps": ("SwapResult",),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+class _Package(ModuleType):
+    """This package: importing the module `doe.lhs` must not hide the function `lhs`."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOME and isinstance(value, ModuleType)):  # the import system binds submodules here
+            super().__setattr__(name, value)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'doe' has no attribute {name!r}")
+    value = getattr(import_module(f"doe.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+sys.modules[__name__].__class__ = _Package

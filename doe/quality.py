@@ -1,0 +1,322 @@
+"""The quality of a design on a scale: every metric beside random Latin hypercubes of the same size.
+
+A raw CD2 says nothing across dimensions (0.03 for eight factors, 5e5 for a hundred); its percentile among
+random Latin hypercubes of the same n and d does.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import qmc
+
+from doe import _kernels_metrics as kernels
+from doe.lhs import lhs
+from doe.metrics import (
+    P,
+    columns_of,
+    correlations,
+    discrepancy_singles,
+    unit_points,
+)
+from doe.models import (
+    Model,
+    a_efficiency,
+    d_efficiency,
+    i_efficiency,
+    model_matrix,
+    moment_matrix,
+    variance_inflation,
+)
+
+__all__ = ["BETTER", "Quality", "projection_cd2", "quality"]
+
+Floats = NDArray[np.float64]
+
+BETTER: Mapping[str, str] = {
+    "min_distance": "high",
+    "nearest_mean": "high",
+    "phi_p": "low",
+    "cd2": "low",
+    "wd2": "low",
+    "md": "low",
+    "maxpro": "low",
+    "max_correlation": "low",
+    "rms_correlation": "low",
+    "max_vif": "low",
+    "d_efficiency": "high",
+    "a_efficiency": "high",
+    "i_efficiency": "high",
+    "mesh_ratio": "low",
+    "fill_distance": "low",
+    "worst_pair_cd2": "low",
+}
+"""Which way each metric is better."""
+
+REFERENCES = 200
+FEWEST = 8
+# element operations that all reference designs together may cost: about two seconds
+BUDGET = 4e9
+# n^2 d up to which a design is measured on all pairs; beyond, SAMPLE / (n d) of its runs stand for all
+EXACT = 5e8
+SAMPLE = 2.5e8
+PROBES = 512
+# n^2 d^2 / 4 up to which all two-dimensional projections are looked at
+PAIRS = 2e8
+# smallest over largest eigenvalue above which the inverse of X'X is good to 1e-12
+WELL = 1e-4
+NORMAL_95 = 1.959963984540054
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quality:
+    """Metrics of a design of n runs in d factors, and where each stands among random Latin hypercubes.
+
+    min_distance: smallest distance of two runs    nearest_mean: mean distance to the nearest run
+    distance_bound_share: min_distance as a share of the bound sqrt(floor(n (n+1) d / 6)) / n of Latin
+    hypercubes phi_p (p = 10), cd2, wd2, md, maxpro: see `doe.metrics`    max_ and rms_correlation: between
+    columns max_vif: largest variance inflation factor    d_, a_, i_efficiency: of the regression model on
+    [-1, 1] mesh_ratio: largest over smallest nearest-neighbour distance    fill_distance: largest distance
+    from 512 Sobol' points of the cube to the nearest run (fewer for large designs)    worst_pair_cd2,
+    worst_pair: least even 2-D projection percentiles: share in per cent of `references` random Latin
+    hypercubes with a smaller value, ties halved intervals: 95 % bounds of the metrics that were estimated
+    from a sample of the runs; empty when all are exact
+    """
+
+    n: int
+    d: int
+    model: str
+    references: int
+    min_distance: float
+    nearest_mean: float
+    distance_bound_share: float
+    phi_p: float
+    cd2: float
+    wd2: float
+    md: float
+    maxpro: float
+    max_correlation: float
+    rms_correlation: float
+    max_vif: float
+    d_efficiency: float
+    a_efficiency: float
+    i_efficiency: float
+    mesh_ratio: float
+    fill_distance: float
+    worst_pair_cd2: float
+    worst_pair: tuple[int, ...]
+    percentiles: Mapping[str, float]
+    intervals: Mapping[str, tuple[float, float]]
+
+    def beats(self, metric: str) -> float:
+        """Share in per cent of random Latin hypercubes that this design is better than.
+
+        Raises: ValueError for a metric that has no percentile.
+        """
+        if metric not in self.percentiles:
+            raise ValueError(f"metric needs one of {', '.join(self.percentiles)}, got {metric!r}")
+        below = self.percentiles[metric]
+        return below if BETTER[metric] == "high" else 100.0 - below
+
+    def to_dict(self) -> dict[str, dict[str, Any]]:
+        """{metric: {value, percentile, better}} in plain types; numbers that do not exist are None."""
+        return {
+            name: {
+                "value": _plain(getattr(self, name)),
+                "percentile": _plain(self.percentiles.get(name, float("nan"))),
+                "better": better,
+            }
+            for name, better in BETTER.items()
+        }
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def quality(
+    points: ArrayLike,
+    model: Model = "linear",
+    *,
+    references: int | None = None,
+    rng: np.random.Generator,
+) -> Quality:
+    """Measure a design (n, d) in [0, 1] and compare it with random Latin hypercubes of the same n and d.
+
+    model: of the efficiencies and variance inflation    references: random designs to compare with; by
+    default 200, fewer when they would take more than seconds. Large designs (n^2 d > 2.5e9) are measured on
+    a sample of their runs, `intervals` then holds 95 % bounds; the sampled min_distance is an upper bound.
+
+    >>> found = quality([[0.1, 0.5], [0.5, 0.9], [0.9, 0.1]], rng=np.random.default_rng(1))
+    >>> round(found.min_distance, 4), sorted(found.percentiles)[:2]
+    (0.5657, ['a_efficiency', 'cd2'])
+
+    Raises: ValueError for points outside [0, 1] or not finite, and references < 1.
+    """
+    array = unit_points(points)
+    n, d = array.shape
+    if references is None:
+        references = int(np.clip(BUDGET / _cost(n, d, model), FEWEST, REFERENCES))
+    elif references < 1:
+        raise ValueError(f"references needs a whole number >= 1, got {references}")
+    probes = qmc.Sobol(d, scramble=False).random(PROBES)[: max(1, int(SAMPLE / (n * d)))]
+    own, worst_pair, intervals = _metrics(array, model, probes, rng)
+    rows = [_metrics(lhs(n, d, rng=rng), model, probes, rng)[0] for _ in range(references)]
+    percentiles = {
+        name: _percentile(own[name], np.array([row[name] for row in rows]))
+        for name in BETTER
+        if not np.isnan(own[name])
+    }
+    bound = np.sqrt(np.floor(n * (n + 1) * d / 6)) / n
+    return Quality(
+        n=n,
+        d=d,
+        model=model if isinstance(model, str) else "custom",
+        references=references,
+        distance_bound_share=float(own["min_distance"] / bound),
+        worst_pair=worst_pair,
+        percentiles=percentiles,
+        intervals=intervals,
+        **own,
+    )
+
+
+def _percentile(value: float, reference: Floats) -> float:
+    """Share of the reference below the value, ties halved, in per cent."""
+    below = np.count_nonzero(reference < value) + 0.5 * np.count_nonzero(reference == value)
+    return float(100.0 * below / len(reference))
+
+
+def _cost(n: int, d: int, model: Model) -> float:
+    """Element operations of one set of metrics, roughly."""
+    terms = model_matrix(np.full((1, d), 0.5), model=model).shape[1]
+    pairs = 2.0 * min(float(n) ** 2 * d, 2.0 * SAMPLE)
+    if _all_projections(n, d):
+        pairs += n * n * d * d / 8
+    probing = min(float(PROBES) * n * d, SAMPLE) / 2
+    return float(pairs + probing + n * d * 20 + n * terms**2 / 2 + 20.0 * terms**3 + 2e5)
+
+
+def _all_projections(n: int, d: int) -> bool:
+    return d > 1 and n * n * d * d / 4 <= PAIRS
+
+
+def _metrics(
+    points: Floats, model: Model, probes: Floats, rng: np.random.Generator
+) -> tuple[dict[str, float], tuple[int, ...], dict[str, tuple[float, float]]]:
+    """All metrics, the worst pair of columns, and 95 % bounds of what was sampled."""
+    n, d = points.shape
+    columns = columns_of(points)
+    found, intervals = _pair_metrics(points, columns, rng)
+    matrix = correlations(points)
+    off = np.abs(matrix[np.triu_indices(d, 1)])
+    found["max_correlation"] = float(off.max(initial=0.0))
+    found["rms_correlation"] = float(np.sqrt(np.mean(off**2))) if off.size else 0.0
+    found.update(_efficiencies(points, model))
+    reach = np.empty(len(probes))
+    kernels.probe_distances(columns, probes, reach)
+    found["fill_distance"] = float(np.sqrt(reach.max()))
+    found["worst_pair_cd2"] = float("nan")
+    worst: tuple[int, ...] = ()
+    if _all_projections(n, d):
+        values = projection_cd2(points)
+        k, l = np.unravel_index(int(np.nanargmax(values)), values.shape)
+        found["worst_pair_cd2"], worst = float(values[k, l]), (int(l), int(k))
+    return found, worst, intervals
+
+
+def projection_cd2(points: ArrayLike) -> Floats:
+    """Squared centred discrepancy of every two-dimensional projection: (d, d), NaN on and above the diagonal.
+
+    >>> projection_cd2([[0.25, 0.25], [0.75, 0.75]]).round(4).tolist()
+    [[nan, nan], [0.0623, nan]]
+    """
+    array = unit_points(points)
+    n, d = array.shape
+    sums = np.zeros((d, d))
+    kernels.pair_projections(columns_of(array), sums)
+    z = np.abs(array - 0.5)
+    single = 1.0 + 0.5 * z - 0.5 * z**2
+    diagonal = 1.0 + z
+    values = (13 / 12) ** 2 - 2.0 / n * (single.T @ single) + (2.0 * sums + diagonal.T @ diagonal) / n**2
+    values[np.triu_indices(d)] = np.nan
+    return np.asarray(values)
+
+
+def _pair_metrics(
+    points: Floats, columns: Floats, rng: np.random.Generator
+) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Distances, discrepancies and MaxPro, from all pairs or from those of sampled runs."""
+    n, d = points.shape
+    exact = float(n) ** 2 * d <= EXACT
+    if exact:
+        rows = np.arange(n)
+    else:
+        rows = np.sort(rng.choice(n, size=max(2, min(n, int(SAMPLE / (n * d)))), replace=False))
+    m = len(rows)
+    nearest, powers = np.full(m, 1e300), np.empty(m)
+    triple, gaps = np.empty((3, m)), np.empty(m)
+    kernels.distances(columns, rows, exact, P // 2, nearest, powers)
+    kernels.discrepancies(columns, rows, exact, triple)
+    kernels.projections(columns, rows, exact, gaps)
+    nearest = np.sqrt(np.where(nearest >= 1e300, np.nan, nearest))
+    sums = np.vstack([powers, gaps, 2.0 * triple])
+    total = sums.sum(axis=1) * (1.0 if exact else n / m)
+    if not exact:
+        total *= 0.5  # every pair is seen from both of its ends
+    singles = discrepancy_singles(points)
+    pairs = max(n * (n - 1) / 2, 1.0)
+
+    def from_totals(t: Floats) -> dict[str, float]:
+        t = np.maximum(t, 0.0)
+        spread = singles[0] - 2.0 / n * singles[1] + (t[2:] + singles[2]) / n**2
+        with np.errstate(over="ignore"):
+            return {
+                "phi_p": float(t[0] ** (1.0 / P)),
+                "maxpro": float((t[1] / pairs) ** (1.0 / d)),
+                "cd2": float(spread[0]),
+                "wd2": float(spread[1]),
+                "md": float(spread[2]),
+            }
+
+    if exact and n > 1 and np.nanmin(nearest) == 0.0:
+        total[0] = np.inf
+    found = from_totals(total)
+    found["min_distance"] = float(np.min(nearest))
+    found["nearest_mean"] = float(np.mean(nearest))
+    found["mesh_ratio"] = (
+        float(np.max(nearest) / np.min(nearest)) if n > 1 and np.min(nearest) > 0.0 else float("nan")
+    )
+    intervals: dict[str, tuple[float, float]] = {}
+    if not exact:
+        half = NORMAL_95 * np.std(sums, axis=1, ddof=1) * n / np.sqrt(m) * 0.5
+        lower, upper = from_totals(total - half), from_totals(total + half)
+        intervals = {name: (lower[name], upper[name]) for name in lower}
+        margin = NORMAL_95 * float(np.std(nearest, ddof=1)) / np.sqrt(m)
+        intervals["nearest_mean"] = (found["nearest_mean"] - margin, found["nearest_mean"] + margin)
+        intervals["min_distance"] = (0.0, found["min_distance"])
+    return found, intervals
+
+
+def _efficiencies(points: Floats, model: Model) -> dict[str, float]:
+    """D-, A- and I-efficiency from one information matrix; the careful way when it is badly conditioned."""
+    x = model_matrix(points, model=model)
+    n, p = x.shape
+    inflation = variance_inflation(points, model=model) if n >= p else np.array([np.inf])
+    found = {"max_vif": float(inflation.max(initial=1.0))}
+    if n >= p:
+        information = x.T @ x
+        values = np.linalg.eigvalsh(information)
+        if values[0] > WELL * values[-1]:
+            inverse = np.linalg.inv(information)
+            d = points.shape[1]
+            found["d_efficiency"] = float(np.exp(np.log(values).mean()) / n)
+            found["a_efficiency"] = float(p / (n * np.trace(inverse)))
+            found["i_efficiency"] = float(p / (n * np.sum(inverse * moment_matrix(model, d))))
+            return found
+    found["d_efficiency"] = d_efficiency(points, model=model)
+    found["a_efficiency"] = a_efficiency(points, model=model)
+    found["i_efficiency"] = i_efficiency(points, model=model)
+    return found

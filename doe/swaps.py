@@ -1,0 +1,382 @@
+"""Swap search over designs whose columns hold prescribed levels, and what it found.
+
+Threshold accepting (Dueck & Scheuer 1990) over exchanges of two entries of one column, as in Morris &
+Mitchell (1995): a worse design passes while it costs less than a bar that falls geometrically. The criteria
+are compared on one scale, relative changes:
+
+    F = w_phi phi_p/phi_p0 + w_cd2 CD2/CD2_0 + w_maxpro psi/psi_0 + w_r rho,    rho = (mean r^4)^(1/4),
+
+linearised about the reference values with index 0. One per cent of any of the first three and a correlation
+of 0.01 then weigh the same when the weights are equal.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doe import _kernels_swaps as kernels
+from doe.draws import Draws
+from doe.metrics import cd2, check_power, max_correlation, maxpro, phi_p
+
+__all__ = ["CRITERIA", "Columns", "SwapResult", "check_budget", "check_weights", "polished", "swap_search"]
+
+Floats = NDArray[np.float64]
+CRITERIA = ("phi_p", "cd2", "maxpro", "correlation")
+LARGEST_RUNS = 8192  # the n x n tables of the criteria: 0.8 GB with all three
+GRID_RANGE = 2**30  # squared distances in whole numbers stay below
+FINEST = 2**14
+REFRESH = 2**18  # trials after which rounding errors of the products are swept out
+STAGES = 200
+QUENCH = 0.1  # share of the trials that only go down, before the annealing
+FREEZE = 0.05  # and after it
+START_HEAT = 5e-3  # first bar, relative change of the criterion, over n
+COOLED = 1e-2  # last bar over the first
+SCALE_BITS = 46
+PROBE = 512
+SHARE = 0.8  # of the seconds asked for: the rest covers set-up and a busy machine
+
+Feasible = Callable[[Floats], NDArray[np.bool_]]
+"""From points (m, d) in [0, 1] to m truth values."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Columns:
+    """What a swap may rearrange: the levels of every column, with repeats, and which columns have no order.
+
+    levels: (d, n) positions in [0, 1], sorted along each row    nominal: (d,) true for unordered levels
+    """
+
+    levels: Floats
+    nominal: NDArray[np.bool_]
+
+    @property
+    def grid(self) -> tuple[NDArray[np.int32], int]:
+        """Whole coordinates (d, n) and the coordinate that stands for 1."""
+        d, n = self.levels.shape
+        if np.array_equal(self.levels, np.broadcast_to((np.arange(n) + 0.5) / n, (d, n))):
+            if d * n * n < GRID_RANGE:
+                return np.tile(np.arange(n, dtype=np.int32), (d, 1)), n
+        fine = min(int((GRID_RANGE / (2 * d)) ** 0.5), FINEST)
+        return np.rint(self.levels * fine).astype(np.int32), fine
+
+    def points(self, entries: NDArray[np.integer]) -> Floats:
+        """Points (n, d) of the entries (d, n)."""
+        return np.ascontiguousarray(np.take_along_axis(self.levels, entries.astype(np.int64), axis=1).T)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwapResult:
+    """A design found by swaps.
+
+    points: (n, d)    entries: (n, d) position of each value in the sorted levels of its column
+    swaps: trials made; the same number and the same generator give the same design    accepted: how many
+    passed values: the criteria of the design    alone: what a search of each criterion by itself reached on
+    the way
+    """
+
+    points: Floats
+    entries: NDArray[np.int32]
+    swaps: int
+    accepted: int
+    values: Mapping[str, float]
+    alone: Mapping[str, float]
+
+
+class _Search:
+    """The kernel's arrays for one set of columns; only `swap_search` builds one."""
+
+    def __init__(
+        self,
+        columns: Columns,
+        entries: NDArray[np.int32],
+        *,
+        names: Sequence[str],
+        p: int,
+        groups: NDArray[np.int64],
+        draws: Draws,
+    ) -> None:
+        self.columns, self.names, self.h, self.draws, self.groups = columns, names, p // 2, draws, groups
+        self.grid, reach = columns.grid
+        d, n = self.grid.shape
+        self.apart, self.unit = reach * reach, float(np.exp(1.5)) / reach
+        self.movable = np.flatnonzero(np.ptp(self.grid, axis=1) > 0).astype(np.int64)
+        counts = np.array([len(np.unique(row)) for row in self.grid])
+        self.shifts = np.where(counts < n, np.exp(1.5) / counts, 0.0)
+        ordered = ~columns.nominal & (counts > 1)
+        self.on = np.array([c in names for c in CRITERIA])
+        sizes = [(n, n) if c in names else (1, 1) for c in CRITERIA]
+        self.squares = np.empty(sizes[0], np.int32)
+        self.rows = np.empty(n, np.int64)
+        self.products, self.singles = np.empty(sizes[1]), np.empty((2, n))
+        self.gaps = np.empty(sizes[2])
+        self.gram = np.empty((d, d))
+        self.gram_weights = np.zeros((d, d))
+        variances = ((self.grid - self.grid.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
+        self.gram_weights[np.ix_(ordered, ordered)] = 1.0 / np.outer(variances[ordered], variances[ordered])
+        self.pairs = max(d * (d - 1) / 2, 1.0)
+        z = np.where(columns.nominal, 13 / 12, 13 / 12)
+        self.constant = float(np.prod(z))
+        self.scales, self.values, self.weights = np.ones(4), np.zeros(4), np.zeros(4)
+        self.progress = np.zeros(6, np.int64)
+        self.place(entries)
+
+    def place(self, entries: NDArray[np.int32]) -> None:
+        """Start from these entries (d, n)."""
+        self.entries = np.ascontiguousarray(entries, dtype=np.int32).copy()
+        self.best = self.entries.copy()
+        self.best_values = np.full(5, np.inf)
+        self.refresh(rescale=True)
+
+    def refresh(self, *, rescale: bool = False) -> None:
+        """All tables and values from the entries, free of accumulated rounding."""
+        index = self.entries.astype(np.int64)
+        self.x = np.take_along_axis(self.grid, index, axis=1)
+        self.u = np.take_along_axis(self.columns.levels, index, axis=1)
+        nominal = self.columns.nominal
+        n = self.x.shape[1]
+        if self.on[0]:
+            if rescale:
+                self.scales[0] = 1.0
+                self.scales[0] = scale_for(typical_sum(self.x, self.h))
+            total = kernels.distance_state(
+                self.x, nominal, self.apart, self.squares, self.rows, self.h, self.scales[0]
+            )
+            self.values[0] = float(total)
+        if self.on[1]:
+            kernels.centred_state(self.u, nominal, self.products, self.singles)
+            value = kernels.centred_value(self.products, self.singles, self.constant) * n * n
+            if rescale:
+                self.scales[1] = scale_for(abs(value))
+            self.values[1] = np.rint(value * self.scales[1])
+        if self.on[2]:
+            value = kernels.gap_state(self.x, nominal, self.shifts, self.unit, self.gaps)
+            if rescale:
+                self.scales[2] = scale_for(value)
+            self.values[2] = np.rint(value * self.scales[2])
+        if self.on[3]:
+            kernels.gram_state(self.x, self.gram)
+            self.values[3] = kernels.fourth_powers(self.gram, self.gram_weights)
+
+    def weigh(self, shares: Floats, reference: Floats) -> None:
+        """Weights of relative changes about reference values; the best so far is judged anew."""
+        slope = np.array([1.0 / (2 * self.h), 1.0, 1.0 / len(self.x)])
+        self.weights[:3] = np.where(self.on[:3], shares[:3] * slope / np.maximum(reference[:3], 1.0), 0.0)
+        self.weights[3] = shares[3] if self.on[3] else 0.0
+        self.best[:] = self.entries
+        self.best_values[:4] = self.values
+        self.best_values[4] = kernels.merit(self.on, self.weights, self.values, self.pairs)
+
+    def run(self, trials: int, *, heat: float, cooled: float, feasible: Feasible | None) -> None:
+        """Trials under a bar that falls from `heat` by the factor `cooled`."""
+        if len(self.movable) == 0 or not (self.groups[:, 1] > 1).any():
+            self.progress[0] += trials
+            return
+        stage = max(1, trials // STAGES)
+        cooling = cooled ** (stage / max(trials, 1))
+        bar = np.array([heat])
+        base = int(self.progress[0])
+        self.progress[0] = 0
+        while self.progress[0] < trials or self.progress[2] > 1:
+            stop = min(trials, int(self.progress[0]) + REFRESH)
+            kernels.search(
+                self.entries, self.x, self.u, self.columns.nominal, self.groups, self.movable, self.draws,
+                self.on, self.weights, self.scales, self.values,
+                self.h, self.apart, self.squares, self.rows, self.products, self.singles,
+                self.shifts, self.unit, self.gaps, self.gram, self.gram_weights,
+                bar, cooling, stage, stop, feasible is not None, self.progress, self.best, self.best_values,
+            )  # fmt: skip
+            if self.progress[2] == 1 and feasible is not None:
+                _, _, _, k, i, j = self.progress
+                pair = self.u[:, [i, j]].T.copy()
+                pair[:, k] = pair[::-1, k]
+                self.progress[2] = 2 if bool(np.all(feasible(pair))) else 3
+            elif self.progress[0] < trials:
+                self.refresh()
+        self.progress[0] += base
+
+    def back_to_best(self) -> None:
+        """Continue from the best design seen."""
+        self.entries[:] = self.best
+        self.refresh()
+
+
+def typical_sum(x: NDArray[np.int32], h: int) -> float:
+    """About the sum over pairs of squared distance^-h, duplicates left out: only its size matters."""
+    d, n = x.shape
+    squares, rows = np.empty((n, n), np.int32), np.empty(n, np.int64)
+    kernels.distance_state(x, np.zeros(d, np.bool_), 1, squares, rows, h, 1.0)
+    pairs = squares[np.triu_indices(n, 1)]
+    pairs = pairs[pairs > 0].astype(float)
+    return float((pairs**-h).sum()) if pairs.size else 1.0
+
+
+def scale_for(value: float) -> float:
+    """The power of two that brings `value` near 2^46."""
+    if not np.isfinite(value) or value <= 0.0:
+        return 1.0
+    return float(2.0 ** (SCALE_BITS - np.frexp(value)[1]))
+
+
+def swap_search(
+    columns: Columns,
+    entries: NDArray[np.int32],
+    *,
+    criterion: str | Sequence[str],
+    weights: Sequence[float] | None = None,
+    swaps: int | None = None,
+    seconds: float | None = None,
+    p: int = 10,
+    groups: NDArray[np.int64] | None = None,
+    feasible: Feasible | None = None,
+    heat: float | None = None,
+    draws: Draws,
+) -> SwapResult:
+    """Rearrange the columns from `entries` (d, n) on; swaps stay inside each group of runs.
+
+    groups: (g, 2) first run and number of runs; runs in no group stay as they are.
+    feasible: points (m, d) -> truth values; a swap passes only when both runs are feasible afterwards.
+    """
+    names, shares = check_weights(criterion, weights)
+    check_power(p)
+    n = columns.levels.shape[1]
+    if n > LARGEST_RUNS and names != ("correlation",):
+        raise ValueError(
+            f"a swap search holds tables of n x n numbers and takes n <= {LARGEST_RUNS}, got n={n};"
+            " use criterion='correlation', or doe.decorrelated_lhs"
+        )
+    if groups is None:
+        groups = np.array([[0, n]], dtype=np.int64)
+    first = _Search(columns, entries, names=names, p=p, groups=groups, draws=draws)
+    total = check_budget(swaps, seconds, lambda: _rate(columns, entries, names, p, groups, draws))
+    alone: dict[str, float] = {}
+    reference = first.values.copy()
+    spent = 0
+    accepted = 0
+    if len(names) > 1:
+        part = total // (4 * len(names))
+        for name in names:
+            single = _Search(columns, entries, names=(name,), p=p, groups=groups, draws=draws)
+            anneal(single, part, np.where(single.on, 1.0, 0.0), heat, feasible)
+            spent += part
+            accepted += int(single.progress[1])
+            alone.update(values_of(columns.points(single.best), (name,), p))
+            c = CRITERIA.index(name)
+            reference[c] = single.best_values[c] * first.scales[c] / single.scales[c]
+        anneal(first, total - spent, shares, heat, feasible, reference)
+    else:
+        anneal(first, total, shares, heat, feasible)
+    points = columns.points(first.best)
+    return SwapResult(
+        points=points,
+        entries=np.ascontiguousarray(first.best.T),
+        swaps=total,
+        accepted=accepted + int(first.progress[1]),
+        values=values_of(points, names, p),
+        alone=alone,
+    )
+
+
+def anneal(
+    search: _Search,
+    trials: int,
+    shares: Floats,
+    heat: float | None,
+    feasible: Feasible | None,
+    reference: Floats | None = None,
+) -> None:
+    """Go down, anneal about what was reached, go down again."""
+    n = search.x.shape[1]
+    quench, freeze = int(QUENCH * trials), int(FREEZE * trials)
+    search.weigh(shares, search.values if reference is None else reference)
+    search.run(quench, heat=0.0, cooled=1.0, feasible=feasible)
+    search.back_to_best()
+    search.weigh(shares, search.values if reference is None else reference)
+    start = START_HEAT / n if heat is None else heat
+    search.run(trials - quench - freeze, heat=start, cooled=COOLED, feasible=feasible)
+    search.back_to_best()
+    search.run(freeze, heat=0.0, cooled=1.0, feasible=feasible)
+
+
+def _rate(
+    columns: Columns,
+    entries: NDArray[np.int32],
+    names: tuple[str, ...],
+    p: int,
+    groups: NDArray[np.int64],
+    draws: Draws,
+) -> float:
+    """Trials per second, measured on a copy; the generator of the search itself is not touched."""
+    probe = _Search(columns, entries, names=names, p=p, groups=groups, draws=draws.copy())
+    probe.weigh(np.ones(4), probe.values)
+    probe.run(1, heat=0.0, cooled=1.0, feasible=None)
+    count = PROBE
+    while True:
+        begin = time.perf_counter()
+        probe.run(count, heat=0.0, cooled=1.0, feasible=None)
+        elapsed = time.perf_counter() - begin
+        if elapsed > 0.01:
+            return count / elapsed
+        count *= 4
+
+
+def check_budget(swaps: int | None, seconds: float | None, rate: Callable[[], float]) -> int:
+    """Number of trials: `swaps`, or as many as fit into `seconds` at the measured rate.
+
+    Raises: ValueError when both or neither are given, or either is negative.
+    """
+    if (swaps is None) == (seconds is None):
+        raise ValueError(f"a search needs either swaps or seconds, got swaps={swaps} and seconds={seconds}")
+    if swaps is not None:
+        if swaps < 0:
+            raise ValueError(f"swaps needs a whole number >= 0, got {swaps}")
+        return int(swaps)
+    assert seconds is not None
+    if not seconds > 0.0:
+        raise ValueError(f"seconds needs a positive number, got {seconds}")
+    return max(1, int(SHARE * seconds * rate()))
+
+
+def check_weights(
+    criterion: str | Sequence[str], weights: Sequence[float] | None
+) -> tuple[tuple[str, ...], Floats]:
+    """Names of the criteria and their weights in the order of CRITERIA.
+
+    Raises: ValueError for an unknown or repeated name, or weights that do not fit.
+    """
+    names = (criterion,) if isinstance(criterion, str) else tuple(criterion)
+    for name in names:
+        if name not in CRITERIA:
+            raise ValueError(f"criterion needs {', '.join(CRITERIA)}, or several of them, got {name!r}")
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"criterion needs at least one name and each once, got {names}")
+    given = [1.0] * len(names) if weights is None else [float(w) for w in weights]
+    if len(given) != len(names) or not all(w > 0.0 and np.isfinite(w) for w in given):
+        raise ValueError(f"weights needs one positive number per criterion {names}, got {weights}")
+    shares = np.zeros(4)
+    for name, weight in zip(names, given, strict=True):
+        shares[CRITERIA.index(name)] = weight
+    return names, shares
+
+
+def values_of(points: Floats, names: Sequence[str], p: int) -> dict[str, float]:
+    """The named criteria of points, as `doe.metrics` has them."""
+    known = {
+        "phi_p": lambda: phi_p(points, p=p),
+        "cd2": lambda: cd2(points),
+        "maxpro": lambda: maxpro(points),
+        "correlation": lambda: max_correlation(points),
+    }
+    return {name: known[name]() for name in names}
+
+
+def polished(cells: NDArray[np.integer], swaps: int, *, draws: Draws) -> NDArray[np.int32]:
+    """The cells 0..n-1 (n, d) of a Latin hypercube after swaps that only lower phi_p."""
+    n, d = cells.shape
+    levels = np.tile((np.arange(n) + 0.5) / n, (d, 1))
+    columns = Columns(levels=levels, nominal=np.zeros(d, np.bool_))
+    entries = np.ascontiguousarray(cells.T, dtype=np.int32)
+    found = swap_search(columns, entries, criterion="phi_p", swaps=swaps, heat=0.0, draws=draws)
+    return found.entries
