@@ -8,6 +8,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -41,22 +42,13 @@ def visit(page: Path, *, width: int = 1280, height: int = 900, fragment: str = "
     """Open a file and wait until its scripts have run."""
     with tempfile.TemporaryDirectory() as profile:
         log = Path(profile) / "net.json"
-        run = _chromium(
+        dom, messages = _chromium(
             profile, f"--log-net-log={log}", "--dump-dom", "--virtual-time-budget=4000",
             f"--window-size={width},{height}", page.resolve().as_uri() + fragment, gl=gl,
         )  # fmt: skip
         asked = _asked(log)
-    console = re.findall(r"INFO:CONSOLE[^\]]*\] (.*)", run.stderr)
-    return Visit(dom=run.stdout, console=console, asked=asked)
-
-
-def screenshot(page: Path, picture: Path, *, width: int, height: int, gl: bool = False) -> None:
-    """Draw a page into a PNG."""
-    with tempfile.TemporaryDirectory() as profile:
-        _chromium(
-            profile, f"--screenshot={picture}", "--virtual-time-budget=4000",
-            f"--window-size={width},{height}", page.resolve().as_uri(), gl=gl,
-        )  # fmt: skip
+    console = re.findall(r"INFO:CONSOLE[^\]]*\] (.*)", messages)
+    return Visit(dom=dom, console=console, asked=asked)
 
 
 def print_pdf(page: Path, pdf: Path) -> None:
@@ -65,16 +57,24 @@ def print_pdf(page: Path, pdf: Path) -> None:
         _chromium(profile, f"--print-to-pdf={pdf}", "--no-pdf-header-footer", page.resolve().as_uri())
 
 
-def _chromium(profile: str, *arguments: str, gl: bool = False) -> subprocess.CompletedProcess[str]:
+def _chromium(profile: str, *arguments: str, gl: bool = False) -> tuple[str, str]:
     assert CHROMIUM is not None
     flags = [flag for flag in FLAGS if not (gl and flag == "--disable-gpu")]
     if gl:
         flags += ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
-    return subprocess.run(
+    process = subprocess.Popen(
         [CHROMIUM, *flags, f"--user-data-dir={profile}", *arguments],
-        capture_output=True, text=True, timeout=SECONDS, check=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
         env={**os.environ, "HOME": profile},
     )  # fmt: skip
+    try:
+        out, err = process.communicate(timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)  # the browser is many processes
+        process.communicate()
+        raise
+    assert process.returncode == 0, err
+    return out, err
 
 
 def _asked(log: Path) -> list[str]:

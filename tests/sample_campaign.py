@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from studies.welch20 import NAMES, welch20, worst_corner
+from tests.sample_motion import sample_motion
 from workbench.store_schema import SCHEMA
 
 RUNS = 40
@@ -186,3 +187,52 @@ def _worst(history, confirmed):
         "baselines": {"random Latin hypercube": 6.1, "corners in random order": 9.7},
         "profile": profile,
     }  # fmt: skip
+
+
+def write_loop(folder: Path) -> None:
+    """Add a layout, a re-evaluation and a motion to a sample."""
+    rng = np.random.default_rng(9)
+    members = [
+        {"name": f"{kind[0].upper()}{k}", "kind": kind, "density": density, "a": [0.1, 0.9 + 0.1 * k],
+         "b": [1.2 * (-1) ** k, 1.3 - 0.35 * k]}
+        for k, (kind, density) in enumerate(
+            [("belt", 1.0), ("airbag", 0.8), ("retractor", 0.6), ("belt", 0.3), ("belt", 0.01)]
+        )
+    ]  # fmt: skip
+    tried = [4 + 8 * 0.8**k + 0.3 * (k % 3) for k in range(20)]
+    history = [{"evaluation": k + 1, "value": v, "best": min(tried[: k + 1])} for k, v in enumerate(tried)]
+    _write(
+        folder / "layout.json",
+        {
+            "response": "y", "unit": "kN", "value": history[-1]["best"], "history": history,
+            "members": members,
+            "baselines": {"uniform": 7.9, "nominal-only": 6.2}, "status": "Converged.",
+            "outlines": [[[-0.1, 0.6], [0.2, 0.6], [0.25, 1.3], [-0.05, 1.3]]],
+            "shadow_prices": {"belts": 0.12, "airbags": 0.0}, "gradient_check": {"discrete adjoint": 3e-9},
+            "scenarios": [{"name": "worst case 1", "value": 4.1, "parameters": {"x12": 0.5}}],
+        },
+    )  # fmt: skip
+    old, new = rng.gamma(9, 1, 200), rng.gamma(6, 0.7, 200)
+    values = {"before": old.tolist(), "after": [None, *new.tolist()[1:]]}
+
+    def summary(name, y, failed):
+        triple = {f"P{q:g}": [float(np.percentile(y, q)), float(np.percentile(y, max(q - 4, 0))),
+                              float(np.percentile(y, min(q + 4, 100)))] for q in (5, 50, 95)}  # fmt: skip
+        return {
+            "design": name, "n": len(y), "failed": failed, "mean": float(y.mean()),
+            "mean_interval": [0.0, 1.0],
+            "quantiles": triple, "worst": float(y.max()), "worst_scenario": {"x12": 0.5},
+            "beyond_limit": [float((y > 12).mean()), 0.0, 0.1], "largest_regret": 1.0, "mean_regret": 0.2,
+            "nominal": float(y[3]), "price_of_robustness": 0.3,
+        }  # fmt: skip
+
+    _write(
+        folder / "robust.json",
+        {
+            "designs": ["before", "after"], "sense": "max", "unit": "kN", "limit": 12.0, "samples": 200,
+            "scenarios": [{} for _ in range(200)], "values": values,
+            "paired": {"after - before": [float((new - old).mean()), -6.0, -4.0]},
+            "summaries": [summary("before", old, 0), summary("after", new[1:], 1)],
+        },
+    )  # fmt: skip
+    _write(folder / "motion.json", sample_motion().to_dict())

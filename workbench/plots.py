@@ -57,6 +57,12 @@ def _axes(ax: "Axes | None") -> "Axes":
     return plt.gca()
 
 
+def _whole_numbers() -> Any:
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(integer=True)
+
+
 # ---- runs and design ------------------------------------------------------------------------------------
 
 
@@ -361,6 +367,7 @@ def plot_search(
     ]  # fmt: skip
     if ringed:
         ax.plot(*ringed[0], "o", ms=12, mfc="none", mec=VERMILLION, mew=1.8, label="confirming run", zorder=3)
+    ax.xaxis.set_major_locator(_whole_numbers())
     ax.set(xlabel="run of the search", ylabel=axis_label(label, unit))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax
@@ -383,6 +390,7 @@ def plot_surprise(
         label="predicted, 95 % bar",
     )  # fmt: skip
     ax.plot(number, [h["value"] for h in known], "o", color=VERMILLION, ms=4, label="true run")
+    ax.xaxis.set_major_locator(_whole_numbers())
     ax.set(xlabel="run of the search", ylabel=axis_label(label, unit))
     ax.legend(loc="best")
     return ax

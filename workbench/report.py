@@ -24,8 +24,11 @@ from workbench.report_sections.drawing import draw_svg
 from workbench.report_sections.effects import effects_section
 from workbench.report_sections.fit import fit_section
 from workbench.report_sections.folder import CampaignFolder
+from workbench.report_sections.layout import layout_section
+from workbench.report_sections.motion import motion_section
 from workbench.report_sections.profiler import profiler_section
 from workbench.report_sections.reproduce import reproduce_section
+from workbench.report_sections.robust import robust_section
 from workbench.report_sections.runs import runs_section
 from workbench.report_sections.screening import screening_section
 from workbench.report_sections.worst_case import worst_case_section
@@ -38,6 +41,9 @@ HERE = Path(__file__).parent
 # section -> what makes it, title and the command that writes its data; in the order of the page
 SECTIONS: dict[str, tuple[Callable[[CampaignFolder], Section | None], str, str]] = {
     "worst-case": (worst_case_section, "The worst case", "holdfast worst-case"),
+    "layout": (layout_section, "The layout", "holdfast layout"),
+    "robust": (robust_section, "Over the whole uncertainty", "holdfast robust"),
+    "motion": (motion_section, "The motion", "holdfast run"),
     "screening": (screening_section, "Which parameters matter", "holdfast screen"),
     "fit": (fit_section, "How far the Kriging can be trusted", "holdfast screen"),
     "effects": (effects_section, "Main effects", "holdfast screen"),
@@ -45,6 +51,8 @@ SECTIONS: dict[str, tuple[Callable[[CampaignFolder], Section | None], str, str]]
     "runs": (runs_section, "What ran", "holdfast run"),
     "design": (design_section, "The design", "holdfast design"),
 }
+# not every study has these: the page names them as missing only when the study asks for them
+OPTIONAL = ("layout", "robust", "motion")
 
 
 def write_report(folder: Path) -> Path:
@@ -82,7 +90,8 @@ def report_numbers(folder: Path) -> dict[str, Any]:
 def _sections(campaign: CampaignFolder) -> tuple[list[Section], list[tuple[str, str]]]:
     """The sections there are data for, and title and command of the others."""
     sections, missing = [], []
-    for make, title, command in SECTIONS.values():
+    asked = campaign.lock.get("resolved", {})
+    for name, (make, title, command) in SECTIONS.items():
         try:
             section = make(campaign)
         except (KeyError, TypeError, IndexError, AttributeError) as exc:
@@ -90,10 +99,10 @@ def _sections(campaign: CampaignFolder) -> tuple[list[Section], list[tuple[str, 
                 f"the section {title!r} cannot be made from the documents in {campaign.path}: "
                 f"{type(exc).__name__} {exc}. `{command}` writes them anew"
             ) from exc
-        if section is None:
-            missing.append((title, command))
-        else:
+        if section is not None:
             sections.append(section)
+        elif name not in OPTIONAL or asked.get(name):
+            missing.append((title, command))
     return [*sections, reproduce_section(campaign)], missing
 
 

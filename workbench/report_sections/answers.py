@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report_sections.blocks import Card, names_of, number, quantity
+from workbench.report_sections.blocks import Card, names_of, number, percent, quantity
 from workbench.report_sections.fit import trust_in
 from workbench.report_sections.folder import CampaignFolder
+from workbench.report_sections.layout import improvement_sentence
 from workbench.report_sections.worst_case import gap_sentence
 
 __all__ = ["answer_cards", "question"]
@@ -29,6 +30,10 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
     cards = []
     if (worst := folder["worst_case"]) is not None:
         cards.append(_worst(folder, worst))
+    if (layout := folder["layout"]) is not None:
+        cards.append(_layout(layout))
+    if (robust := folder["robust"]) is not None:
+        cards.append(_robust(robust))
     if (screening := folder["screening"]) is not None:
         cards.append(_screening(screening))
         if screening.get("leave_one_out"):
@@ -68,6 +73,39 @@ def _worst(folder: CampaignFolder, worst: Mapping[str, Any]) -> Card:
         detail=detail,
         section="worst-case",
         level="good" if confirmed else "fair",
+    )
+
+
+def _layout(layout: Mapping[str, Any]) -> Card:
+    unit = str(layout.get("unit") or "1")
+    baselines = layout.get("baselines") or {}
+    better = all(float(layout["value"]) < float(value) for value in baselines.values())
+    return Card(
+        question="Which layout holds fast in it?",
+        answer=f"worst {layout['response']} {quantity(layout['value'], unit)}",
+        detail=improvement_sentence(layout),
+        section="layout",
+        level="good" if baselines and better else "fair",
+    )
+
+
+def _robust(robust: Mapping[str, Any]) -> Card:
+    unit, last = str(robust.get("unit") or "1"), robust["summaries"][-1]
+    first = robust["summaries"][0]
+    sign = 1.0 if robust.get("sense", "max") == "max" else -1.0
+    better = sign * (first["worst"] - last["worst"]) >= 0
+    beyond = last.get("beyond_limit")
+    before = quantity(first["worst"], unit)
+    detail = f"Worst of {robust['samples']} scenarios; with {first['design']} it was {before}."
+    if beyond is not None:
+        share, most = percent(beyond[0], 1), percent(beyond[2], 1)
+        detail += f" {share} of scenarios exceed the limit (95 % interval up to {most})."
+    return Card(
+        question="Does it hold over the whole uncertainty?",
+        answer=f"{last['design']}: {quantity(last['worst'], unit)} at worst",
+        detail=detail,
+        section="robust",
+        level="good" if better else "poor",
     )
 
 

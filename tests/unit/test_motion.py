@@ -1,0 +1,179 @@
+"""Motions and their stills: contract, geometry, hidden surfaces, bytes."""
+
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib import image as matplotlib_image
+
+from tests.sample_motion import sample_motion
+from workbench.errors import StudyError
+from workbench.motion import Body, Member, Motion, MotionRun, planar_poses, rotate
+from workbench.stills import Camera, camera_of, member_shapes, png, project, still
+
+FLOAT32 = 1e-6  # relative rounding of what is stored
+
+
+def test_a_motion_comes_back_from_its_document():
+    motion = sample_motion()
+    back = Motion.from_dict(json.loads(json.dumps(motion.to_dict(), allow_nan=False)))
+    assert [run.label for run in back.runs] == ["before", "after"]
+    assert back.runs[1].bodies == motion.runs[1].bodies
+    assert back.runs[1].members == motion.runs[1].members
+    for run, other in zip(motion.runs, back.runs, strict=True):
+        np.testing.assert_allclose(other.poses, run.poses, atol=FLOAT32 * np.abs(run.poses).max())
+    np.testing.assert_allclose(
+        back.histories[0].series["after"], motion.histories[0].series["after"], rtol=1e-5
+    )
+
+
+def test_planar_turns_look_as_they_are_given():
+    pose = planar_poses([[0.0]], [[0.0]], [[np.pi / 2]])[0, 0]
+    # a quarter turn counter-clockwise in the plane takes x to y, which is the scene's z
+    np.testing.assert_allclose(rotate(pose[3:], [1.0, 0, 0]), [0, 0, 1], atol=1e-12)
+
+
+def test_members_follow_their_bodies():
+    run = sample_motion().runs[1]
+    start, later = run.segments(0), run.segments(60)
+    moved = later - start
+    assert np.abs(moved[2, 0]).max() > 0.05  # the end on the torso
+    np.testing.assert_array_equal(later[2, 1], [1.2, 0.0, 1.2])  # the end on the ground
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda m: replace(m, times=m.times[::-1]), "times of a motion need to increase"),
+        (lambda m: replace(m, runs=()), "needs at least one run and one time"),
+        (lambda m: _poses(m, m.runs[0].poses[:5]), "need shape .76, 10, 7."),
+        (lambda m: _poses(m, m.runs[0].poses * np.nan), "hold NaN or infinity"),
+        (lambda m: _poses(m, m.runs[0].poses * 2), "need unit length"),
+        (lambda m: _fewer_bodies(m), "names a body that run 'after'"),
+        (lambda m: replace(m, histories=(replace(m.histories[0], series={"before": m.times[:3]}),)),
+         "'before' needs 76 values, got 3"),
+    ],
+)  # fmt: skip
+def test_a_motion_that_cannot_be_shown_is_refused(change, message):
+    with pytest.raises(StudyError, match=message):
+        change(sample_motion())
+
+
+def _poses(motion, poses):
+    return replace(motion, runs=(replace(motion.runs[0], poses=poses),))
+
+
+def _fewer_bodies(motion):
+    run = motion.runs[1]
+    return replace(motion, runs=(replace(run, bodies=run.bodies[:2], poses=run.poses[:, :2]),))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Body(name="b", shape="ball", size=(1.0,)), "body 'b' needs shape 'capsule'"),
+        (lambda: Body(name="b", shape="box", size=(1.0, 1.0)), "or 'box' with three edges"),
+        (lambda: Body(name="b", shape="capsule", size=(1.0, 1.0), role="hat"), "role is one of vehicle"),
+        (lambda: _member(kind="rope"), "kind is one of belt, airbag, retractor, got 'rope'"),
+        (lambda: _member(density=1.2), r"density lies in \[0, 1\], got 1.2"),
+    ],
+)
+def test_wrong_bodies_and_members_are_named(make, message):
+    with pytest.raises(StudyError, match=message):
+        make()
+
+
+def _member(**change):
+    given = {"name": "m", "kind": "belt", "density": 0.5, "body_a": 0, "body_b": -1} | change
+    return Member(point_a=(0, 0, 0), point_b=(0, 0, 1), **given)
+
+
+# ---- stills -----------------------------------------------------------------------------------------------
+
+EYE = Camera(eye=np.array([0.0, -10.0, 1.0]), target=np.array([0.0, 0.0, 1.0]), half_angle=0.2)
+
+
+def scene(*bodies):
+    """Bodies at rest at (y, height) places, seen along y."""
+    poses = np.zeros((1, len(bodies), 7))
+    poses[..., 3] = 1.0
+    for k, (_, place) in enumerate(bodies):
+        poses[0, k, :3] = place
+    run = MotionRun(label="run", bodies=tuple(b for b, _ in bodies), poses=poses)
+    return Motion(title="scene", times=np.array([0.0]), runs=(run,))
+
+
+def test_projection_at_three_points():
+    # half height is 10 tan(0.2) at the target's distance
+    h = 10 * np.tan(0.2)
+    at = project(EYE, np.array([[0, 0, 1.0], [h, 0, 1.0], [0, 10, 1 + 2 * h]]), width=640, height=400)
+    np.testing.assert_allclose(at, [[320, 200], [520, 200], [320, 0]], atol=1e-9)
+
+
+def test_a_sphere_covers_what_geometry_says():
+    ball = Body(name="ball", shape="capsule", size=(0.5, 0.0), role="head")
+    motion = scene((ball, (0.0, 0.0, 1.0)))
+    empty = scene((replace(ball, size=(1e-4, 0.0)), (0.0, 0.0, 1.0)))
+    with_ball = still(motion, camera=EYE, width=320, height=200, samples=1).astype(int)
+    without = still(empty, camera=EYE, width=320, height=200, samples=1).astype(int)
+    # the upper half alone, where no shadow falls; the cone that touches the sphere has sin = 0.5/10
+    seen = (np.abs(with_ball - without)[:100].max(axis=2) > 10).sum()
+    radius = np.tan(np.arcsin(0.05)) / np.tan(0.2) * 100
+    assert seen == pytest.approx(np.pi * radius**2 / 2, rel=0.03)
+
+
+def test_what_is_behind_is_hidden_in_either_order():
+    near = (Body(name="near", shape="box", size=(1.0, 0.2, 1.0), role="wheel"), (0.0, -1.0, 1.0))
+    far = (Body(name="far", shape="capsule", size=(0.3, 0.2), role="head"), (0.0, 1.0, 1.0))
+    pictures = [
+        still(scene(*order), camera=EYE, width=160, height=100) for order in ((near, far), (far, near))
+    ]
+    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_array_equal(
+        pictures[0][40:60, 70:90], still(scene(near), camera=EYE, width=160, height=100)[40:60, 70:90]
+    )
+
+
+def test_a_see_through_body_lets_the_one_behind_show():
+    cab = Body(name="cab", shape="box", size=(1.0, 0.2, 1.0), role="vehicle", see_through=True)
+    head = (Body(name="head", shape="capsule", size=(0.2, 0.0), role="head"), (0.0, 1.0, 1.0))
+    with_head = still(scene((cab, (0.0, -1.0, 1.0)), head), camera=EYE, width=160, height=100)
+    alone = still(scene((cab, (0.0, -1.0, 1.0))), camera=EYE, width=160, height=100)
+    assert (with_head[50, 80].astype(int) != alone[50, 80]).any()
+
+
+def test_the_same_still_has_the_same_bytes():
+    motion = sample_motion()
+    first, second = (png(still(motion, run=1, time=0.9, width=96, height=60)) for _ in range(2))
+    assert first == second
+    assert first != png(still(motion, run=1, time=0.0, width=96, height=60))
+
+
+def test_png_is_read_back_by_another_code():
+    picture = still(sample_motion(), time=0.3, width=64, height=40)
+    read = matplotlib_image.imread(io.BytesIO(png(picture)), format="png")
+    np.testing.assert_array_equal((read[..., :3] * 255).round().astype(np.uint8), picture)
+
+
+def test_kinds_of_members_differ_in_form():
+    a, b = np.zeros(3), np.array([0.0, 0.0, 1.0])
+    forms = {kind: member_shapes(kind, 0.5, a, b) for kind in ("belt", "airbag", "retractor")}
+    assert [len(shapes) for shapes in forms.values()] == [1, 8, 7]
+    assert forms["airbag"][1].radius > 3 * forms["airbag"][0].radius  # beads on a thread
+    covered = sum(np.linalg.norm(s.b - s.a) for s in forms["retractor"])
+    assert covered == pytest.approx(0.55)  # dashes
+    assert member_shapes("belt", 1.0, a, b)[0].radius > member_shapes("belt", 0.1, a, b)[0].radius
+
+
+def test_cameras_see_the_whole_motion():
+    motion = sample_motion()
+    points = motion.runs[0].poses[:, :, :3].reshape(-1, 3)
+    for preset in ("side", "front", "rear", "top", "corner"):
+        at = project(camera_of(motion, preset), points, width=480, height=300)
+        assert ((at > 0) & (at < [480, 300])).all()
+    follow = camera_of(motion, "side", follow=1, frame=60)
+    np.testing.assert_allclose(
+        project(follow, motion.runs[0].poses[60, 1:2, :3], width=480, height=300), [[240, 150]], atol=1e-9
+    )

@@ -1,0 +1,157 @@
+"""Figures of the loop from a worst case to a layout and back: data in, axes out, as in `workbench.plots`.
+
+Members differ in form as well as colour, so that a grey print tells them apart: a belt is a plain line, an
+airbag a row of beads, a retractor dashes; the width of the line is the density.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.plots import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, VERMILLION, axis_label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from workbench.motion import History
+
+__all__ = ["plot_convergence", "plot_differences", "plot_distributions", "plot_history", "plot_members"]
+
+KIND_COLOURS = {"belt": VERMILLION, "airbag": BLUE, "retractor": "#735605"}
+WIDEST = 5.0  # points, at density 1
+SHOWN = 0.05
+DASHES = ("-", "--", ":", "-.")
+COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE)
+
+
+def _axes(ax: "Axes | None") -> "Axes":
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot as plt
+
+    return plt.gca()
+
+
+def plot_history(history: "History", *, times: np.ndarray, ax: "Axes | None" = None) -> "Axes":
+    """A response over time, one line per run, told apart by dashes too; the limit dotted."""
+    ax = _axes(ax)
+    for k, (label, values) in enumerate(history.series.items()):
+        ax.plot(times, values, DASHES[k % 4], color=COLOURS[k % 5], label=label)
+    if history.limit is not None:
+        ax.axhline(history.limit, color="#1b1f24", lw=1, ls=(0, (1, 2)), label="limit")
+    ax.set(xlabel="time [s]", ylabel=axis_label(history.name, history.unit))
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_convergence(
+    history: Sequence[Mapping[str, Any]],
+    *,
+    baselines: Mapping[str, float] | None = None,
+    label: str = "objective",
+    unit: str = "1",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Every evaluated layout and the best so far; trivial layouts as level lines."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax = _axes(ax)
+    number = [h.get("evaluation", k + 1) for k, h in enumerate(history)]
+    best = np.minimum.accumulate([h.get("best", h["value"]) for h in history])
+    ax.plot(number, [h["value"] for h in history], "o", color=PALE, mfc="none", label="evaluated")
+    ax.step(number, best, where="post", color=BLUE, label="best so far")
+    for k, (name, value) in enumerate((baselines or {}).items()):
+        ax.axhline(value, color=GREY, lw=1.2, ls=DASHES[1 + k % 3], label=name)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.set(xlabel="evaluation", ylabel=axis_label(label, unit))
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_members(
+    members: Sequence[Mapping[str, Any]],
+    *,
+    outlines: Sequence[Sequence[Sequence[float]]] = (),
+    unit: str = "m",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Members between their ends `a` and `b` (x, y), width by density; outlines of bodies behind them."""
+    ax = _axes(ax)
+    for outline in outlines:
+        points = np.asarray(outline, dtype=float)
+        ax.fill(points[:, 0], points[:, 1], facecolor="#eef1f4", edgecolor=GREY, lw=1, zorder=1)
+    shown: set[str] = set()
+    for m in sorted(members, key=lambda m: float(m["density"])):
+        density, kind = float(m["density"]), str(m["kind"])
+        if density < SHOWN:
+            continue
+        (ax_, ay), (bx, by) = m["a"][:2], m["b"][:2]
+        colour, width = KIND_COLOURS[kind], max(0.6, WIDEST * density)
+        label = kind if kind not in shown else None
+        shown.add(kind)
+        if kind == "airbag":
+            ax.plot([ax_, bx], [ay, by], "-", color=colour, lw=0.6, zorder=2)
+            s = (np.arange(7) + 0.5) / 7
+            ax.plot(
+                ax_ + s * (bx - ax_),
+                ay + s * (by - ay),
+                "o",
+                ms=2 + width,
+                color=colour,
+                label=label,
+                zorder=3,
+            )
+        else:
+            dash = (0, (2.2, 1.4)) if kind == "retractor" else "-"
+            ax.plot([ax_, bx], [ay, by], ls=dash, color=colour, lw=width, label=label, zorder=3)
+    ax.set_aspect("equal")
+    ax.set(xlabel=axis_label("x", unit), ylabel=axis_label("y", unit))
+    if shown:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return ax
+
+
+def plot_distributions(
+    values: Mapping[str, Sequence[float | None]],
+    *,
+    limit: float | None = None,
+    label: str = "response",
+    unit: str = "1",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Share of scenarios at or below a value, one stair per design; the limit dotted."""
+    ax = _axes(ax)
+    for k, (name, given) in enumerate(values.items()):
+        y = np.sort([v for v in given if v is not None])
+        if len(y):
+            share = np.arange(1, len(y) + 1) / len(y) * 100
+            ax.step(y, share, DASHES[k % 4], where="post", color=COLOURS[k % 5], label=name)
+    if limit is not None:
+        ax.axvline(limit, color="#1b1f24", lw=1, ls=(0, (1, 2)), label="limit")
+    ax.set(ylim=(0, 101), xlabel=axis_label(label, unit), ylabel="scenarios at or below [%]")
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_differences(
+    first: Sequence[float | None],
+    second: Sequence[float | None],
+    *,
+    names: tuple[str, str],
+    unit: str = "1",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Two designs in the same scenarios: below the diagonal the second has the smaller value."""
+    ax = _axes(ax)
+    pairs = np.array([(a, b) for a, b in zip(first, second, strict=True) if a is not None and b is not None])
+    ends = [float(pairs.min()), float(pairs.max())]
+    ax.plot(ends, ends, color=GREY, lw=1, ls="--")
+    worse = pairs[:, 1] > pairs[:, 0]
+    ax.plot(*pairs[~worse].T, "o", ms=3, color=BLUE, alpha=0.6, label=f"{names[1]} smaller: {(~worse).sum()}")
+    ax.plot(
+        *pairs[worse].T, "x", ms=4, color=VERMILLION, alpha=0.8, label=f"{names[1]} larger: {worse.sum()}"
+    )
+    ax.set(xlabel=axis_label(names[0], unit), ylabel=axis_label(names[1], unit))
+    ax.legend(loc="upper left")
+    return ax

@@ -1,0 +1,263 @@
+"""Motion to look at: bodies, members and time histories of one or two runs, for the viewer and the stills.
+
+    Shape     capsule (radius, length between the centres of its caps, along local z) or box (edges)
+    Body      a shape with a name, a role that gives its colour, and whether it may be seen through
+    Member    a restraint between two body-fixed points; kind belt | airbag | retractor, density 0..1
+    History   one response over time, a series per run, with an optional limit
+    Motion    times (T,), per run the poses (T, B, 7) of all bodies: x, y, z and a quaternion w, x, y, z
+
+The scene's z points up, x forward, lengths in metres. Planar results (x, y, angle), y up, become poses by
+`planar_poses`. A campaign's `motion.json` is `Motion.to_dict()`: arrays are base64 of little-endian float32,
+which is enough to look at; full data stay with the simulation.
+
+    {"title", "times", "histories": [{"name", "unit", "limit", "series": [{"label", "values"}]}],
+     "runs": [{"label", "poses", "bodies": [{"name", "shape", "size", "role", "see_through"}],
+               "members": [{"name", "kind", "density", "body_a", "point_a", "body_b", "point_b"}]}],
+     "storyboard": [times of the stills]}
+
+`body_a` and `body_b` are positions in `bodies`; -1 is the ground.
+"""
+
+from base64 import b64decode, b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import StudyError
+
+__all__ = [
+    "KINDS",
+    "ROLES",
+    "Body",
+    "History",
+    "Member",
+    "Motion",
+    "MotionRun",
+    "frame_at",
+    "planar_poses",
+    "rotate",
+]
+
+KINDS = ("belt", "airbag", "retractor")
+ROLES = ("vehicle", "occupant", "head", "seat", "wheel", "other")
+SHAPES = {"capsule": 2, "box": 3}
+UNIT_NORM = 1e-3  # quaternions further from unit length are refused, nearer ones are normalised
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """A moving shape. `size`: (radius, length) of a capsule, (x, y, z) edges of a box, m."""
+
+    name: str
+    shape: str
+    size: tuple[float, ...]
+    role: str = "other"
+    see_through: bool = False
+
+    def __post_init__(self) -> None:
+        if SHAPES.get(self.shape) != len(self.size) or min(self.size) < 0:
+            raise StudyError(
+                f"body {self.name!r} needs shape 'capsule' with (radius, length) or 'box' with three edges, "
+                f"got {self.shape!r} with {self.size}"
+            )
+        if self.role not in ROLES:
+            raise StudyError(f"body {self.name!r}: role is one of {', '.join(ROLES)}, got {self.role!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """A restraint between two body-fixed points; -1 as body is the ground."""
+
+    name: str
+    kind: str
+    density: float
+    body_a: int
+    point_a: tuple[float, float, float]
+    body_b: int
+    point_b: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise StudyError(f"member {self.name!r}: kind is one of {', '.join(KINDS)}, got {self.kind!r}")
+        if not 0.0 <= self.density <= 1.0:
+            raise StudyError(f"member {self.name!r}: density lies in [0, 1], got {self.density}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class History:
+    """A response over the times of the motion: run label -> values (T,)."""
+
+    name: str
+    unit: str
+    series: Mapping[str, NDArray[np.float64]]
+    limit: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionRun:
+    """One run: bodies, their poses (T, B, 7), members."""
+
+    label: str
+    bodies: tuple[Body, ...]
+    poses: NDArray[np.float64]
+    members: tuple[Member, ...] = ()
+
+    def segments(self, frame: int) -> NDArray[np.float64]:
+        """Ends of all members in a frame, (members, 2, 3)."""
+        ends = np.empty((len(self.members), 2, 3))
+        for k, m in enumerate(self.members):
+            for side, (body, point) in enumerate(((m.body_a, m.point_a), (m.body_b, m.point_b))):
+                p = np.array(point, dtype=float)
+                ends[k, side] = (
+                    p if body < 0 else self.poses[frame, body, :3] + rotate(self.poses[frame, body, 3:], p)
+                )
+        return ends
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """One run, or two to compare, over common times (T,) in s."""
+
+    title: str
+    times: NDArray[np.float64]
+    runs: tuple[MotionRun, ...]
+    histories: tuple[History, ...] = ()
+    storyboard: tuple[float, ...] = field(default_factory=tuple)
+
+    def __post_init__(self) -> None:
+        count = len(self.times)
+        if not self.runs or count == 0:
+            raise StudyError("a motion needs at least one run and one time")
+        if np.any(np.diff(self.times) <= 0):
+            raise StudyError("times of a motion need to increase")
+        for run in self.runs:
+            expected = (count, len(run.bodies), 7)
+            if run.poses.shape != expected:
+                raise StudyError(
+                    f"poses of run {run.label!r} need shape {expected} (times, bodies, x y z w x y z), "
+                    f"got {run.poses.shape}"
+                )
+            if not np.isfinite(run.poses).all():
+                raise StudyError(
+                    f"poses of run {run.label!r} hold NaN or infinity; cut the motion where it fails"
+                )
+            norm = np.linalg.norm(run.poses[..., 3:], axis=-1)
+            if norm.size and np.abs(norm - 1).max() > UNIT_NORM:
+                raise StudyError(f"quaternions of run {run.label!r} need unit length, got {norm.min():.4g}")
+            for m in run.members:
+                if not (-1 <= m.body_a < len(run.bodies) and -1 <= m.body_b < len(run.bodies)):
+                    raise StudyError(f"member {m.name!r} names a body that run {run.label!r} does not have")
+        for history in self.histories:
+            for label, values in history.series.items():
+                if len(values) != count:
+                    raise StudyError(
+                        f"history {history.name!r}, {label!r} needs {count} values, got {len(values)}"
+                    )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document `motion.json`."""
+        return {
+            "title": self.title,
+            "times": _packed(self.times),
+            "storyboard": [float(t) for t in self.storyboard],
+            "histories": [
+                {
+                    "name": h.name,
+                    "unit": h.unit,
+                    "limit": h.limit,
+                    "series": [{"label": label, "values": _packed(v)} for label, v in h.series.items()],
+                }
+                for h in self.histories
+            ],
+            "runs": [
+                {
+                    "label": run.label,
+                    "poses": _packed(run.poses),
+                    "bodies": [
+                        {"name": b.name, "shape": b.shape, "size": list(b.size), "role": b.role,
+                         "see_through": b.see_through}
+                        for b in run.bodies
+                    ],
+                    "members": [
+                        {"name": m.name, "kind": m.kind, "density": m.density, "body_a": m.body_a,
+                         "point_a": list(m.point_a), "body_b": m.body_b, "point_b": list(m.point_b)}
+                        for m in run.members
+                    ],
+                }
+                for run in self.runs
+            ],
+        }  # fmt: skip
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> "Motion":
+        """The motion of a document."""
+        times = _unpacked(data["times"])
+        runs = []
+        for run in data["runs"]:
+            bodies = tuple(Body(**{**b, "size": tuple(b["size"])}) for b in run["bodies"])
+            members = tuple(
+                Member(**{**m, "point_a": tuple(m["point_a"]), "point_b": tuple(m["point_b"])})
+                for m in run["members"]
+            )
+            poses = _unpacked(run["poses"]).reshape(len(times), len(bodies), 7)
+            runs.append(MotionRun(label=run["label"], bodies=bodies, poses=poses, members=members))
+        histories = tuple(
+            History(
+                name=h["name"],
+                unit=h["unit"],
+                limit=h.get("limit"),
+                series={s["label"]: _unpacked(s["values"]) for s in h["series"]},
+            )
+            for h in data.get("histories", ())
+        )
+        return cls(
+            title=data["title"],
+            times=times,
+            runs=tuple(runs),
+            histories=histories,
+            storyboard=tuple(data.get("storyboard", ())),
+        )
+
+
+def planar_poses(x: ArrayLike, y: ArrayLike, angle: ArrayLike) -> NDArray[np.float64]:
+    """Poses (T, B, 7) of planar positions x, y (T, B), y up, and angles (T, B), counter-clockwise in rad.
+
+    The plane is the scene's x-z plane; seen from the side (x to the right) turns look as they are given.
+
+    >>> planar_poses([[1.0]], [[2.0]], [[0.0]]).tolist()
+    [[[1.0, 0.0, 2.0, 1.0, 0.0, -0.0, 0.0]]]
+    """
+    x, y, angle = (np.asarray(v, dtype=float) for v in (x, y, angle))
+    poses = np.zeros((*x.shape, 7))
+    poses[..., 0], poses[..., 2] = x, y
+    # from x towards z is a turn about -y
+    poses[..., 3], poses[..., 5] = np.cos(angle / 2), -np.sin(angle / 2)
+    return poses
+
+
+def rotate(quaternion: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
+    """Points (..., 3) turned by unit quaternions (..., 4) w, x, y, z.
+
+    >>> np.abs(rotate([np.sqrt(0.5), 0, 0, np.sqrt(0.5)], [1.0, 0, 0])).round(12).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    q, p = np.asarray(quaternion, dtype=float), np.asarray(points, dtype=float)
+    v = q[..., 1:]
+    t = 2.0 * np.cross(v, p)
+    return np.asarray(p + q[..., :1] * t + np.cross(v, t))
+
+
+def frame_at(times: Sequence[float] | NDArray[np.float64], t: float) -> int:
+    """The frame nearest to a time."""
+    return int(np.argmin(np.abs(np.asarray(times) - t)))
+
+
+def _packed(array: ArrayLike) -> str:
+    return b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode()
+
+
+def _unpacked(text: str) -> NDArray[np.float64]:
+    return np.frombuffer(b64decode(text), dtype="<f4").astype(float)
