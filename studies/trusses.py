@@ -1,8 +1,8 @@
 """Ground-structure trusses: convex layouts whose optimum a linear programme knows.
 
-A member between every two nodes whose grid offsets are coprime; areas a_i >= 0, budget sum L_i a_i <= V, compliance
-C = f'u of K(a) u = f, E = 1. For one load the optimum is (min sum L_i |q_i| under equilibrium)^2 / V, the square
-of the plastic design (Dorn, Gomory and Greenberg 1964). C is convex in a with
+A member between every two nodes whose grid offsets are coprime; areas a_i >= 0, budget sum L_i a_i <= V,
+compliance C = f'u of K(a) u = f, E = 1. For one load the optimum is (min sum L_i |q_i| under equilibrium)^2
+/ V, the square of the plastic design (Dorn, Gomory and Greenberg 1964). C is convex in a with
 
     dC/da_i = -(b_i'u)^2 / L_i,     d2C/da2 = 2 X K^-1 X',     row i of X = (b_i'u / L_i) b_i
 
@@ -23,8 +23,8 @@ from scipy.optimize import linprog
 from workbench.engine.layout.problem import InvalidLayout, LayoutProblem, MemberGeometry, static_problem
 
 __all__ = [
-    "FOUR_LOADS", "ONE_LOAD", "TIP_LOAD", "Truss", "cantilever", "domain_budgets", "figures", "ground_structure",
-    "plastic_optimum", "problem", "run", "two_bar",
+    "FOUR_LOADS", "ONE_LOAD", "TIP_LOAD", "Truss", "cantilever", "domain_budgets", "figures",
+    "ground_structure", "plastic_optimum", "problem", "run", "two_bar",
 ]  # fmt: skip
 
 # a load case is a tuple of (force (2,), point (2,))
@@ -40,8 +40,8 @@ FOUR_LOADS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truss:
-    """nodes (p, 2) m    ends (n, 2) node numbers    lengths (n,) m    rows (n, dof): elongation per displacement
-    loads (dof, cases) N    free (2 p,): True where a node may move.
+    """nodes (p, 2) m    ends (n, 2) node numbers    lengths (n,) m    rows (n, dof): elongation per
+    displacement loads (dof, cases) N    free (2 p,): True where a node may move.
     """
 
     nodes: Any

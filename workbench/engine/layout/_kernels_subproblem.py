@@ -1,8 +1,9 @@
 # mypy: ignore-errors
 """Kernels of the separable subproblem: the minimiser of the Lagrangian, coordinate by coordinate.
 
-L_i'(x) = sum_j w_j [ g_ji r^(p_ji - 1) + q_ji (x - x_i^k) ],  r = 1 + (x - x_i^k)/s_ji,  is monotone for a convex
-model: safeguarded Newton inside a shrinking bracket. Infinite s (linear terms) must be seen, so no fastmath.
+L_i'(x) = sum_j w_j [ g_ji r^(p_ji - 1) + q_ji (x - x_i^k) ],  r = 1 + (x - x_i^k)/s_ji,  is monotone for a
+convex model: safeguarded Newton inside a shrinking bracket. Infinite s (linear terms) must be seen, so no
+fastmath.
 """
 
 import numba
@@ -47,6 +48,19 @@ def minimise_lagrangian(w, g, s, p, q, x0, lo, hi, x, curvature):
         if fb <= 0.0:
             x[i] = b
             continue
+        # one power term in the objective, linear constraints: the closed form (7.11)
+        rest, plain = 0.0, q[0, i] == 0.0 and p[0, i] != 1.0
+        for j in range(1, len(w)):
+            rest += w[j] * g[j, i]
+            if w[j] != 0.0 and (p[j, i] != 1.0 or q[j, i] != 0.0):
+                plain = False
+        if plain:
+            ratio = -rest / (w[0] * g[0, i])
+            if ratio > 0.0:
+                z = x0[i] + s[0, i] * (ratio ** (1.0 / (p[0, i] - 1.0)) - 1.0)
+                x[i] = min(max(z, a), b)
+                curvature[i] = slope(i, x[i], w, g, s, p, q, x0)[1] if a < z < b else 0.0
+                continue
         z = min(max(x0[i], a), b)
         width = b - a
         for _ in range(200):

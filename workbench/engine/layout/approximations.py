@@ -4,14 +4,14 @@
 |---|---|
 | OC | centre c, exponent 1 - 1/eta where df < 0, constraints linear (eta 1/2: reciprocal; eta 1: logarithm) |
 | CONLIN | centre 0, exponent -1 where f,i < 0, else 1 (Fleury and Braibant 1986) |
-| MMA | exponent -1, asymptote L below where f,i < 0, U above where f,i > 0, moved by the history (Svanberg 1987) |
+| MMA | exponent -1, asymptote L below where f,i < 0, else U above, moved by the history (Svanberg 1987) |
 | GCMMA | MMA plus curvature raised until the model is conservative (the idea of Svanberg 2002) |
 | SLP | linear |
-| DSQP | diagonal curvature H (Fleury 1989): exponent 2 with the centre x - f,i/H, written here as added curvature |
-| two-point | exponent 1 + ln(f,i^(k-1)/f,i^k)/ln r(x^(k-1)) from two gradients, kept on the convex side (Fadel 1990) |
+| DSQP | diagonal curvature H (Fleury 1989): exponent 2, centre x - f,i/H, written as added curvature |
+| two-point | exponent 1 + ln(f,i^(k-1)/f,i^k)/ln r(x^(k-1)), kept on the convex side (Fadel 1990) |
 
-A plain multiplicative update cannot leave alpha_i = 0 (7.11 with c = 0): the centre therefore never coincides
-with the point, it lies at least `_CLEARANCE` of the width below it.
+A plain multiplicative update cannot leave alpha_i = 0 (7.11 with c = 0): the centre therefore never
+coincides with the point, it lies at least `_CLEARANCE` of the width below it.
 """
 
 from dataclasses import dataclass
@@ -172,9 +172,7 @@ class DiagonalQuadratic:
         else:
             H = 2 * np.abs(here.gradients) / width
         H = np.maximum(H, self.floor * np.abs(here.gradients) / width)
-        return SeparableModel.build(
-            here.x, here.values, here.gradients, lower=lo, upper=hi, curvatures=H
-        )
+        return SeparableModel.build(here.x, here.values, here.gradients, lower=lo, upper=hi, curvatures=H)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

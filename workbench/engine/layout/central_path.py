@@ -1,15 +1,15 @@
 """Convex layouts along the central path: one evaluation per Newton step of an interior-point method.
 
-For rows that are convex and bring their second derivative as factors (compliances of a truss: W is a by-product
-of the factorised stiffness) the perturbed optimality conditions of
+For rows that are convex and bring their second derivative as factors (compliances of a truss: W is a by-
+product of the factorised stiffness) the perturbed optimality conditions of
 
     min t   subject to   g_j(alpha) <= t,   A alpha <= h,   lower <= alpha <= upper
 
-are followed by Newton steps on primal and dual variables. Staying away from the bounds is the point: a member
-that a sequence of plain quadratic models drives to zero too early needs many steps to grow again (its row
-behaves like 1/alpha), on the central path none vanishes before the others are settled. The products of slack
-and multiplier are halved at best in a step, because near the end the rows of unused members bend strongly.
-Budgets stay strictly met, so every iterate is a feasible design.
+are followed by Newton steps on primal and dual variables. Staying away from the bounds is the point: a
+member that a sequence of plain quadratic models drives to zero too early needs many steps to grow again (its
+row behaves like 1/alpha), on the central path none vanishes before the others are settled. The products of
+slack and multiplier are halved at best in a step, because near the end the rows of unused members bend
+strongly. Budgets stay strictly met, so every iterate is a feasible design.
 """
 
 import numpy as np

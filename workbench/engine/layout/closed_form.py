@@ -1,10 +1,11 @@
 """The update (7.11) where it is legal, and what to do where it is not.
 
-    alpha_i = c_i + B_i^eta_i (alpha_i^k - c_i),   B_i = -f_{0,i} / sum_j l_j f_{j,i},   eta_i = 1/(zeta_i - xi_i)
+    alpha_i = c_i + B_i^eta_i (alpha_i^k - c_i),   eta_i = 1/(zeta_i - xi_i),
+    B_i = -f_{0,i} / sum_j l_j f_{j,i}
 
 It needs one centre c_i for all functions and B_i > 0. The printed (7.11) mixes g and G, drops the index of
-zeta_ji and is a negative number to a fractional power on the dissertation's own energy example. With the centre
-below, xi <= 1 and zeta >= 1 the other signs are settled without it:
+zeta_ji and is a negative number to a fractional power on the dissertation's own energy example. With the
+centre below, xi <= 1 and zeta >= 1 the other signs are settled without it:
 
 | f_0,i | sum_j l_j f_j,i | update |
 |---|---|---|
@@ -23,7 +24,15 @@ Array = NDArray[np.float64]
 
 
 def closed_form_update(
-    x: Array, objective: Array, priced: Array, *, centre: Array, xi: Array, zeta: Array, lower: Array, upper: Array
+    x: Array,
+    objective: Array,
+    priced: Array,
+    *,
+    centre: Array,
+    xi: Array,
+    zeta: Array,
+    lower: Array,
+    upper: Array,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """The new density and a mask of the members whose update is not legal (they keep their density).
 
@@ -31,7 +40,8 @@ def closed_form_update(
 
     >>> import numpy as np
     >>> one = np.ones(1)
-    >>> closed_form_update(one, -4 * one, one, centre=0 * one, xi=-one, zeta=one, lower=0 * one, upper=9 * one)[0]
+    >>> none = 0 * one
+    >>> closed_form_update(one, -4 * one, one, centre=none, xi=-one, zeta=one, lower=none, upper=9 * one)[0]
     array([2.])
     """
     legal = (objective < 0) & (priced > 0)

@@ -2,10 +2,10 @@
 
     maximise over 0 <= l <= cap of  min over the box of  f~_0(x) + sum_j l_j f~_j(x)
 
-(7.9) prints l_j > 0; an idle budget has l_j = 0. The cap is the price of elastic variables (f~_j <= z_j at the
-cost cap z_j): an infeasible subproblem then has a solution, and says that it is elastic. One constraint: a bracketed
-root. Several: projected Newton on the concave dual, and an interior point where the dual has kinks. A linear model
-is a linear programme and goes to HiGHS.
+(7.9) prints l_j > 0; an idle budget has l_j = 0. The cap is the price of elastic variables (f~_j <= z_j at
+the cost cap z_j): an infeasible subproblem then has a solution, and says that it is elastic. One constraint:
+a bracketed root. Several: projected Newton on the concave dual, and an interior point where the dual has
+kinks. A linear model is a linear programme and goes to HiGHS.
 """
 
 from collections.abc import Callable
@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from .interior import interior_point
+from .programme import linear_programme
 from .separable import SeparableModel
 
 __all__ = ["SubproblemSolution", "kkt_residual", "solve_subproblem"]
@@ -27,7 +27,8 @@ _FEASIBLE = 1e-12  # of a constraint, in units of the change its gradient can ma
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SubproblemSolution:
-    """x (n,), multipliers (m,), model values (m + 1,) at x, elastic: True when a constraint could not be met."""
+    """x (n,), multipliers (m,), model values (m + 1,) at x, elastic: True when a constraint could not be
+    met."""
 
     x: Array
     multipliers: Array
@@ -57,7 +58,7 @@ def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSo
     if model.is_linear:
         return _linear(model, caps)
     if m == 1:
-        return _one_constraint(model, float(caps[0]))
+        return _one_constraint(model, float(caps[0]), float(size[0]))
     return _several(model, caps, size)
 
 
@@ -71,36 +72,49 @@ def _solution(model: SeparableModel, x: Array, multipliers: Array) -> Subproblem
 def _linear(model: SeparableModel, caps: Array) -> SubproblemSolution:
     m, n = model.constraints, len(model.point)
     right = model.gradients[1:] @ model.point - model.values[1:]
-    solved = linprog(
+    solved = linear_programme(
         np.r_[model.gradients[0], caps],
-        A_ub=np.hstack([model.gradients[1:], -np.eye(m)]),
-        b_ub=right,
+        at_most=(np.hstack([model.gradients[1:], -np.eye(m)]), right),
         bounds=[*zip(model.lower, model.upper, strict=True), *[(0, None)] * m],
-        method="highs",
     )
-    return _solution(model, solved.x[:n], -np.asarray(solved.ineqlin.marginals))
+    assert solved is not None  # elastic variables make every such programme feasible, the box bounds it
+    return _solution(model, solved.x[:n], solved.prices)
 
 
-def _one_constraint(model: SeparableModel, cap: float) -> SubproblemSolution:
+def _one_constraint(model: SeparableModel, cap: float, size: float) -> SubproblemSolution:
+    def minimiser(price: float) -> Array:
+        return model.minimiser(np.array([1.0, price]))[0]
+
     def constraint(price: float) -> float:
-        return float(model.at(model.minimiser(np.array([1.0, price]))[0])[0][1])
+        return float(model.at(minimiser(price))[0][1])
 
     if constraint(0.0) <= 0:
-        return _solution(model, model.minimiser(np.array([1.0, 0.0]))[0], np.zeros(1))
-    low, high = 0.0, cap * 1e-12
+        return _solution(model, minimiser(0.0), np.zeros(1))
+    met = _FEASIBLE * size
+    low, high = 0.0, cap * 1e-6  # the cap is in units of 1e6 typical prices
     while constraint(high) > 0:
-        low, high = high, high * 16
+        low, high = high, high * 8
         if low >= cap:
-            return _solution(model, model.minimiser(np.array([1.0, cap]))[0], np.array([cap]))
-    low, high = _bracket(constraint, low, high)
-    inside, outside = (model.minimiser(np.array([1.0, price]))[0] for price in (high, low))
-    # where the Lagrangian is flat the minimiser jumps at the price; every mixture of both sides minimises it
-    share = _bracket(lambda a: -model.at(inside + a * (outside - inside))[0][1], 0.0, 1.0)[0]
-    return _solution(model, inside + share * (outside - inside), np.array([high]))
+            return _solution(model, minimiser(cap), np.array([cap]))
+    low, high = _bracket(constraint, low, high, met)
+    inside = minimiser(high)
+    if model.at(inside)[0][1] < -met:
+        # where the Lagrangian is flat the minimiser jumps at the price; every mixture of both sides
+        # minimises it
+        outside = minimiser(low)
+        move = outside - inside
+        share = _bracket(lambda a: -model.at(inside + a * move)[0][1], 0.0, 1.0, 0.0)[0]
+        inside = inside + share * move
+    return _solution(model, inside, np.array([high]))
 
 
-def _bracket(function: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
-    """Shrink function(low) > 0 >= function(high) to neighbouring numbers: regula falsi, and halving where it lags."""
+def _bracket(
+    function: Callable[[float], float], low: float, high: float, enough: float
+) -> tuple[float, float]:
+    """Shrink function(low) > 0 >= function(high) to neighbouring numbers, or until -enough <= function(high).
+
+    Regula falsi with the Illinois rule, and halving where it lags.
+    """
     at_low, at_high = function(low), function(high)
     if at_low <= 0:
         return low, low
@@ -116,11 +130,11 @@ def _bracket(function: Callable[[float], float], low: float, high: float) -> tup
         value = function(middle)
         if value > 0:
             low, at_low = middle, value
-            at_high *= 0.5 if count % 3 == 1 else 1.0  # Illinois
+            at_high *= 0.5 if count % 3 == 1 else 1.0
         else:
             high, at_high = middle, value
             at_low *= 0.5 if count % 3 == 1 else 1.0
-            if value == 0:
+            if value >= -enough:
                 break
     return low, high
 
@@ -131,7 +145,12 @@ def _several(model: SeparableModel, caps: Array, size: Array) -> SubproblemSolut
     if kkt_residual(model, newton) <= 1e-11:
         return newton
     interior = _solution(model, *interior_point(model, caps))
-    return min(newton, interior, *_polished(model, interior, size), key=lambda solution: kkt_residual(model, solution))
+    return min(
+        newton,
+        interior,
+        *_polished(model, interior, size),
+        key=lambda solution: kkt_residual(model, solution),
+    )
 
 
 def _polished(model: SeparableModel, solution: SubproblemSolution, size: Array) -> list[SubproblemSolution]:
@@ -204,8 +223,8 @@ def _projected(prices: Array, h: Array, caps: Array) -> Array:
 def kkt_residual(model: SeparableModel, solution: SubproblemSolution) -> float:
     """Largest scaled violation of the optimality conditions of the subproblem.
 
-    Stationarity by coordinate (projected on the box, times the box width, over the objective's reach), feasibility
-    and complementarity over the reach of each constraint.
+    Stationarity by coordinate (projected on the box, times the box width, over the objective's reach),
+    feasibility and complementarity over the reach of each constraint.
     """
     values, gradients = model.at(solution.x)
     weights = np.r_[1.0, solution.multipliers]

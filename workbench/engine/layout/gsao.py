@@ -1,11 +1,12 @@
 """Sequences of separable approximations: evaluate, build the model of a preset, solve its dual, repeat.
 
-Globalised (the default) a step is accepted by a filter: it must improve the objective or the violation against
-the pairs before it, of which one may dominate it on the first trial (Fletcher and Leyffer 2002; non-monotone after
-Gould and Toint). A refused step adds curvature to the rows that the model underestimated, as conservative
-approximations do (Svanberg 2002), or draws the move box in when the iterate is infeasible, and is solved again.
-When the objective is the largest of several rows a further variable t bounds them. Budgets are linear and met by
-every iterate; the recorder keeps the best feasible one. Without globalisation the presets run as published.
+Globalised (the default) a step is accepted by a filter: it must improve the objective or the violation
+against the pairs before it, of which one may dominate it on the first trial (Fletcher and Leyffer 2002; non-
+monotone after Gould and Toint). A refused step adds curvature to the rows that the model underestimated, as
+conservative approximations do (Svanberg 2002), or draws the move box in when the iterate is infeasible, and
+is solved again. When the objective is the largest of several rows a further variable t bounds them. Budgets
+are linear and met by every iterate; the recorder keeps the best feasible one. Without globalisation the
+presets run as published.
 """
 
 from dataclasses import dataclass, replace
@@ -28,11 +29,13 @@ Array = NDArray[np.float64]
 _STIFFEN, _RELAX, _SHRINK = 4.0, 0.1, 0.4
 _MEMORY = 6  # pairs that the filter looks back on
 _REFUSALS = 30
+_STILL = 1e-7  # of the width; a smaller step is rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sequence:
-    """How a sequence ended: density, converged, elastic (the last subproblem could not meet its constraints)."""
+    """How a sequence ended: density, converged, elastic (the last subproblem could not meet its
+    constraints)."""
 
     density: Array
     converged: bool
@@ -74,7 +77,10 @@ def approximation_sequence(
         unit = max(abs(float(np.max(evaluation.values))), 1e-300)
         if promise <= tolerance * unit and _violation(here, bound) <= 1e-9:
             return Sequence(density=here.x[: problem.members], converged=True, elastic=False)
-        if np.array_equal(density, here.x[: problem.members]):
+        moved = np.abs(density - here.x[: problem.members]) / np.maximum(
+            problem.upper - problem.lower, 1e-300
+        )
+        if moved.max() <= _STILL and (globalised or moved.max() == 0):
             break
         trial_evaluation = problem.checked(density)
         trial = _point(problem, density, trial_evaluation, bound)

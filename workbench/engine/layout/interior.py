@@ -1,7 +1,7 @@
 """The separable subproblem by a primal-dual interior point: for models that are flat in places.
 
-Where a variable enters objective and constraints linearly the dual has kinks and the minimiser of the Lagrangian
-jumps; the interior point does not mind. Conditions of
+Where a variable enters objective and constraints linearly the dual has kinks and the minimiser of the
+Lagrangian jumps; the interior point does not mind. Conditions of
 
     min f~_0(x) + sum_j cap_j z_j   subject to   f~_j(x) - z_j + s_j = 0,   s, z >= 0,   lower <= x <= upper
 
@@ -33,7 +33,7 @@ def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
     y = np.minimum(np.ones(m), 0.5 * top)
     s, z, e = np.ones(m), np.ones(m) * 0.1, top - y
     below, above = 1 / (state - lo), 1 / (hi - state)
-    mu = 1.0
+    mu, failures = 1.0, 0
 
     def conditions(
         state: Array, y: Array, s: Array, z: Array, e: Array, below: Array, above: Array, mu: float
@@ -49,13 +49,13 @@ def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
         ]  # fmt: skip
         return residuals, J, G
 
-    for _ in range(300):
+    for _ in range(150):
         residuals, J, _ = conditions(state, y, s, z, e, below, above, mu)
         error = max(float(np.abs(r).max(initial=0)) for r in residuals)
-        if error < 0.5 * mu or (mu <= 1e-15 and error < 1e-14):
-            if mu <= 1e-15:
+        if error < 0.5 * mu or (mu <= 1e-14 and error < 1e-13):
+            if mu <= 1e-14:
                 break
-            mu = max(0.1 * mu, 1e-16)
+            mu = max(0.1 * mu, 1e-15)
             residuals, J, _ = conditions(state, y, s, z, e, below, above, mu)
         rd, rp, rz, _, _, _, _ = residuals
         rd = rd / width
@@ -73,7 +73,16 @@ def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
         dbelow = mu / sl - below - below / sl * dx
         dabove = mu / su - above + above / su * dx
         length = 1.0
-        for v, dv in ((y, dy), (s, ds), (z, dz), (e, de), (below, dbelow), (above, dabove), (sl, dx), (su, -dx)):
+        for v, dv in (
+            (y, dy),
+            (s, ds),
+            (z, dz),
+            (e, de),
+            (below, dbelow),
+            (above, dabove),
+            (sl, dx),
+            (su, -dx),
+        ):
             inward = dv < 0
             if inward.any():
                 length = min(length, 0.995 * float((-v[inward] / dv[inward]).min()))
@@ -84,10 +93,11 @@ def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
             if sum(float(r @ r) for r in conditions(*new, mu)[0]) <= norm:
                 break
             length *= 0.5
-        else:
-            mu = 10 * mu if mu < 1e-12 else 0.0
-            if mu == 0.0 or error < 1e-11:
+        else:  # rounding: what is left is for Newton on the active set
+            failures += 1
+            if failures > 2 or error < 1e-11:
                 break
+            mu *= 10
         state, y, s, z, e, below, above = new
     x[free] = np.clip(state, lo, hi)
     # the smaller of the two factors of a complementary pair is the one that is zero

@@ -1,26 +1,26 @@
 """The min-max master: trust-region steps on rows for every peak of every scenario, from several starts.
 
 One step minimises the largest of the second-order rows (Gauss-Newton factors where the objective has them)
-within the trust region and the budgets (`quadratic.py`), simulates, and compares what it got with what the model
-promised. Rows are the local peaks and nodes around them (`peaks.py`); rows that the step would raise above the
-bound are added and the step is solved again, so that no peak appears unannounced.
+within the trust region and the budgets (`quadratic.py`), simulates, and compares what it got with what the
+model promised. Rows are the local peaks and nodes around them (`peaks.py`); rows that the step would raise
+above the bound are added and the step is solved again, so that no peak appears unannounced.
 
-Several local optima are the rule on long windows: which peaks are traded is decided early. Starts that differ in
-what the *response* sees are made from the singular vectors of the Jacobian of the rows: a corner of the feasible
-set in the direction of each, mixed half and half with a start that spreads the budget. Many random densities
-look alike to a rigid body (their sums agree); these corners do not. The starts are evaluated once and pursued in
-the order of their values, each as long as it earns its evaluations.
+Several local optima are the rule on long windows: which peaks are traded is decided early. Starts that
+differ in what the *response* sees are made from the singular vectors of the Jacobian of the rows: a corner
+of the feasible set in the direction of each, mixed half and half with a start that spreads the budget. Many
+random densities look alike to a rigid body (their sums agree); these corners do not. The starts are
+evaluated once and pursued in the order of their values, each as long as it earns its evaluations.
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from .optimality import linear_promise
 from .peaks import local_peaks, rows_with_neighbours
 from .problem import Evaluation, LayoutProblem
+from .programme import linear_programme
 from .quadratic import quadratic_bound
 from .record import Recorder
 
@@ -39,8 +39,8 @@ _TRIAL = 8  # steps that a start may take before it must have earned more
 class TrustRegionRun:
     """One local search; `step` goes on where it stopped.
 
-    Read: density, value, radius, promise (improvement promised by the last model), finished, weights and prices
-    (multipliers of the last step).
+    Read: density, value, radius, promise (improvement promised by the last model), finished, weights and
+    prices (multipliers of the last step).
     """
 
     problem: LayoutProblem
@@ -124,7 +124,11 @@ class TrustRegionRun:
             rows = np.union1d(rows, raised)
         weights = solved.row_multipliers / solved.row_multipliers.sum()
         promise = linear_promise(
-            problem, density, weights @ gradients, solved.budget_multipliers * unit, top - float(weights @ flat)
+            problem,
+            density,
+            weights @ gradients,
+            solved.budget_multipliers * unit,
+            top - float(weights @ flat),
         )
         return solved.step, predicted, promise / unit
 
@@ -139,16 +143,14 @@ def corner_starts(problem: LayoutProblem, density: Array, evaluation: Evaluation
     strength, modes = np.linalg.svd(table, full_matrices=False)[1:]
     spread = _spread(problem)
     starts = []
-    for mode in modes[: _MODES][strength[:_MODES] > 1e-2 * max(strength[0], 1e-300)]:
+    for mode in modes[:_MODES][strength[:_MODES] > 1e-2 * max(strength[0], 1e-300)]:
         for sign in (1.0, -1.0):
-            corner = linprog(
+            corner = linear_programme(
                 sign * mode / np.abs(mode).max(),
-                A_ub=problem.costs if problem.budgets else None,
-                b_ub=problem.limits if problem.budgets else None,
+                at_most=(problem.costs, problem.limits),
                 bounds=np.column_stack([problem.lower, problem.upper]),
-                method="highs",
             )
-            if corner.x is not None:
+            if corner is not None:
                 starts.append(problem.into_budgets(0.5 * (spread + corner.x)))
     return starts
 

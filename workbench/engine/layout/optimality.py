@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from .problem import LayoutProblem
+from .programme import linear_programme
 
 __all__ = ["Certificate", "certificate", "linear_promise"]
 
@@ -31,8 +31,15 @@ class Certificate:
     vertex: Array
 
 
-def certificate(problem: LayoutProblem, density: Array, values: Array, gradients: Array) -> Certificate:
-    """The linear programme of the linearised rows at a design.
+def certificate(
+    problem: LayoutProblem,
+    density: Array,
+    values: Array,
+    gradients: Array,
+    constraints: Array,
+    constraint_gradients: Array,
+) -> Certificate:
+    """The linear programme of the linearised rows and constraints at a design.
 
     values (r,) and gradients (r, members) of the rows that may become the largest.
     """
@@ -44,21 +51,21 @@ def certificate(problem: LayoutProblem, density: Array, values: Array, gradients
         np.hstack([gradients / scale, -np.ones((r, 1))]),
         np.hstack([problem.costs, np.zeros((problem.budgets, 1))]),
     ])  # fmt: skip
-    right = np.r_[(top - values) / scale, np.maximum(problem.limits - problem.costs @ density, 0.0)]
+    room = np.maximum(problem.limits - problem.costs @ density, 0.0)
+    right = np.r_[(top - values) / scale, room, np.maximum(-constraints, 0.0)]
     bounds = np.column_stack([np.minimum(problem.lower - density, 0), np.maximum(problem.upper - density, 0)])
-    solution = linprog(
-        np.r_[np.zeros(n), 1.0], A_ub=matrix, b_ub=right, bounds=[*bounds, (None, None)], method="highs"
+    solution = linear_programme(
+        np.r_[np.zeros(n), 1.0], at_most=(matrix, right), bounds=[*bounds, (None, None)]
     )
-    if solution.x is None:
+    if solution is None:
         return Certificate(
             kkt=np.inf, shadow_prices=np.zeros(problem.budgets), row_weights=np.full(r, 1 / r), vertex=density
         )
-    weights = -np.asarray(solution.ineqlin.marginals)
-    promise = max(0.0, -float(solution.fun) * scale)
+    promise = max(0.0, -solution.value * scale)
     return Certificate(
         kkt=promise / max(abs(top), 1e-300),
-        shadow_prices=weights[r:] * scale,
-        row_weights=weights[:r],
+        shadow_prices=solution.prices[r : r + problem.budgets] * scale,
+        row_weights=solution.prices[:r],
         vertex=density + solution.x[:n],
     )
 

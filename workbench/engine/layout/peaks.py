@@ -1,8 +1,8 @@
 """Which rows of a history matter: local peaks in time, their neighbours, and peaks that a step would raise.
 
-A maximum over time is not smooth where two peaks are equal, and its gradient at one node says nothing about the
-peak next to it: the master therefore carries a row for every local peak of every scenario, and rows for nodes
-around each so that a peak may move in time.
+A maximum over time is not smooth where two peaks are equal, and its gradient at one node says nothing about
+the peak next to it: the master therefore carries a row for every local peak of every scenario, and rows for
+nodes around each so that a peak may move in time.
 """
 
 import numpy as np
@@ -44,4 +44,4 @@ def rows_with_neighbours(values: Array, peaks: Rows, offsets: tuple[int, ...]) -
 def count_active(values: Array) -> int:
     """Local peaks within one per cent of the largest."""
     top = float(values.max())
-    return int(len(local_peaks(values, above=top - _ACTIVE * abs(top))))
+    return len(local_peaks(values, above=top - _ACTIVE * abs(top)))

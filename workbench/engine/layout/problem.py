@@ -1,12 +1,12 @@
 """The layout problem: densities between bounds, budgets, and an objective that is the largest of many rows.
 
-    min over alpha of   max over (s, n) of g_s(t_n; alpha)      scenarios s, time nodes n          (7.12), (7.13)
-    subject to          sum_i V_ji alpha_i <= h_j               budgets, one per domain or group    (7.4), (7.18)
-                        c_l(alpha) <= 0                         further constraints, if any
-                        lower <= alpha <= upper                 a member with lower = upper is fixed
+    min over alpha of   max over (s, n) of g_s(t_n; alpha)   scenarios s, nodes n    (7.12), (7.13)
+    subject to          sum_i V_ji alpha_i <= h_j            budgets of groups       (7.4), (7.18)
+                        c_l(alpha) <= 0                      further constraints, if any
+                        lower <= alpha <= upper              lower = upper fixes a member
 
-An evaluation returns every value g_s(t_n) and, for the rows that the master asks for, their gradients and, if
-the objective knows them, factors W with  d2g/dalpha2 ~ W'W  (Gauss-Newton of a squared norm, the exact
+An evaluation returns every value g_s(t_n) and, for the rows that the master asks for, their gradients and,
+if the objective knows them, factors W with  d2g/dalpha2 ~ W'W  (Gauss-Newton of a squared norm, the exact
 Hessian of a compliance). A static objective is a history with one node.
 
 (7.4) prints h_0j for the budget and (7.5) h_0j^k for a constant of the model: here `limits` is the budget.
@@ -98,7 +98,8 @@ class MemberGeometry:
     """Where the members are: what a drawing and a list of members need.
 
     body_a, body_b: (members,) body numbers    point_a, point_b: (members, 2 or 3) m, global at the start
-    kind: one word per member, for example "belt"
+    kind: one word per member, for example "belt"    stiffness: (members,) at density 1, for the sums of
+    purification
     """
 
     body_a: NDArray[np.intp]
@@ -106,6 +107,7 @@ class MemberGeometry:
     body_b: NDArray[np.intp]
     point_b: Array
     kind: tuple[str, ...]
+    stiffness: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,11 +197,13 @@ class LayoutProblem:
         evaluation = self.evaluate(density)
         values = np.atleast_2d(np.asarray(evaluation.values, dtype=float))
         if not np.isfinite(values).all():
-            scenario, node = np.argwhere(~np.isfinite(values))[0]
+            scenario, node = (int(k) for k in np.argwhere(~np.isfinite(values))[0])
             raise InvalidLayout(f"the objective is {values[scenario, node]} {self.where(scenario, node)}")
         if not np.isfinite(evaluation.constraints).all():
             bad = int(np.argmin(np.isfinite(evaluation.constraints)))
-            raise InvalidLayout(f"constraint {bad} is {evaluation.constraints[bad]}; expected a finite number")
+            raise InvalidLayout(
+                f"constraint {bad} is {evaluation.constraints[bad]}; expected a finite number"
+            )
         return evaluation
 
     def where(self, scenario: int, node: int) -> str:
@@ -243,7 +247,8 @@ def _check_bounds(problem: LayoutProblem) -> None:
     if crossed.size:
         i = int(crossed[0])
         raise InvalidLayout(
-            f"member {i} needs lower <= upper, got lower={problem.lower[i]:.6g} and upper={problem.upper[i]:.6g}"
+            f"member {i} needs lower <= upper, got lower={problem.lower[i]:.6g} "
+            f"and upper={problem.upper[i]:.6g}"
         )
     if problem.members == 0 or not problem.free.any():
         raise InvalidLayout(
@@ -254,9 +259,10 @@ def _check_bounds(problem: LayoutProblem) -> None:
 def _check_budgets(problem: LayoutProblem) -> None:
     negative = np.argwhere(problem.costs < 0)
     if negative.size:
-        j, i = (int(k) for k in negative[0])
+        budget, member = (int(k) for k in negative[0])
         raise InvalidLayout(
-            f"'{problem.names[j]}' has the negative cost {problem.costs[j, i]:.6g} for member {i}; "
+            f"'{problem.names[budget]}' has the negative cost {problem.costs[budget, member]:.6g} "
+            f"for member {member}; "
             "costs are amounts of material and need to be >= 0"
         )
     least = problem.costs @ problem.lower

@@ -4,9 +4,9 @@
                                         A d <= b,   lo <= d <= hi
     row multipliers y_j >= 0 (their sum is 1), budget multipliers l >= 0, bound multipliers zl, zu >= 0
 
-The matrix of a Newton step is diagonal (bounds) plus low rank (rows, their factors and the budgets), so a step
-costs O(members x rank^2): Mehrotra 1992, predictor and corrector with one step length for both sides, as a
-quadratic needs. `newton_direction` is shared with the central path.
+The matrix of a Newton step is diagonal (bounds) plus low rank (rows, their factors and the budgets), so a
+step costs O(members x rank^2): Mehrotra 1992, predictor and corrector with one step length for both sides,
+as a quadratic needs. `newton_direction` is shared with the central path.
 """
 
 from collections.abc import Callable
@@ -194,8 +194,8 @@ def quadratic_bound(
         zu=barrier / (hi - d),
     )
     gap = np.inf
-    iteration = 0
-    for iteration in range(_ITERATIONS):
+    iterations = 0
+    while iterations < _ITERATIONS:
         values, gradients, curvature = rows(state.d, state.y[:r])
         residual = np.r_[values - state.t, A @ state.d - b] + state.s
         system = NewtonSystem(state, lo, hi, curvature, np.vstack([gradients, A]), r, residual)
@@ -211,17 +211,18 @@ def quadratic_bound(
         trial.add(predictor, length, length)
         mu = products / count
         target = max((trial.complementarity(lo, hi) / count / mu) ** 3, 1e-3) * mu
-        step = system.direction(target, predictor)
-        length = _STEP_TO_BOUNDARY * min(system.lengths(step))
-        if not np.isfinite(step.d).all() or length < 1e-10:
+        direction = system.direction(target, predictor)
+        length = _STEP_TO_BOUNDARY * min(system.lengths(direction))
+        if not np.isfinite(direction.d).all() or length < 1e-10:
             break  # rounding has the last word; the gap reached so far is reported
-        state.add(step, length, length)
+        state.add(direction, length, length)
+        iterations += 1
     return BoundStep(
         step=np.clip(state.d, lo, hi),
         bound=state.t,
         row_multipliers=state.y[:r],
         budget_multipliers=state.y[r:],
-        iterations=iteration,
+        iterations=iterations,
         gap=float(gap),
     )
 

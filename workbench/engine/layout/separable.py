@@ -1,11 +1,12 @@
 """The normalised separable model behind the GSAO family, (7.5) to (7.8), convex by construction.
 
-    f~_j(x) = f_j + sum_i { g_ji s_ji [ r_ji^p_ji - 1 ] / p_ji + q_ji (x_i - x_i^k)^2 / 2 },   r = 1 + (x_i - x_i^k)/s_ji
+    f~_j(x) = f_j + sum_i { g_ji s_ji [ r_ji^p_ji - 1 ] / p_ji + q_ji (x_i - x_i^k)^2 / 2 }
+    r_ji = 1 + (x_i - x_i^k)/s_ji
 
-with s_ji = x_i^k - c_ji the signed distance to the centre (asymptote), p_ji the exponent (xi for the objective,
-zeta for the constraints; p -> 0 is the logarithm) and q_ji >= 0 an added curvature. It equals (7.5) to (7.7)
-written at alpha^k, but never forms |x - c|^(1 - xi): nothing overflows and value and gradient match at x^k by
-construction. (7.6) and (7.7) are printed at alpha_i; so read, the model is a constant.
+with s_ji = x_i^k - c_ji the signed distance to the centre (asymptote), p_ji the exponent (xi for the
+objective, zeta for the constraints; p -> 0 is the logarithm) and q_ji >= 0 an added curvature. It equals
+(7.5) to (7.7) written at alpha^k, but never forms |x - c|^(1 - xi): nothing overflows and value and gradient
+match at x^k by construction. (7.6) and (7.7) are printed at alpha_i; so read, the model is a constant.
 
 A term is convex where  g (p - 1)/s >= 0. `SeparableModel.convex` puts terms that are not on the linear side.
 """

@@ -1,0 +1,281 @@
+"""optimise_layout: choose how to solve, solve, compare with trivial layouts, and say why it stopped.
+
+The default `gsao` picks by what the objective can tell:
+
+| the objective | what is done |
+|---|---|
+| convex rows with second derivatives, budgets only | Newton steps along the central path |
+| a history in time, several rows, or second-order factors; budgets only | min-max trust region, corners |
+| one smooth row, or further constraints | two-point separable approximations, globalised by a filter |
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import EngineError
+from .aggregate import aggregated
+from .approximations import (
+    ConvexLinearisation,
+    DiagonalQuadratic,
+    LinearProgramme,
+    MovingAsymptotes,
+    OptimalityCriteria,
+    Preset,
+    TwoPoint,
+)  # fmt: skip
+from .central_path import follow_central_path, has_interior
+from .gsao import approximation_sequence
+from .min_max import min_max
+from .optimality import certificate
+from .peaks import local_peaks
+from .problem import Evaluation, InvalidLayout, LayoutProblem
+from .record import Recorder
+from .result import HistoryEntry, LayoutResult, LayoutStatus
+from .transient import Scenario, transient_problem
+from .verdicts import verdicts
+
+__all__ = ["METHODS", "as_layout_problem", "optimise_layout"]
+
+Array = NDArray[np.float64]
+Peaks = Literal["all", "single", "ks", "p_norm"]
+
+_PRESETS: dict[str, tuple[Preset, bool]] = {  # preset, globalised
+    "gsao_two_point": (TwoPoint(), True),
+    "oc": (OptimalityCriteria(), False),
+    "conlin": (ConvexLinearisation(), False),
+    "mma": (MovingAsymptotes(), False),
+    "gcmma": (MovingAsymptotes(), True),
+    "slp": (LinearProgramme(), False),
+    "dsqp": (DiagonalQuadratic(), False),
+}
+METHODS = ("gsao", *_PRESETS, "central_path", "trust_region")
+
+_SETTLED = 1e-5  # relative promise below which a run that stopped elsewhere has converged
+_BLIND = 1e-13  # of the value: what all densities together may change in a row that does not see them
+
+
+def as_layout_problem(record: Any) -> LayoutProblem:
+    """A study's record (system, objective, t_end, steps, density, budget) as a layout problem."""
+    if isinstance(record, LayoutProblem):
+        return record
+    missing = [
+        name for name in ("system", "objective", "t_end", "steps", "density") if not hasattr(record, name)
+    ]
+    if missing:
+        raise InvalidLayout(
+            f"problem needs to be a LayoutProblem or a study's record; {type(record).__name__} has no "
+            + ", ".join(missing)
+        )
+    density = np.asarray(record.density, dtype=float)
+    return transient_problem(
+        [Scenario(
+            system=record.system, objective=record.objective, t_end=record.t_end, steps=record.steps,
+            scheme=getattr(record, "scheme", None),
+        )],
+        start=density, budgets=[(np.ones(len(density)), getattr(record, "budget", float(density.sum())))],
+        lower=getattr(record, "lower", 1e-4), upper=getattr(record, "upper", 1.0),
+    )  # fmt: skip
+
+
+def optimise_layout(
+    problem: Any,
+    method: str | Preset = "gsao",
+    *,
+    max_evaluations: int = 50,
+    tolerance: float = 1e-6,
+    peaks: Peaks = "all",
+    multi_start: bool = True,
+    progress: Callable[[HistoryEntry, Array], None] | None = None,
+    keep_iterates: bool = False,
+) -> LayoutResult:
+    """Find a layout that makes the largest row small within its budgets, (7.4).
+
+    Args:
+        problem: a `LayoutProblem`, or a study's record with system, objective, density, budget and times.
+        method: one of `METHODS`, or a preset with its own move limits (`MovingAsymptotes(move=0.3)`).
+        max_evaluations: of values with gradients, trivial layouts included.
+        tolerance: relative improvement that is worth another step.
+        peaks: "all" rows, the "single" largest, or a smooth aggregate; presets see the single largest peak
+        of a
+            history unless aggregated, and every row of a static problem with several.
+        multi_start: also search from corners of the response where several peaks compete.
+        progress: called with each history entry and density.
+
+    Returns a `LayoutResult`; its design meets every budget. Raises InvalidLayout for unusable problems.
+
+    >>> import numpy as np
+    >>> from workbench.engine.layout.problem import static_problem
+    >>> w = np.array([1.0, 4.0, 9.0])
+    >>> problem = static_problem(lambda a: (float((w / a).sum()), -w / a**2), start=np.full(3, 0.3),
+    ...                          lower=0.01, budgets=[(np.ones(3), 1.0)])
+    >>> optimise_layout(problem).density.round(4)
+    array([0.1667, 0.3333, 0.5   ])
+    """
+    problem = as_layout_problem(problem)
+    if max_evaluations < 1:
+        raise InvalidLayout(f"max_evaluations needs to be >= 1, got {max_evaluations}")
+    if isinstance(method, str) and method not in METHODS:
+        raise InvalidLayout(f"method needs to be one of {', '.join(METHODS)}, got '{method}'")
+    if peaks not in ("all", "single", "ks", "p_norm"):
+        raise InvalidLayout(f"peaks needs to be 'all', 'single', 'ks' or 'p_norm', got '{peaks}'")
+    if peaks in ("ks", "p_norm"):
+        problem = aggregated(problem, peaks)  # type: ignore[arg-type]
+    problem = replace(problem, evaluate=_remembering(problem.evaluate))
+    recorder = Recorder(problem, progress=progress, keep=keep_iterates)
+    start = problem.into_budgets(problem.start)
+    first = problem.checked(start)
+    if _blind(problem, first):
+        recorder.add(start, first)
+        return _result(problem, recorder, LayoutStatus.ZERO_SENSITIVITY, "none: nothing to follow", {})
+    trivial = {} if problem.convex or first.constraints.size else _trivial(problem, start, max_evaluations)
+    allowed = max(1, max_evaluations - len(trivial))
+    converged, elastic, strategy = _solve(
+        problem, recorder, method, first, allowed, tolerance, peaks, multi_start
+    )
+    baselines = _compare(problem, recorder, trivial)
+    status = LayoutStatus.CONVERGED if converged else LayoutStatus.STALLED
+    if recorder.best_density is None or (elastic and not np.isfinite(recorder.best)):
+        status = LayoutStatus.INFEASIBLE
+    elif recorder.evaluations >= max_evaluations and not converged:
+        status = LayoutStatus.LIMIT
+    elif any(recorder.best == value for value in baselines.values()):
+        status = LayoutStatus.TRIVIAL
+    return _result(problem, recorder, status, strategy, baselines)
+
+
+def _solve(
+    problem: LayoutProblem, recorder: Recorder, method: str | Preset, first: Evaluation, allowed: int,
+    tolerance: float, peaks: str, multi_start: bool,
+) -> tuple[bool, bool, str]:  # fmt: skip
+    values = np.atleast_2d(first.values)
+    budgets_only = first.constraints.size == 0
+    curved = first.factors(np.array([0], dtype=np.intp)) is not None
+    if method == "gsao":
+        if problem.convex and curved and budgets_only and values.shape[1] == 1 and has_interior(problem):
+            method, why = "central_path", "convex rows with second derivatives"
+        elif budgets_only and (values.size > 1 or curved) and peaks != "single":
+            method, why = "trust_region", f"{values.size} rows compete"
+        else:
+            method, why = "gsao_two_point", "one smooth row or further constraints"
+    else:
+        why = "as asked"
+    if method in ("central_path", "trust_region") and not budgets_only:
+        raise InvalidLayout(
+            f"method '{method}' takes budgets only; use 'gsao' or a preset for further constraints"
+        )
+    if method == "central_path":
+        if not curved or values.shape[1] > 1 or not has_interior(problem):
+            raise InvalidLayout(
+                "method 'central_path' needs static rows with second derivatives and room above the bounds"
+            )
+        done = follow_central_path(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
+        return done, False, f"Newton steps along the central path: {why}"
+    if method == "trust_region":
+        run = min_max(
+            problem, recorder, max_evaluations=allowed, tolerance=tolerance, multi_start=multi_start
+        )
+        return run.finished, False, f"min-max trust region over peaks and scenarios: {why}"
+    preset, globalised = _PRESETS[method] if isinstance(method, str) else (method, True)
+    sequence = approximation_sequence(
+        problem, recorder, preset, max_evaluations=allowed, tolerance=tolerance, globalised=globalised,
+        all_rows=peaks == "all" and values.shape[1] == 1,
+    )  # fmt: skip
+    name = type(preset).__name__
+    return sequence.converged, sequence.elastic, f"separable approximations {name}: {why}"
+
+
+def _remembering(evaluate: Callable[[Array], Evaluation]) -> Callable[[Array], Evaluation]:
+    """Keep the last evaluation, so that asking again at the same density costs nothing."""
+    kept: list[tuple[bytes, Evaluation]] = []
+
+    def remembered(density: Array) -> Evaluation:
+        key = np.ascontiguousarray(density).tobytes()
+        if not kept or kept[0][0] != key:
+            kept[:] = [(key, evaluate(density))]
+        return kept[0][1]
+
+    return remembered
+
+
+def _blind(problem: LayoutProblem, evaluation: Evaluation) -> bool:
+    values = np.atleast_2d(evaluation.values)
+    rows = np.array([int(values.argmax())])
+    free = problem.free
+    reach = np.abs(problem.checked_gradients(evaluation, rows)[0]) * (problem.upper - problem.lower)
+    return bool(reach[free].sum() <= _BLIND * abs(float(values.max())))
+
+
+def _trivial(problem: LayoutProblem, start: Array, max_evaluations: int) -> dict[str, Array]:
+    """Feasible layouts that need no thought: the same share of every member, none, all."""
+    width = problem.upper - problem.lower
+    need, room = problem.costs @ width, problem.limits - problem.costs @ problem.lower
+    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
+    found = {"uniform": problem.into_budgets(problem.lower + share * width), "none": problem.lower.copy()}
+    if share >= 1.0:
+        found["all"] = problem.upper.copy()
+        del found["uniform"]
+    found = {name: a for name, a in found.items() if np.abs(a - start).max() > 1e-9 * width.max()}
+    return found if max_evaluations >= len(found) + 3 else {}
+
+
+def _compare(problem: LayoutProblem, recorder: Recorder, trivial: dict[str, Array]) -> dict[str, float]:
+    values = {}
+    for name, density in trivial.items():
+        recorder.start_index = -1
+        try:
+            evaluation = problem.checked(density)
+        except EngineError:
+            continue  # a system without members may not even hold together
+        values[name] = float(np.max(evaluation.values))
+        recorder.add(density, evaluation)
+    return values
+
+
+def _result(
+    problem: LayoutProblem,
+    recorder: Recorder,
+    status: LayoutStatus,
+    strategy: str,
+    baselines: dict[str, float],
+) -> LayoutResult:
+    density = recorder.best_density
+    kkt, prices, value = np.nan, np.zeros(problem.budgets), recorder.best
+    if density is None:
+        density = problem.into_budgets(problem.start)
+    elif recorder.best_evaluation is not None and status is not LayoutStatus.ZERO_SENSITIVITY:
+        values = np.atleast_2d(recorder.best_evaluation.values)
+        rows = local_peaks(values, above=value - 0.1 * abs(value))
+        gradients = problem.checked_gradients(recorder.best_evaluation, rows)
+        found = certificate(
+            problem, density, values.ravel()[rows], gradients,
+            recorder.best_evaluation.constraints, recorder.best_evaluation.constraint_gradients,
+        )  # fmt: skip
+        kkt, prices = found.kkt, found.shadow_prices
+        if kkt <= _SETTLED and status in (LayoutStatus.LIMIT, LayoutStatus.STALLED):
+            status = LayoutStatus.CONVERGED
+    usage = problem.usage(density)
+    unit = abs(value) / np.maximum(np.abs(problem.limits), 1e-300) if np.isfinite(value) else 0.0
+    idle = problem.budgets > 0 and bool(((prices <= 1e-6 * unit) & (usage < 0.999)).all())
+    if idle and status not in (LayoutStatus.ZERO_SENSITIVITY, LayoutStatus.INFEASIBLE):
+        status = LayoutStatus.IDLE_BUDGET
+    evaluation = recorder.best_evaluation
+    return LayoutResult(
+        density=density,
+        value=value,
+        start_value=recorder.start_value,
+        history=tuple(recorder.history),
+        status=status,
+        shadow_prices=prices,
+        kkt=float(kkt),
+        evaluations=recorder.evaluations,
+        excess=problem.excess(density) if evaluation is None else recorder.infeasibility(density, evaluation),
+        strategy=strategy,
+        verdicts=verdicts(problem, recorder, status, float(kkt), prices, baselines),
+        optima=tuple(sorted(recorder.optima)),
+        baselines=baselines,
+        iterates=tuple(recorder.iterates),
+    )
