@@ -83,7 +83,9 @@ def remaining_gap(
         possible = where.allowed(points) & (feasibility.probability(features) > HOPELESS)
         return np.where(possible, bound, -np.inf)
 
-    points = where.snap(np.vstack([rng.random((RANDOM_POINTS, where.dimension)), u]))
+    inside = rng.random((RANDOM_POINTS, where.dimension))
+    corners = rng.integers(0, 2, (RANDOM_POINTS // 2, where.dimension)).astype(float)
+    points = where.snap(np.vstack([inside, corners, u]))
     bounds = score(points)
     upper = float(bounds.max())
     if polish:

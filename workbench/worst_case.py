@@ -224,6 +224,7 @@ def search_worst_case(
     while ledger.spent < budget:
         model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=model, seed=seed)
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
+        # the bound is climbed only when a cheap look at it suggests that the search is over
         gap = remaining_gap(
             where,
             model,
@@ -231,7 +232,7 @@ def search_worst_case(
             v=ledger.v,
             feasibility=feasibility,
             rng=stream(seed, "gap", replicate=ledger.spent),
-            polish=False,
+            polish=quiet >= QUIET_BATCHES,
         )
         if gap.kind == "enumerated":
             status = Status.EXHAUSTED
