@@ -70,6 +70,7 @@ def design(
 ) -> None:
     """Make the design and put its rows in the queue."""
     from workbench.atomic import write_text
+    from workbench.console import design_lines
     from workbench.stages import design as stage
     from workbench.stages import queue_design
     from workbench.telling import asked_csv
@@ -83,7 +84,7 @@ def design(
         where = campaign.folder
     what = f"{document['n']} runs of {document['d']} parameters ({document['algorithm']})"
     lines = [f"{what}, {len(asked)} without an answer"]
-    lines += _quality_lines(document)
+    lines += design_lines(document)
     lines.append(f"written to {csv or where / 'design.json'}")
     _finish(document, json_, lambda: _print(lines))
 
@@ -260,24 +261,15 @@ def _finish(
 
 
 def _tell_run(found: dict[str, Any]) -> None:
-    from workbench.console import screening_lines, worst_case_lines
+    from workbench.console import design_lines, screening_lines, worst_case_lines
 
     if "design" in found:
-        _print(_quality_lines(found["design"]))
+        _print(design_lines(found["design"]))
     if "screen" in found:
         _print(["", *screening_lines(found["screen"])])
     if "worst_case" in found:
         _print(["", *worst_case_lines(found["worst_case"])])
     _print(["", f"report: {found['report']}"])
-
-
-def _quality_lines(document: dict[str, Any]) -> list[str]:
-    quality = document.get("quality") or {}
-    shown = [
-        f"{name} {entry['value']:.4g} (percentile {entry['percentile']:.0f})"
-        for name, entry in quality.items()
-    ]
-    return [f"design quality: {', '.join(shown)}"] if shown else []
 
 
 def _print(lines: list[str]) -> None:

@@ -12,6 +12,7 @@ from typing import Any, TextIO
 __all__ = [
     "PlainProgress",
     "RichProgress",
+    "design_lines",
     "format_number",
     "progress_for",
     "screening_lines",
@@ -20,6 +21,7 @@ __all__ = [
 
 EVERY = 5.0  # s between plain lines
 FAILURES = ("failed", "timeout", "killed", "nonfinite", "skipped")
+QUALITIES = ("min_distance", "cd2", "max_correlation", "d_efficiency")
 TITLES = {"worst_case": "worst case"}
 
 
@@ -143,9 +145,26 @@ class RichProgress:
         self._live.update(self._text(line))
 
 
+def design_lines(document: Mapping[str, Any]) -> list[str]:
+    """How good the design is, each measure beside random Latin hypercubes of the same size."""
+    quality = document.get("quality") or {}
+    rows = []
+    for name in QUALITIES:
+        entry = quality.get(name)
+        if entry is None or entry["value"] is None or entry["percentile"] is None:
+            continue
+        beaten = entry["percentile"] if entry["better"] == "high" else 100 - entry["percentile"]
+        rows.append((name.replace("_", " "), f"better than {beaten:.0f} %", format_number(entry["value"], 4)))
+    if not rows:
+        return []
+    return table_lines(("design quality", "of random Latin hypercubes", "value"), rows)
+
+
 def screening_lines(document: Mapping[str, Any]) -> list[str]:
     """The screening path in the form of Table 3.1 of the dissertation, and what was selected."""
     head = ("step", "selected so far", "theta", "sigma^2", "restricted log-likelihood")
+    accepted = [step for step in document["path"] if step.get("accepted", True)]
+    rejected = [step for step in document["path"] if not step.get("accepted", True)]
     rows = [
         (
             str(step["step"]),
@@ -154,15 +173,17 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
             format_number(step["sigma2"], 5),
             format_number(step["log_likelihood"], 6),
         )
-        for step in document["path"]
+        for step in [*accepted, *rejected[:1]]
     ]
     names = ", ".join(document["selected"]) or "none"
     unit = _unit(document.get("unit", "1")).strip()
     text = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
     text += table_lines(head, rows)
+    text.append("theta: common range parameter of the variables not selected, on the unit cube")
+    if len(rejected) > 1:
+        text.append(f"{len(rejected) - 1} further steps were tried, none accepted")
     text.append(f"selected: {names}")
-    if document.get("verdict"):
-        text.append(str(document["verdict"]))
+    text += [str(document[key]) for key in ("verdict", "advice") if document.get(key)]
     if document.get("n_left_out"):
         text.append(f"{document['n_left_out']} runs without a value were left out")
     return text
@@ -173,15 +194,14 @@ def worst_case_lines(document: Mapping[str, Any]) -> list[str]:
     unit = _unit(document["unit"])
     word = {"max": "largest", "min": "smallest"}[document["sense"]]
     text = [f"Worst case ({word} {document['response']}): {format_number(document['value'], 6)}{unit}"]
-    text.append(f"  {document['label']}; {document['evaluations']} runs of at most {document['budget']}")
+    runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
+    text.append(f"  {document['label']}{runs}")
+    if document.get("status"):
+        text.append(f"  stopped because {document['status']}")
     gap = document.get("gap") or {}
-    if gap.get("width") is not None:
-        bound = format_number(gap["upper"], 6)
-        text.append(
-            f"  could be as far as {bound}{unit} ({gap['kind']} bound, not a proof)"
-            if gap["kind"] == "model-based"
-            else f"  bound {bound}{unit} ({gap['kind']})"
-        )
+    if gap.get("upper") is not None:
+        what = "model-based bound, not a proof" if gap["kind"] == "model-based" else gap["kind"]
+        text.append(f"  could be as far as {format_number(gap['upper'], 6)}{unit} ({what})")
     failures = document.get("failures") or {}
     if failures:
         text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))

@@ -68,6 +68,7 @@ def design(campaign: Campaign) -> dict[str, Any]:
         made, rows = _design_of_kind(campaign, table)
     document = {
         **made.to_dict(),
+        "quality": made.quality().to_dict() if len(rows) > 1 else {},
         # as given: a table's value would not survive the way to the unit cube and back to the last bit
         "physical": [[row[name] for name in study.space.names] for row in rows],
         "run_keys": [campaign.key(study.space.canonical(row)) for row in rows],
@@ -93,7 +94,8 @@ def evaluate(campaign: Campaign) -> dict[str, Any]:
             "there is no design to evaluate; give the study a [design] table or run `holdfast design`"
         )
     rows = _rows(campaign, document)
-    known = len(campaign.store.rows(keys=document["run_keys"]))
+    stored = campaign.store.rows(keys=document["run_keys"])
+    known = sum(row.status not in ("queued", "running") for row in stored)
     campaign.progress.stage("evaluate", f"{len(rows)} runs, {known} of them known")
     done = campaign.evaluate(rows, batch="table" if campaign.study.model["kind"] == "table" else "design")
     return {"runs": len(done), "counts": dict(Counter(row.status for row in done))}

@@ -1,0 +1,145 @@
+"""A full or read-only disk ends a campaign with exit code 5, a signal with 4; both continue later."""
+
+import os
+import resource
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+STUDY = """
+[study]
+name = "s"
+[model]
+kind = "python"
+function = "m.py:f"
+[[parameter]]
+name = "a"
+lower = 0
+upper = 1
+[[response]]
+name = "y"
+[design]
+kind = "sobol"
+runs = {runs}
+"""
+CODE = "import time\ndef f(a):\n    time.sleep({pause})\n    return a / 3\n"
+
+
+def write_study(folder, *, runs, pause):
+    (folder / "m.py").write_text(CODE.format(pause=pause))
+    (folder / "s.toml").write_text(STUDY.format(runs=runs))
+    return folder / "s.toml"
+
+
+def start(study, *options, file_limit=None):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit, file_limit))
+
+    return subprocess.Popen(
+        [sys.executable, "-m", "workbench", "run", str(study), *options],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=None if file_limit is None else limit,
+    )
+
+
+def answers(study):
+    db = sqlite3.connect(study.with_suffix(".holdfast") / "runs.sqlite")
+    assert db.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+    found = dict(db.execute("SELECT key, outputs FROM evaluation WHERE status = 'ok'").fetchall())
+    running = db.execute("SELECT COUNT(*) FROM evaluation WHERE status = 'running'").fetchone()[0]
+    db.close()
+    return found, running
+
+
+def wait_for_answers(study, count, process):
+    until = time.monotonic() + 60
+    path = study.with_suffix(".holdfast") / "runs.sqlite"
+    while time.monotonic() < until and process.poll() is None:
+        if path.exists() and count_of_ok(path) >= count:
+            return
+        time.sleep(0.02)
+
+
+def count_of_ok(path):
+    db = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+    try:
+        return db.execute("SELECT COUNT(*) FROM evaluation WHERE status = 'ok'").fetchone()[0]
+    except sqlite3.Error:
+        return 0  # the tables are being made
+    finally:
+        db.close()
+
+
+@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_is_four_and_nothing_is_repeated(tmp_path, signal_number):
+    study = write_study(tmp_path, runs=40, pause=0.05)
+    process = start(study)
+    wait_for_answers(study, 3, process)
+    process.send_signal(signal_number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 4, err
+    assert "the same command continues" in err
+    assert "Traceback" not in err
+    before, running = answers(study)
+    assert 3 <= len(before) < 40
+    assert running == 0
+    if signal_number == signal.SIGTERM:
+        return
+    process = start(study)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    assert f"40 runs, {len(before)} of them known" in err
+    after, _ = answers(study)
+    assert len(after) == 40
+    assert {key: after[key] for key in before} == before
+
+
+def test_a_full_disk_is_five_and_the_rest_follows_later(tmp_path):
+    study = write_study(tmp_path, runs=600, pause=0)
+    process = start(study, file_limit=150_000)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 5, (process.returncode, err)
+    assert "Nothing that was acknowledged is lost" in err or "cannot write" in err
+    assert "Traceback" not in err
+    before, _ = answers(study)
+    process = start(study)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    after, _ = answers(study)
+    assert len(after) == 600
+    assert {key: after[key] for key in before} == before
+
+
+def test_a_place_that_cannot_be_written_is_five(tmp_path):
+    study = write_study(tmp_path, runs=4, pause=0)
+    for place in ("/proc/holdfast", "/dev/null/holdfast"):
+        process = start(study, "--folder", place)
+        _, err = process.communicate(timeout=60)
+        assert process.returncode == 5, err
+        assert f"cannot make the folder {place}" in err
+    if os.geteuid() != 0:
+        (tmp_path / "fixed").mkdir(mode=0o500)
+        process = start(study, "--folder", str(tmp_path / "fixed"))
+        _, err = process.communicate(timeout=60)
+        assert process.returncode == 5, err
+
+
+def test_two_at_once_is_five(tmp_path):
+    study = write_study(tmp_path, runs=40, pause=0.05)
+    first = start(study)
+    wait_for_answers(study, 1, first)
+    second = start(study)
+    _, err = second.communicate(timeout=60)
+    assert second.returncode == 5, err
+    assert "is in use by another holdfast" in err
+    first.send_signal(signal.SIGINT)
+    first.communicate(timeout=60)
