@@ -50,6 +50,7 @@ def certificate(
     matrix = np.vstack([
         np.hstack([gradients / scale, -np.ones((r, 1))]),
         np.hstack([problem.costs, np.zeros((problem.budgets, 1))]),
+        np.hstack([constraint_gradients.reshape(-1, n), np.zeros((len(constraints), 1))]),
     ])  # fmt: skip
     room = np.maximum(problem.limits - problem.costs @ density, 0.0)
     right = np.r_[(top - values) / scale, room, np.maximum(-constraints, 0.0)]

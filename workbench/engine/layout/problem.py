@@ -120,7 +120,7 @@ class LayoutProblem:
     convex: the caller's promise that every row is convex in alpha (compliance of a truss): a local optimum
         is then the optimum, and the central path is followed.
     times: (nodes,) s, only for messages and reports.
-    names: a name per budget.
+    names: a name per budget.    title, response, unit: words for reports.
 
     Raises InvalidLayout when sizes, bounds, costs or limits cannot be met.
 
@@ -142,6 +142,8 @@ class LayoutProblem:
     names: tuple[str, ...] = ()
     geometry: MemberGeometry | None = None
     title: str = "layout"
+    response: str = "objective"
+    unit: str = "1"
 
     def __post_init__(self) -> None:
         n = len(self.start)

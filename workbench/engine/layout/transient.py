@@ -320,6 +320,8 @@ def transient_problem(
     power: float = 1.0,
     names: tuple[str, ...] = (),
     title: str = "layout",
+    response: str = "objective",
+    unit: str = "1",
 ) -> LayoutProblem:
     """A layout problem over scenarios of moving systems.
 
@@ -348,4 +350,6 @@ def transient_problem(
         names=names,
         geometry=member_geometry(first.system),
         title=title,
+        response=response,
+        unit=unit,
     )
