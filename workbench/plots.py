@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.unit_text import raised
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -44,9 +46,9 @@ def axis_label(name: str, unit: str = "1") -> str:
     """A name with its unit in brackets; nothing for the dimensionless unit.
 
     >>> axis_label("Tu", "m^2/yr"), axis_label("x1")
-    ('Tu [m^2/yr]', 'x1')
+    ('Tu [m²/yr]', 'x1')
     """
-    return name if unit in ("", "1") else f"{name} [{unit}]"
+    return name if unit in ("", "1") else f"{name} [{raised(unit)}]"
 
 
 def _axes(ax: "Axes | None") -> "Axes":
@@ -156,7 +158,7 @@ def plot_waterfall(
             edgecolor=BLUE if accepted else VERMILLION, hatch=None if accepted else "////",
         )  # fmt: skip
         if not height:
-            ax.plot([k - 0.31, k + 0.31], [top, top], color=BLUE, lw=2, zorder=3)
+            ax.plot([k - 0.31, k + 0.31], [top, top], color=BLUE if accepted else VERMILLION, lw=2, zorder=3)
         if level is not None:
             ax.plot([k - 0.69, k + 0.31], [base, base], color=GREY, lw=0.8, ls=":", zorder=1)
         if threshold is not None and height:
@@ -368,7 +370,7 @@ def plot_search(
     if ringed:
         ax.plot(*ringed[0], "o", ms=12, mfc="none", mec=VERMILLION, mew=1.8, label="confirming run", zorder=3)
     ax.xaxis.set_major_locator(_whole_numbers())
-    ax.set(xlabel="run of the search", ylabel=axis_label(label, unit))
+    ax.set(xlabel="run", ylabel=axis_label(label, unit))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax
 
@@ -391,7 +393,7 @@ def plot_surprise(
     )  # fmt: skip
     ax.plot(number, [h["value"] for h in known], "o", color=VERMILLION, ms=4, label="true run")
     ax.xaxis.set_major_locator(_whole_numbers())
-    ax.set(xlabel="run of the search", ylabel=axis_label(label, unit))
+    ax.set(xlabel="run", ylabel=axis_label(label, unit))
     ax.legend(loc="best")
     return ax
 

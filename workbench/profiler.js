@@ -137,6 +137,9 @@
         drawing.replaceChildren();
         const l = lines[k], up = l.map((v) => `${X(v.t)},${Y(v.mean + half * v.sd)}`);
         const down = l.map((v) => `${X(v.t)},${Y(v.mean - half * v.sd)}`).reverse();
+        element(drawing, "path", {
+          d: `M${BOX.left},${BOX.top}V${BOX.h - BOX.bottom}H${BOX.w - BOX.right}`, fill: "none", stroke: "#8a939d",
+        });
         element(drawing, "path", { d: `M${[...up, ...down].join("L")}Z`, fill: "#0072B2", "fill-opacity": 0.18 });
         element(drawing, "path", {
           d: `M${l.map((v) => `${X(v.t)},${Y(v.mean)}`).join("L")}`, fill: "none", stroke: "#0072B2", "stroke-width": 2,

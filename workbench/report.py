@@ -12,6 +12,7 @@ import hashlib
 import io
 from base64 import b64encode
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -100,10 +101,19 @@ def _sections(campaign: CampaignFolder) -> tuple[list[Section], list[tuple[str, 
                 f"{type(exc).__name__} {exc}. `{command}` writes them anew"
             ) from exc
         if section is not None:
-            sections.append(section)
+            sections.append(_trimmed(section))
         elif name not in OPTIONAL or asked.get(name):
             missing.append((title, command))
     return [*sections, reproduce_section(campaign)], missing
+
+
+def _trimmed(section: Section) -> Section:
+    def trim(block: Any) -> Any:
+        if isinstance(block, Figure):
+            return replace(block, table=block.table.trimmed)
+        return block.trimmed if isinstance(block, Table) else block
+
+    return replace(section, blocks=tuple(trim(block) for block in section.blocks))
 
 
 # ---- HTML -------------------------------------------------------------------------------------------------
@@ -220,7 +230,7 @@ def _markdown_table(table: Table) -> list[str]:
     def line(cells: list[str]) -> str:
         return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
 
-    head = [column.heading for column in table.columns]
+    head = [column.shown for column in table.columns]
     numeric = _numeric_columns(table)
     rows = [
         [f"**{cell}**" if k in table.marked and cell else cell for cell in row]

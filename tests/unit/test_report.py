@@ -268,3 +268,18 @@ def test_a_browser_opens_it_without_a_message_or_a_request(folder, width):
     assert seen.console == []
     assert seen.asked == []
     assert "95 % band" in seen.dom  # the profiler has run
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_surrogate_s_extreme_has_no_confirming_run(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast", confirmed=False)
+    worst = json.loads((folder / "worst_case.json").read_text())
+    worst["run_key"] = worst["history"][3]["run_key"]  # the worst of the given runs
+    (folder / "worst_case.json").write_text(json.dumps(worst))
+    assert "confirms the worst case" not in write_report(folder).read_text()
+
+
+def test_columns_that_say_nothing_are_left_out(folder):
+    header = (folder / "tables" / "worst-case.csv").read_text().splitlines()[0]
+    assert header == "parameter,worst value,lower,upper,place in its range,selected by screening"
+    assert "baseline" not in (folder / "tables" / "parameters.csv").read_text()

@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
+
+from workbench.unit_text import raised
 
 __all__ = [
     "Card",
@@ -20,8 +22,7 @@ __all__ = [
 ]
 
 Level = Literal["good", "fair", "poor", "plain"]
-DIGITS = 5
-HEADLINE_DIGITS = 6
+DIGITS = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +37,11 @@ class Column:
         """Name and unit."""
         return self.name if self.unit in ("", "1") else f"{self.name} [{self.unit}]"
 
+    @property
+    def shown(self) -> str:
+        """The heading as it is read."""
+        return self.name if self.unit in ("", "1") else f"{self.name} [{raised(self.unit)}]"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
@@ -46,6 +52,24 @@ class Table:
     columns: tuple[Column, ...]
     rows: tuple[tuple[Any, ...], ...]
     marked: frozenset[int] = frozenset()
+
+    @property
+    def trimmed(self) -> "Table":
+        """Without columns that say nothing: empty ones, and units when all are 1."""
+        kept = [
+            j
+            for j, column in enumerate(self.columns)
+            if not self.rows
+            or (
+                any(row[j] not in (None, "") for row in self.rows)
+                and not (column.name == "unit" and all(row[j] == "1" for row in self.rows))
+            )
+        ]
+        return replace(
+            self,
+            columns=tuple(self.columns[j] for j in kept),
+            rows=tuple(tuple(row[j] for j in kept) for row in self.rows),
+        )
 
     @property
     def cells(self) -> list[list[str]]:
@@ -130,7 +154,7 @@ def number(value: Any, digits: int = DIGITS) -> str:
     """A value as it is read: `digits` significant digits, no exponent between 1e-4 and 1e7.
 
     >>> [number(v) for v in (115600.0, 0.123456789, 13.3125, 2e-9, 64, None, True, "x1", -0.5)]
-    ['115600', '0.12346', '13.312', '2e-09', '64', '–', 'yes', 'x1', '-0.5']
+    ['115600', '0.123457', '13.3125', '2e-09', '64', '–', 'yes', 'x1', '-0.5']
     """
     if value is None:
         return "–"
@@ -149,13 +173,13 @@ def number(value: Any, digits: int = DIGITS) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def quantity(value: Any, unit: str = "1", digits: int = HEADLINE_DIGITS) -> str:
+def quantity(value: Any, unit: str = "1", digits: int = DIGITS) -> str:
     """A value with its unit.
 
     >>> quantity(309.57559, "m^3/yr"), quantity(13.3125)
-    ('309.576 m^3/yr', '13.3125')
+    ('309.576 m³/yr', '13.3125')
     """
-    return number(value, digits) if unit in ("", "1") else f"{number(value, digits)} {unit}"
+    return number(value, digits) if unit in ("", "1") else f"{number(value, digits)} {raised(unit)}"
 
 
 def percent(share: float, digits: int = 0) -> str:

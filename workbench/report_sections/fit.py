@@ -46,8 +46,9 @@ def trust_in(leave_one_out: Mapping[str, Any]) -> Trust:
     if q2 is None or not math.isfinite(q2):
         return Trust(level="poor", word="unknown", sentence="Q² could not be computed.")
     level: Level = "good" if q2 >= GOOD_Q2 else "fair" if q2 >= FAIR_Q2 else "poor"
+    explained = percent(max(q2, 0.0), 1 if q2 > 0.99 else 0)
     sentence = (
-        f"Leaving each run out in turn, the Kriging predicts {percent(max(q2, 0.0))} of the variance of the "
+        f"Leaving each run out in turn, the Kriging predicts {explained} of the variance of the "
         "response "
         f"(Q² = {number(float(q2), 3)})"
     )

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.report_sections.blocks import Html, Note, Section
+from workbench.report_sections.blocks import Html, Note, Section, quantity
 from workbench.report_sections.folder import CampaignFolder
 
 __all__ = ["posterior_arrays", "profiler_section"]
@@ -54,9 +54,22 @@ def profiler_section(folder: CampaignFolder) -> Section | None:
             "Move a slider to see what the Kriging of the screening predicts there. Lines are sections "
             "through the "
             "present values, bands hold the response with 95 % by the Kriging. Nothing here is a true run.",
+            *_truth(folder),
         ),
         blocks=(Html(id="profiler", markup=_markup(packed), text="The profiler stands in `report.html`."),),
     )
+
+
+def _truth(folder: CampaignFolder) -> list[str]:
+    """What a run at the worst case really gave, beside what this Kriging says there."""
+    worst = folder["worst_case"]
+    if worst is None or not worst["confirmed"]:
+        return []
+    found = quantity(worst["value"], str(worst.get("unit") or "1"))
+    return [
+        "This Kriging knows the screening's runs only, not those of the search: at the worst case the true "
+        f"run gave {found}, whatever is predicted there."
+    ]
 
 
 def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list[str]) -> Any:

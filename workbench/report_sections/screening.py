@@ -81,12 +81,14 @@ def threshold_of(screening: Mapping[str, Any]) -> float | None:
 def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Figure:
     threshold = threshold_of(screening)
     rejected = [step for step in path if not step.get("accepted", True)]
-    bars = len(path) <= MOST_BARS
+    # the first rejected step shows the threshold at work; the others are in the table
+    shown = [step for step in path if step.get("accepted", True) or step is rejected[0]]
+    bars = len(shown) <= MOST_BARS
     read_off = (
         "l is larger when the Kriging explains the runs better; a bar is the gain of one more θ of its own."
     )
     if rejected:
-        last = rejected[-1]
+        last = rejected[0]
         read_off += (
             f" The rejected step ({_added(last) or 'last'}, gain {number(last.get('gain'), 3)}) is "
             f"{'hatched' if bars else 'a cross'}: too little to count."
@@ -94,9 +96,12 @@ def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Fi
     if threshold is not None:
         read_off += f" A step needs a gain of at least {number(threshold, 3)}."
 
+    if len(rejected) > 1:
+        read_off += f" {len(rejected) - 1} more were tried after it and rejected; they stand in the table."
+
     def draw(ax: Any) -> Any:
         plot = plot_waterfall if bars else plot_likelihood_path
-        return plot(path, threshold=threshold, ax=ax)
+        return plot(shown, threshold=threshold, ax=ax)
 
     steps = [f"{_added(step) or 'start'} {number(step['log_likelihood'], 4)}" for step in path[:6]]
     return Figure(
@@ -104,7 +109,7 @@ def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Fi
         title="Screening, step by step",
         alt=f"Restricted log-likelihood over {len(path)} steps: {', '.join(steps)}.",
         read_off=read_off,
-        panels=(Panel(draw=draw, width=max(4.8, min(7.2, 1.4 + 0.62 * len(path))), height=3.2),),
+        panels=(Panel(draw=draw, width=max(4.8, min(7.2, 1.4 + 0.62 * len(shown))), height=3.2),),
         table=Table(
             id="screening-path",
             title="Screening, step by step",
@@ -150,6 +155,8 @@ def _theta_figure(screening: Mapping[str, Any], theta: dict[str, float], selecte
     read_off = (
         "θ says how fast the response changes along a parameter. On this log axis a factor of two is little."
     )
+    if any(value <= 0 for value in theta.values()):
+        read_off += " An arrow at the left edge stands for zero."
     if at_bound:
         read_off += (
             f" {names_of(at_bound)} stand at the bound of the estimation (arrow): only an order of magnitude."

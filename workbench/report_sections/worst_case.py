@@ -58,7 +58,7 @@ def worst_case_section(folder: CampaignFolder) -> Section | None:
     if confirmed:
         sentences.append(gap_sentence(worst))
     if worst.get("status"):
-        sentences.append(f"The search stopped because {_lowered(str(worst['status']))}.")
+        sentences.append(f"Why the search ended: {str(worst['status']).rstrip('.')}.")
     failures = {k: n for k, n in (worst.get("failures") or {}).items() if n}
     if failures:
         sentences.append(
@@ -100,10 +100,6 @@ def worst_case_section(folder: CampaignFolder) -> Section | None:
             )
         },
     )  # fmt: skip
-
-
-def _lowered(sentence: str) -> str:
-    return sentence[:1].lower() + sentence[1:].rstrip(".")
 
 
 def _selected(folder: CampaignFolder) -> list[str]:
@@ -159,7 +155,7 @@ def _ranked(
     sign = 1.0 if worst["sense"] == "max" else -1.0
     ranked = sorted(known, key=lambda h: -sign * h["value"])[:MOST_RANKED]
     names = (_selected(folder) or list(worst["parameters"]))[:MOST_PROFILES]
-    key = worst.get("run_key")
+    key = worst.get("run_key") if worst["confirmed"] else None
     return Table(
         id="worst-runs",
         title=f"The {len(ranked)} worst true runs",
@@ -191,7 +187,7 @@ def _ranked(
 
 
 def _search(worst: Mapping[str, Any], history: list[dict[str, Any]], response: str, unit: str) -> Figure:
-    key = worst.get("run_key")
+    key = worst.get("run_key") if worst["confirmed"] else None
     searched = [h for h in history if h.get("iteration")]
     found = next((k for k, h in enumerate(searched, start=1) if h.get("run_key") == key), None)
     read_off = (
@@ -450,7 +446,11 @@ def _audit(worst: Mapping[str, Any]) -> list[Block]:
                     Column(name="direction"),
                     Column(name="credible at this share of places"),
                 ),
-                rows=tuple((name, word, share.get(name)) for name, word in audit["monotone"].items()),
+                rows=tuple(
+                    (name, audit["monotone"][name], share.get(name))
+                    for name in worst["parameters"]
+                    if name in audit["monotone"]
+                ),
             )
         )
     if audit.get("combinations"):
