@@ -32,8 +32,8 @@ class Distribution:
                 f"distribution {self.name!r} is no continuous one of scipy.stats, such as 'norm'"
             )
         try:
-            law = family(**self.parameters)
-        except TypeError as exc:
+            law = family(**{key: float(value) for key, value in self.parameters.items()})
+        except (TypeError, ValueError) as exc:
             raise StudyError(f"distribution {self.name!r}: {exc}") from None
         if not math.isfinite(law.ppf(0.5)):
             raise StudyError(f"distribution {self.name!r} has no median with {dict(self.parameters)}")

@@ -166,7 +166,8 @@ class Parameter:
                 given[name] = tuple(given[name])
         law = given.get("distribution")
         if isinstance(law, Mapping):
-            given["distribution"] = Distribution(law["name"], {k: v for k, v in law.items() if k != "name"})
+            rest = {k: v for k, v in law.items() if k != "name"}
+            given["distribution"] = Distribution(str(law.get("name")), rest)
         try:
             return cls(**given)
         except TypeError as exc:
