@@ -27,6 +27,7 @@ _PUBLIC = {
     "load_study": "workbench.study",
     "minimax": "workbench.minimax",
     "re_evaluate": "workbench.robust",
+    "screen": "workbench.screening",
     "worst_case": "workbench.worst_case",
 }
 

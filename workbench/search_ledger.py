@@ -51,7 +51,7 @@ class Ledger:
         *,
         response: str | Reading | None,
         sense: str,
-        start: Sequence[Outcome],
+        start: Sequence[Outcome | Mapping[str, Any]],
         progress: Callable[[Run, float], None] | None,
     ) -> "Ledger":
         """A ledger holding the runs in `start`."""
@@ -59,6 +59,7 @@ class Ledger:
             raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
         where = SearchSpace.of(space)
         ledger = cls(where=where, sign=1.0 if sense == "max" else -1.0, read=response_reader(response))
+        start = [run if isinstance(run, Outcome) else _outcome(run, space) for run in start]
         if start:
             rows = [{k: v for k, v in o.parameters.items() if k in space.names} for o in start]
             u = np.empty((len(start), space.dimension))
@@ -180,3 +181,13 @@ class Ledger:
                 f"{n_ok} of {len(self.runs)} runs gave a value and {count} are needed; failures by status: "
                 f"{statuses}. See the failure table, mend the model or narrow the space"
             )
+
+
+def _outcome(row: Mapping[str, Any], space: Space) -> Outcome:
+    """A run given as one mapping of parameters and responses."""
+    parameters = {name: value for name, value in row.items() if name in space.names}
+    outputs = {name: float(value) for name, value in row.items() if name not in space.names}
+    finite = bool(outputs) and all(np.isfinite(value) for value in outputs.values())
+    return Outcome(
+        parameters=parameters, status="ok" if finite else "nonfinite", outputs=outputs if finite else {}
+    )

@@ -148,7 +148,7 @@ def worst_case(
     sense: str = "max",
     budget: int = 60,
     seed: int = 0,
-    start: Sequence[Outcome] = (),
+    start: Sequence[Outcome | Mapping[str, Any]] = (),
     workers: int = 1,
     tolerance: float = 1e-3,
     lipschitz: float | None = None,
@@ -163,7 +163,7 @@ def worst_case(
         sense: "max" when large is bad, "min" when small is bad.
         budget: true runs to spend, the start design included; runs given in `start` cost nothing.
         seed: of the start design and of the search's random candidates.
-        start: runs already made, for instance those of a screening.
+        start: runs already made, as outcomes or as mappings of parameters and responses.
         workers: how many runs a batch proposes.
         tolerance: stop when the remaining gap is below this share of the range of the values seen.
         lipschitz: bound of |f(u) - f(v)| / |u - v| in the unit cube when it is known; makes the gap a
@@ -207,7 +207,7 @@ def search_worst_case(
     sense: str = "max",
     budget: int = 60,
     seed: int = 0,
-    start: Sequence[Outcome] = (),
+    start: Sequence[Outcome | Mapping[str, Any]] = (),
     workers: int = 1,
     tolerance: float = 1e-3,
     lipschitz: float | None = None,
@@ -273,7 +273,7 @@ def search_worst_case(
 
 def surrogate_worst_case(
     space: Space,
-    runs: Sequence[Outcome],
+    runs: Sequence[Outcome | Mapping[str, Any]],
     *,
     response: str | Reading | None = None,
     unit: str = "1",
