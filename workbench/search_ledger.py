@@ -59,11 +59,11 @@ class Ledger:
             raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
         where = SearchSpace.of(space)
         ledger = cls(where=where, sign=1.0 if sense == "max" else -1.0, read=response_reader(response))
-        start = [run if isinstance(run, Outcome) else _outcome(run, space) for run in start]
-        if start:
-            rows = [{k: v for k, v in o.parameters.items() if k in space.names} for o in start]
-            u = np.empty((len(start), space.dimension))
-            for i, (row, outcome) in enumerate(zip(rows, start, strict=True)):
+        given = [run if isinstance(run, Outcome) else _outcome(run, space) for run in start]
+        if given:
+            rows = [{k: v for k, v in o.parameters.items() if k in space.names} for o in given]
+            u = np.empty((len(given), space.dimension))
+            for i, (row, outcome) in enumerate(zip(rows, given, strict=True)):
                 try:
                     u[i] = space.unit([row])[0]
                 except StudyError as exc:
@@ -71,7 +71,7 @@ class Ledger:
                         f"run {outcome.key or i + 1} of start is not in the space: {exc}. "
                         "Leave it out or widen the bounds"
                     ) from None
-            ledger.add(start, u, proposals=["given"] * len(start), given=True)
+            ledger.add(given, u, proposals=["given"] * len(given), given=True)
         ledger.progress = progress
         return ledger
 
