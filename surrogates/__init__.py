@@ -10,6 +10,10 @@ __distribution__ = "holdfast"
 
 # public name -> module that defines it
 _PUBLIC: dict[str, str] = {
+    "random_function": "surrogates.planning",
+    "wilson_interval": "surrogates.planning",
+    "recovery": "surrogates.planning",
+    "Recovery": "surrogates.planning",
     "compare_rankings": "surrogates.rivals",
     "Ranking": "surrogates.rivals",
     "hybrid_screening": "surrogates.hybrid",

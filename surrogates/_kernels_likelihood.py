@@ -22,7 +22,7 @@ from numba import njit
 
 __all__ = ["ascend", "likelihood"]
 
-RISE, FALL = 2.0, 4.0  # longest steps in log theta: a theta that vanishes may do so fast
+RISE, FALL = 2.0, 3.0  # longest steps in log theta: a theta that vanishes may do so fast
 FAILED = -1e300  # a log-likelihood that no start can have: R is not positive definite here
 
 

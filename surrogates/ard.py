@@ -20,15 +20,14 @@ from .backward import Chain, most_active, shorten
 from .canonical import CanonicalRuns
 from .exchange import exchange, take_in
 from .landscape import PACKED_RUNS, landscape_of
-from .search import Search, multi_start, sparse_starts
+from .search import Search, multi_start
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
 
 FEWEST = 36  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
+PATIENCE = 60  # starts without anything better
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
-ACTIVE_AT_START = 5
-HOPELESS = 8.0  # a maximum so much lower does not overtake by being shortened
 SHORTENED = 4  # distinct maxima that are shortened
 SPARE = 3  # units beyond the chosen set that are climbed on all runs
 MOST_TAKEN_IN = 10  # units that all runs may add to what the search runs showed
@@ -86,25 +85,21 @@ def ard_screening(
     rows = np.sort(rng.permutation(n)[:PACKED_RUNS]) if n > PACKED_RUNS else None
     ground = landscape_of(runs, restricted=restricted, eta=eta, rows=rows)
     free = nugget[0] < nugget[1]
-    starts = sparse_starts(
-        ground.n_units,
-        number=_starts_affordable(n_starts, ground.n_units, n),
-        active=ACTIVE_AT_START,
-        nuggets=(*(nugget[0],) * 3, min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
-        rng=rng,
-    )
     search = multi_start(
         ground,
-        starts,
+        number=_starts_affordable(n_starts, ground.n_units, n),
+        nuggets=(*(nugget[0],) * 6, min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
         nugget=nugget,
         enough=enough if rows is None else 2,
         fewest=FEWEST if rows is None else 6,
+        patience=PATIENCE,
+        price=threshold,
+        rng=rng,
     )
     largest = min(max(LARGEST_SET, 0 if size is None else size + 4), ground.n_units)
     chains = [
         shorten(ground, o, selected=most_active(ground, o, largest), nugget=nugget)
         for o in search.optima[:SHORTENED]
-        if o.value > search.optima[0].value - HOPELESS
     ]
 
     def score(chain: Chain) -> float:
