@@ -10,6 +10,7 @@ lists are read in blocks, and exchanges run on the candidates of largest varianc
 """
 
 from dataclasses import dataclass, field, replace
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -135,8 +136,9 @@ def exchange(
     )
     if len(points) <= 2 * _active_size(task):
         f = padded(model_matrix(points, model=model))
-        _check_rank(f[:, :p].T @ f[:, :p] + task.information)
-        design, _ = row_search(f, task, starts=starts, shakes=shakes, rng=rng)
+        design, score = row_search(f, task, starts=starts, shakes=shakes, rng=rng)
+        if not np.isfinite(score):
+            _explain_failure(f[:, :p].T @ f[:, :p] + task.information)
     else:
         design = _search_blocks(points, model, task, starts=starts, shakes=shakes, rng=rng)
     return np.sort(design)
@@ -292,7 +294,7 @@ def _search_blocks(
         weight = _block_scores(points, model, task, inverse)
         active = np.union1d(np.argpartition(-weight, size)[:size], design)
     if not np.isfinite(score):
-        _check_rank(_whole_information(points, model) + task.information)
+        _explain_failure(_whole_information(points, model) + task.information)
     return design
 
 
@@ -324,8 +326,8 @@ def _variances(f: Floats, matrix: Floats) -> Floats:
     return np.asarray(np.einsum("ij,ij->i", f @ matrix, f))
 
 
-def _check_rank(information: Floats) -> None:
-    """Raise when some terms of the model cannot be told apart on the candidates."""
+def _explain_failure(information: Floats) -> NoReturn:
+    """Raise: some terms of the model cannot be told apart on the candidates, or on those allowed."""
     eigenvalues = np.linalg.eigvalsh(information)
     rank = int(np.sum(eigenvalues > SINGULAR * eigenvalues[-1]))
     if rank < len(information):
@@ -334,6 +336,10 @@ def _check_rank(information: Floats) -> None:
             " equal or constant on all of them, as the square of a factor with two levels is. Choose a"
             " smaller model, or give a table of exponents without these terms"
         )
+    raise ValueError(
+        "no regular design was found though the candidates can estimate the model: the included rows leave"
+        " too few to choose, or the model is nearly singular; include fewer rows or raise starts"
+    )
 
 
 def _settle(

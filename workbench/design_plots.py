@@ -75,13 +75,9 @@ def plot_pairs(design: Design, *, ax: "Axes | None" = None) -> "Axes":
                 linewidth=0.6,
             )
             if row == column:
-                ax.hist(
-                    left + design.unit[:, row],
-                    bins=(left + np.linspace(0, 1, 11)).tolist(),
-                    bottom=bottom,
-                    weights=np.full(len(design), 0.8 * 5 / max(len(design), 1)),
-                    color="0.75",
-                )
+                counts = np.histogram(design.unit[:, row], bins=10, range=(0.0, 1.0))[0]
+                heights = 0.9 * counts / max(counts.max(), 1)
+                ax.bar(left + (np.arange(10) + 0.5) / 10, heights, width=0.1, bottom=bottom, color="0.75")
             else:
                 ax.scatter(left + design.unit[:, column], bottom + design.unit[:, row], s=5, color="C0")
     ax.set_xlim(-0.1, d * gap)
@@ -108,7 +104,15 @@ def plot_correlations(design: Design, *, ax: "Axes | None" = None) -> "Axes":
             for j in range(len(names)):
                 if i != j:
                     colour = "white" if abs(matrix[i, j]) > 0.6 else "black"
-                    ax.text(j, i, f"{matrix[i, j]:.2f}", ha="center", va="center", fontsize=7, color=colour)
+                    ax.text(
+                        j,
+                        i,
+                        f"{matrix[i, j]:.2f}".replace("-0.00", "0.00"),
+                        ha="center",
+                        va="center",
+                        fontsize=7,
+                        color=colour,
+                    )
     figure = ax.get_figure()
     if figure is not None:
         figure.colorbar(picture, ax=ax, label="correlation")

@@ -120,6 +120,7 @@ def test_a_saturated_design_is_shaken_without_losing_its_rank():
     assert np.linalg.matrix_rank(f[design]) == 6
 
 
+LINE = np.array([[0.0], [0.0 + 1e-14], [1e-13], [0.5], [1.0]])
 GRID = np.array(np.meshgrid([0.0, 1.0], [0.0, 0.5, 1.0])).reshape(2, -1).T
 
 
@@ -131,6 +132,7 @@ GRID = np.array(np.meshgrid([0.0, 1.0], [0.0, 0.5, 1.0])).reshape(2, -1).T
         (GRID, 7, {"model": "linear"}, "candidates has 6 rows, fewer than n=7"),
         (GRID, 5, {}, "n=5 runs cannot estimate the 6 terms of the model in 2 factors"),
         (GRID, 6, {}, "candidates can only estimate 5 of the 6 terms"),
+        (LINE, 3, {"include": [0, 1, 2]}, "no regular design was found though the candidates can"),
         (GRID, 0, {}, "n needs a whole number of runs >= 1, got 0"),
         (GRID, 4, {"criterion": "E"}, "criterion needs one of D, A, I, got 'E'"),
         (GRID, 4, {"model": "linear", "include": [9]}, "include needs rows of the 6 candidates"),
