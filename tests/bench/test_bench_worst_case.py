@@ -1,0 +1,137 @@
+"""True runs until the best run is within 1 % of the known worst: ours beside the opponents, same start size.
+
+`pytest -m bench tests/bench/test_bench_worst_case.py -s` prints one row per problem; HOLDFAST_BENCH_SEEDS
+sets the number of seeds (3). Every method starts with d + 2 points and may spend the same budget;
+differential evolution may spend 20,000. A dash means: not within the budget. Times are not compared here,
+runs are.
+"""
+
+import contextlib
+import io
+import os
+
+import numpy as np
+import pytest
+
+from studies.worst_case_gallery import PROBLEMS, Problem, evaluations_to
+from workbench import worst_case
+
+pytestmark = pytest.mark.bench
+
+SEEDS = int(os.environ.get("HOLDFAST_BENCH_SEEDS", "3"))
+BUDGET = {"hartmann6": 150, "goldstein_price": 80, "welch20": 80}
+
+
+class Recorder:
+    """A problem as a function of unit points to be minimised, which keeps its values in the order run."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.values = problem, []
+        self.sign = -1.0 if problem.sense == "max" else 1.0
+
+    def __call__(self, u) -> float:
+        u = np.clip(np.asarray(u, dtype=float).ravel(), 0.0, 1.0)
+        value = float(self.problem.function(**self.problem.space.rows(u[None])[0]))
+        self.values.append(value)
+        return self.sign * value
+
+
+def ours(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """Our search, which stops when it believes that it is done."""
+    found = worst_case(problem.function, problem.space, sense=problem.sense, budget=budget, seed=seed)
+    return found.history
+
+
+def skopt(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """scikit-optimize, gp_minimize with its defaults."""
+    module = pytest.importorskip("skopt")
+    record = Recorder(problem)
+    d = problem.space.dimension
+    module.gp_minimize(record, [(0.0, 1.0)] * d, n_initial_points=d + 2, n_calls=budget, random_state=seed)
+    return np.array(record.values)
+
+
+def egobox(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """Egobox's Egor with its defaults."""
+    module = pytest.importorskip("egobox")
+    record = Recorder(problem)
+    d = problem.space.dimension
+    solver = module.Egor([[0.0, 1.0]] * d, n_doe=d + 2, seed=seed)
+    solver.minimize(lambda x: np.array([[record(row)] for row in np.atleast_2d(x)]), max_iters=budget - d - 2)
+    return np.array(record.values)
+
+
+def smt(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """SMT's EGO with expected improvement and its default Kriging."""
+    applications = pytest.importorskip("smt.applications")
+    models = pytest.importorskip("smt.surrogate_models")
+    record = Recorder(problem)
+    d = problem.space.dimension
+    space = models.DesignSpace([[0.0, 1.0]] * d) if hasattr(models, "DesignSpace") else None
+    if space is None:
+        from smt.design_space import DesignSpace
+
+        space = DesignSpace([[0.0, 1.0]] * d)
+    start = np.random.default_rng(seed).random((d + 2, d))
+    surrogate = models.KRG(design_space=space, print_global=False)
+    solver = applications.EGO(
+        n_iter=budget - d - 2, criterion="EI", xdoe=start, surrogate=surrogate, seed=seed
+    )
+    solver.optimize(fun=lambda x: np.array([[record(row)] for row in np.atleast_2d(x)]))
+    return np.array(record.values)
+
+
+def corners(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """Corners in random order."""
+    record = Recorder(problem)
+    rng = np.random.default_rng(seed)
+    for u in rng.integers(0, 2, (budget, problem.space.dimension)):
+        record(u)
+    return np.array(record.values)
+
+
+def differential_evolution(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """scipy's differential evolution, 20,000 runs at most."""
+    from scipy.optimize import differential_evolution as solver
+
+    record = Recorder(problem)
+    d = problem.space.dimension
+    solver(record, [(0.0, 1.0)] * d, rng=seed, maxiter=20_000 // (15 * d), polish=False)
+    return np.array(record.values)
+
+
+METHODS = {
+    "ours": ours,
+    "egobox": egobox,
+    "skopt": skopt,
+    "SMT EGO": smt,
+    "corners": corners,
+    "diff. evolution": differential_evolution,
+}
+
+
+def cell(counts: list[int | None]) -> str:
+    """Median over the seeds that got there, and how many did."""
+    got = [count for count in counts if count is not None]
+    return f"{np.median(got):6.0f} ({len(got)}/{len(counts)})" if got else f"     - (0/{len(counts)})"
+
+
+@pytest.mark.timeout(7200)
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda p: p.name)
+def test_true_runs_to_one_percent(problem):
+    budget = BUDGET.get(problem.name, 60)
+    row = {}
+    for name, method in METHODS.items():
+        counts = []
+        try:
+            for seed in range(SEEDS):
+                with contextlib.redirect_stdout(io.StringIO()):
+                    history = method(problem, budget, seed)
+                counts.append(evaluations_to(history, problem))
+        except pytest.skip.Exception:
+            row[name] = "  not installed"
+            continue
+        row[name] = cell(counts)
+    print(f"\n{problem.name:16s} " + "  ".join(f"{name}: {text}" for name, text in row.items()))
+    assert row["ours"].split("(")[0].strip() != "-"
