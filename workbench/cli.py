@@ -70,9 +70,9 @@ def design(
 ) -> None:
     """Make the design and put its rows in the queue."""
     from workbench.atomic import write_text
-    from workbench.console import design_lines
     from workbench.stages import design as stage
     from workbench.stages import queue_design
+    from workbench.summaries import design_lines
     from workbench.telling import asked_csv
 
     with _campaign(study, folder) as campaign:
@@ -115,8 +115,8 @@ def tell(
 @app.command()
 def screen(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
     """Which parameters matter, from the runs that are stored."""
-    from workbench.console import screening_lines
     from workbench.stages import screen as stage
+    from workbench.summaries import screening_lines
 
     with _campaign(study, folder) as campaign:
         document = stage(campaign)
@@ -126,13 +126,36 @@ def screen(study: StudyFile, folder: Folder = None, json_: Json = False) -> None
 @app.command("worst-case")
 def worst_case(study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False) -> None:
     """Where the worst case lies; every candidate is confirmed by a true run."""
-    from workbench.console import worst_case_lines
     from workbench.stages import worst_case as stage
+    from workbench.summaries import worst_case_lines
 
     with _campaign(study, folder, workers=workers) as campaign:
         document = stage(campaign)
         failures = campaign.failures()
     _finish(document, json_, lambda: _print(worst_case_lines(document)), failures)
+
+
+@app.command()
+def layout(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Optimise the layout of the study's multibody problem; run it again to continue."""
+    from workbench.stages import layout as stage
+    from workbench.summaries import layout_lines
+
+    with _campaign(study, folder) as campaign:
+        document = stage(campaign)
+    _finish(document, json_, lambda: _print(layout_lines(document)))
+
+
+@app.command()
+def robust(study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False) -> None:
+    """Compare designs over the whole uncertainty, at the same points."""
+    from workbench.stages import robust as stage
+    from workbench.summaries import robust_lines
+
+    with _campaign(study, folder, workers=workers) as campaign:
+        document = stage(campaign)
+        failures = campaign.failures()
+    _finish(document, json_, lambda: _print(robust_lines(document)), failures)
 
 
 @app.command()
@@ -174,6 +197,57 @@ def plan(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
 
     document = plan_study(load_study(study), folder)
     _finish(document, json_, lambda: _print(plan_lines(document)))
+
+
+@app.command()
+def failures(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Which runs gave no value, why, and where in the input space they sit."""
+    from workbench.failures import failure_document, failure_lines
+
+    with _campaign(study, folder) as campaign:
+        document = failure_document(campaign.runs(), campaign.study.space)
+    _finish(document, json_, lambda: _print(failure_lines(document)))
+
+
+@app.command()
+def export(
+    study: StudyFile,
+    folder: Folder = None,
+    parquet: Annotated[bool, typer.Option(help="Also write runs.parquet (needs pyarrow).")] = False,
+    json_: Json = False,
+) -> None:
+    """Write all runs as CSV and netCDF."""
+    from workbench.exports import write_all
+
+    with _campaign(study, folder) as campaign:
+        paths = write_all(campaign, parquet=parquet)
+    _finish([str(p) for p in paths], json_, lambda: _print([str(p) for p in paths]))
+
+
+@app.command()
+def watch(
+    study: StudyFile,
+    folder: Folder = None,
+    every: Annotated[int, typer.Option(min=1, help="Seconds between looks.")] = 2,
+    once: Annotated[bool, typer.Option(help="Look once.")] = False,
+    page: Annotated[Path | None, typer.Option(help="Write a page that reloads itself to this file.")] = None,
+    json_: Json = False,
+) -> None:
+    """Look at a campaign while it runs elsewhere; ends when nothing is left to run."""
+    import time
+
+    from workbench.study import load_study
+    from workbench.watching import state, state_lines, write_page
+
+    place = folder or load_study(study).campaign_folder
+    while True:
+        found = state(place)
+        if page is not None:
+            write_page(page, found, every=every)
+        _finish(found, json_, lambda now=found: _print(state_lines(now)))  # type: ignore[misc]
+        if once or not found["left"]:
+            return
+        time.sleep(every)
 
 
 @app.command()
@@ -261,7 +335,13 @@ def _finish(
 
 
 def _tell_run(found: dict[str, Any]) -> None:
-    from workbench.console import design_lines, screening_lines, worst_case_lines
+    from workbench.summaries import (
+        design_lines,
+        layout_lines,
+        robust_lines,
+        screening_lines,
+        worst_case_lines,
+    )
 
     if "design" in found:
         _print(design_lines(found["design"]))
@@ -269,6 +349,10 @@ def _tell_run(found: dict[str, Any]) -> None:
         _print(["", *screening_lines(found["screen"])])
     if "worst_case" in found:
         _print(["", *worst_case_lines(found["worst_case"])])
+    if "layout" in found:
+        _print(["", *layout_lines(found["layout"])])
+    if "robust" in found:
+        _print(["", *robust_lines(found["robust"])])
     _print(["", f"report: {found['report']}"])
 
 

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["dataset", "frame", "write_csv", "write_netcdf", "write_parquet"]
+    from workbench.campaign import Campaign
+
+__all__ = ["dataset", "frame", "write_all", "write_csv", "write_netcdf", "write_parquet"]
 
 
 def dataset(
@@ -72,6 +74,18 @@ def frame(runs: Sequence[Evaluation], space: Space, responses: Sequence[Response
         r.name: r.unit for r in responses
     }
     return table
+
+
+def write_all(campaign: "Campaign", *, parquet: bool = False) -> list[Path]:
+    """`runs.csv`, `results.nc` and, if asked for, `runs.parquet` in the campaign's folder; their paths."""
+    study, runs = campaign.study, campaign.runs()
+    paths = [campaign.folder / "runs.csv", campaign.folder / "results.nc"]
+    write_csv(paths[0], runs, study.space, study.responses)
+    write_netcdf(paths[1], dataset(runs, study.space, study.responses, name=study.name))
+    if parquet:
+        paths.append(campaign.folder / "runs.parquet")
+        write_parquet(paths[-1], frame(runs, study.space, study.responses))
+    return paths
 
 
 def write_csv(path: Path, runs: Sequence[Evaluation], space: Space, responses: Sequence[Response]) -> None:

@@ -1,4 +1,4 @@
-"""The stages of a study: design, evaluate, screen, worst case, report, each on the campaign's folder.
+"""The stages of a study: design, evaluate, screen, worst case, layout, robust, report, on its folder.
 
 A stage whose table is absent from the study is skipped. `run_all` leaves a stage alone when its document is
 there and what went into it (its table, the space, the seed, the runs it read) is what it was.
@@ -6,22 +6,26 @@ there and what went into it (its table, the space, the seed, the runs it read) i
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
 from workbench.atomic import read_json, write_json
 from workbench.campaign import Asked, Campaign, outcome
+from workbench.design_stage import design_from_file, design_of_kind, design_of_table
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.model_table import TableModel
+from workbench.evaluator import Evaluator, Outcome
+from workbench.space import Space
 from workbench.store import Evaluation
 
 __all__ = [
     "design",
     "evaluate",
+    "layout",
     "queue_design",
     "report",
+    "robust",
     "run_all",
     "screen",
     "screening_runs",
@@ -45,6 +49,12 @@ def run_all(campaign: Campaign) -> dict[str, Any]:
     ):
         if table is not None:
             found[name] = _unless_current(campaign, name, table, stage)
+    if study.layout is not None:
+        found["layout"] = _unless_recorded(campaign, "layout", _layout_fingerprint(campaign), layout)
+    if study.robust is not None:
+        found["robust"] = _unless_recorded(
+            campaign, "robust", _fingerprint(campaign, study.robust, ""), robust
+        )
     found["report"] = str(report(campaign))
     found["failures"] = campaign.failures()
     return found
@@ -61,11 +71,11 @@ def design(campaign: Campaign) -> dict[str, Any]:
     if document is not None and _recorded(campaign, "design") == fingerprint:
         return _as_document(document)
     if is_table:
-        made, rows = _design_of_table(campaign, table)
+        made, rows = design_of_table(campaign, table)
     elif table["kind"] == "table":
-        made, rows = _design_from_file(campaign, table)
+        made, rows = design_from_file(campaign, table)
     else:
-        made, rows = _design_of_kind(campaign, table)
+        made, rows = design_of_kind(campaign, table)
     document = {
         **made.to_dict(),
         "quality": made.quality().to_dict() if len(rows) > 1 else {},
@@ -81,7 +91,9 @@ def design(campaign: Campaign) -> dict[str, Any]:
 
 
 def queue_design(campaign: Campaign, document: Mapping[str, Any]) -> list[Asked]:
-    """Put the design's rows in the queue; those that have no answer yet."""
+    """Put the design's rows in the queue; those that have no answer yet. A table answers its rows at once."""
+    if campaign.study.model["kind"] == "table":
+        evaluate(campaign)
     keys = set(campaign.enqueue(_rows(campaign, document), batch="design"))
     return [run for run in campaign.ask() if run.key in keys]
 
@@ -170,78 +182,82 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
     return _as_document(document)
 
 
-def report(campaign: Campaign) -> Path:
-    """Exports of all runs, and the report on what the folder holds."""
-    from workbench.exports import write_csv, write_netcdf
-    from workbench.report import write_report
+def layout(campaign: Campaign) -> dict[str, Any]:
+    """The layout that holds fast, by the engine: `layout.json`. Resumes by itself."""
+    from workbench.layout import run_layout
+
+    table = dict(_required(campaign.study.layout, "layout"))
+    options = dict(table.pop("options", {}))
+    if table.pop("scenarios", False):
+        found = read_json(campaign.folder / "worst_case.json")
+        if found is None:
+            raise StudyError(
+                "[layout] scenarios = true needs a worst case; give the study a [worst_case] table"
+            )
+        options["scenarios"] = [found["parameters"]]
+    campaign.progress.stage("layout", f"{table['problem']} by {table['method']}")
+    document = run_layout(campaign.folder, options=options, study_folder=campaign.study.folder, **table)
+    _record(campaign, "layout", _layout_fingerprint(campaign))
+    return document
+
+
+def robust(campaign: Campaign) -> dict[str, Any]:
+    """Designs beside each other over the whole uncertainty, at the same points: `robust.json`."""
+    from workbench.robust import re_evaluate
 
     study = campaign.study
+    table = _required(study.robust, "robust")
+    response = study.response(table["response"])
+    chosen = {name for design in table["design"] for name in design["values"]}
+    for design in table["design"]:
+        missing = sorted(chosen - set(design["values"]))
+        unknown = sorted(set(design["values"]) - set(study.space.names))
+        if missing or unknown:
+            wrong = f"lacks {missing[0]!r}" if missing else f"names {unknown[0]!r}, which is no parameter"
+            raise StudyError(
+                f"[robust] design {design['name']!r} {wrong}; every design sets the same parameters"
+            )
+    uncertain = [p for p in study.space.parameters if p.name not in chosen]
+    if not uncertain:
+        raise StudyError("[robust] designs set every parameter, so nothing is uncertain")
+    if study.model["kind"] in ("table",):
+        raise StudyError("[robust] needs a model that can be run; a table cannot run anything new")
+    names = ", ".join(design["name"] for design in table["design"])
+    campaign.progress.stage("robust", f"{names} at {table['samples']} points of {len(uncertain)} parameters")
+    result = re_evaluate(
+        lambda design, u: None,
+        {design["name"]: design["values"] for design in table["design"]},
+        Space(tuple(uncertain)),
+        response=response.name,
+        unit=response.unit,
+        sense=table["sense"],
+        samples=table["samples"],
+        seed=study.seed,
+        limit=table.get("limit"),
+        evaluators={design["name"]: _with_values(campaign, design["values"]) for design in table["design"]},
+    )
+    document = result.to_dict()
+    _write(campaign, "robust", document, _fingerprint(campaign, table, ""))
+    return _as_document(document)
+
+
+def _with_values(campaign: Campaign, values: Mapping[str, Any]) -> Evaluator:
+    """Runs of uncertain rows with the design's values put in."""
+
+    def evaluate(rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+        return campaign.outcomes_of_search([{**row, **values} for row in rows], purpose="robust")
+
+    return evaluate
+
+
+def report(campaign: Campaign) -> Path:
+    """Exports of all runs, and the report on what the folder holds."""
+    from workbench.exports import write_all
+    from workbench.report import write_report
+
     campaign.progress.stage("report", "")
-    write_csv(campaign.folder / "runs.csv", campaign.runs(), study.space, study.responses)
-    write_netcdf(campaign.folder / "results.nc", campaign.results())
+    write_all(campaign)
     return Path(write_report(campaign.folder))
-
-
-def _design_of_table(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
-    """The design that a table of runs is."""
-    if table["kind"] != "table":
-        raise StudyError(
-            f"design kind {table['kind']!r} needs a model that can be run; a table has its runs: leave it out"
-        )
-    model = TableModel.opened(campaign.spec)
-    return _given_design(campaign, model.inputs, table, str(campaign.study.model["file"]))
-
-
-def _design_from_file(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
-    """The design in a CSV of parameters."""
-    from workbench.model_table import read_table
-
-    if "file" not in table:
-        raise StudyError("design kind 'table' needs file, a CSV with a column per parameter")
-    space = campaign.study.space
-    words = [p.name for p in space.parameters if not p.is_numeric]
-    rows = read_table(campaign.study.folder / table["file"], space.names, (), words=words)
-    return _given_design(campaign, rows, table, table["file"])
-
-
-def _given_design(
-    campaign: Campaign, rows: list[dict[str, Any]], table: Mapping[str, Any], file: str
-) -> tuple[Any, list[dict[str, Any]]]:
-    from workbench.design import Design, run_ids
-
-    space = campaign.study.space
-    wanted = table.get("runs", len(rows))
-    if wanted > len(rows):
-        raise StudyError(f"[design] runs = {wanted}, but the table {file} offers {len(rows)} rows")
-    chosen = []
-    for k, row in enumerate(rows[:wanted]):
-        try:
-            chosen.append(space.canonical(row))
-        except StudyError as exc:
-            raise StudyError(f"{file}, row {k + 1}: {exc}. Widen the bounds or leave the row out") from None
-    made = Design(
-        space=space,
-        unit=space.unit(chosen),
-        run_ids=run_ids(len(chosen)),
-        algorithm="table",
-        options={"file": file},
-        seed=campaign.study.seed,
-    )
-    return made, chosen
-
-
-def _design_of_kind(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
-    from workbench.design import DesignOptions, make_design
-
-    options = {k: v for k, v in table.items() if k not in ("kind", "runs", "file")}
-    made = make_design(
-        campaign.study.space,
-        table["kind"],
-        table.get("runs"),
-        seed=campaign.study.seed,
-        options=DesignOptions(**options),
-    )
-    return made, made.rows()
 
 
 def _rows(campaign: Campaign, document: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -289,6 +305,24 @@ def _unless_current(
     return stage(campaign)
 
 
+def _unless_recorded(
+    campaign: Campaign, name: str, fingerprint: str, stage: Callable[[Campaign], dict[str, Any]]
+) -> dict[str, Any]:
+    document = read_json(campaign.folder / f"{name}.json")
+    if document is not None and _recorded(campaign, name) == fingerprint:
+        campaign.progress.stage(name, "up to date")
+        return _as_document(document)
+    return stage(campaign)
+
+
+def _layout_fingerprint(campaign: Campaign) -> str:
+    table = campaign.study.layout or {}
+    found = read_json(campaign.folder / "worst_case.json") if table.get("scenarios") else None
+    return _fingerprint(
+        campaign, table, json.dumps(None if found is None else found["parameters"], sort_keys=True)
+    )
+
+
 def _stage_fingerprint(campaign: Campaign, table: Mapping[str, Any]) -> str:
     rows = [[row.key, row.status, row.outputs] for row in screening_runs(campaign)]
     return _fingerprint(campaign, table, json.dumps(rows))
@@ -309,6 +343,10 @@ def _write(
     campaign: Campaign, stage: str, document: Mapping[str, Any], fingerprint: str, *, file: str | None = None
 ) -> None:
     write_json(campaign.folder / (file or f"{stage}.json"), document)
+    _record(campaign, stage, fingerprint)
+
+
+def _record(campaign: Campaign, stage: str, fingerprint: str) -> None:
     known = read_json(campaign.folder / FINGERPRINTS) or {}
     write_json(campaign.folder / FINGERPRINTS, {**known, stage: fingerprint})
 

@@ -260,6 +260,33 @@ class Store:
         with _explained(self.path):
             return dict(self._db.execute("SELECT status, COUNT(*) FROM evaluation GROUP BY status"))
 
+    def rows_since(self, moment: float) -> int:
+        """How many rows were finished after `moment`, in seconds since 1970."""
+        with _explained(self.path):
+            query = (
+                "SELECT COUNT(*) FROM evaluation WHERE finished > ? AND status NOT IN ('queued', 'running')"
+            )
+            return int(self._db.execute(query, (moment,)).fetchone()[0])
+
+    def latest_failures(self, count: int) -> list[tuple[str, str, str]]:
+        """Key, status and error of the last rows that failed."""
+        with _explained(self.path):
+            query = (
+                "SELECT key, status, COALESCE(error, '') FROM evaluation "
+                "WHERE status IN ('failed', 'timeout', 'killed', 'nonfinite') ORDER BY finished DESC LIMIT ?"
+            )
+            return [tuple(row) for row in self._db.execute(query, (count,))]
+
+    def extremes(self) -> dict[str, tuple[float, float]]:
+        """Smallest and largest value of every response."""
+        with _explained(self.path):
+            query = (
+                "SELECT j.key, MIN(j.value), MAX(j.value) "
+                "FROM evaluation, json_each(evaluation.outputs) AS j "
+                "WHERE status = 'ok' GROUP BY j.key ORDER BY j.key"
+            )
+            return {name: (low, high) for name, low, high in self._db.execute(query)}
+
     def check(self) -> list[str]:
         """What SQLite's own integrity check finds wrong; empty when nothing is."""
         with _explained(self.path):

@@ -37,6 +37,8 @@ class Study:
     evaluate: Mapping[str, Any] = field(default_factory=dict)
     screen: Mapping[str, Any] | None = None
     worst_case: Mapping[str, Any] | None = None
+    layout: Mapping[str, Any] | None = None
+    robust: Mapping[str, Any] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
     reads: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     title: str | None = None
@@ -104,7 +106,7 @@ class Study:
         """The study with all defaults resolved, in plain types."""
         space = self.space.to_dict()
         responses = [{**r.to_dict(), **_how(self, r.name)} for r in self.responses]
-        tables = ("model", "design", "evaluate", "screen", "worst_case", "report")
+        tables = ("model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "report")
         return {
             "study": {"name": self.name, "seed": self.seed, "title": self.title},
             "parameter": space["parameters"],
@@ -197,10 +199,10 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         text=text,
         **{
             name: _without_none(dumped[name])
-            for name in ("model", "design", "evaluate", "screen", "worst_case", "report")
+            for name in ("model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "report")
         },
     )
-    for stage in ("screen", "worst_case"):
+    for stage in ("screen", "worst_case", "robust"):
         table = getattr(study, stage)
         if table is not None:
             with placed(text, where, (stage, "response")):

@@ -4,7 +4,7 @@
 Nothing else of the workbench imports this module, because building the models takes a third of a second.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -163,6 +163,36 @@ class WorstCaseTable(Table):
     lipschitz: Positive | None = None
 
 
+class LayoutTable(Table):
+    """`[layout]`: a problem of the engine; `scenarios` hands it the worst cases found."""
+
+    problem: Text
+    options: dict[str, Any] = Field(default_factory=dict)
+    scenarios: bool = False
+    method: Text = "gsao"
+    evaluations: Count = 50
+    tolerance: Positive = 1e-6
+    peaks: Text = "all"
+    purified: bool = True
+
+
+class RobustDesignTable(Table):
+    """`[[robust.design]]`: parameters that are ours to choose, by name; the others are uncertain."""
+
+    name: Text
+    values: Annotated[dict[str, float | str], Field(min_length=1)]
+
+
+class RobustTable(Table):
+    """`[robust]`: designs beside each other over the whole uncertainty."""
+
+    response: Text
+    design: Annotated[list[RobustDesignTable], Field(min_length=1)]
+    sense: Literal["max", "min"] = "max"
+    samples: Annotated[int, Field(ge=10)] = 100
+    limit: float | None = None
+
+
 class ReportTable(Table):
     """`[report]`."""
 
@@ -181,4 +211,6 @@ class StudySchema(Table):
     evaluate: EvaluateTable = Field(default_factory=lambda: EvaluateTable())
     screen: ScreenTable | None = None
     worst_case: WorstCaseTable | None = None
+    layout: LayoutTable | None = None
+    robust: RobustTable | None = None
     report: ReportTable = Field(default_factory=lambda: ReportTable())

@@ -2,11 +2,12 @@
 
 import io
 
-from workbench.console import (
-    PlainProgress,
-    RichProgress,
+from workbench.console import PlainProgress, RichProgress, progress_for
+from workbench.summaries import (
+    design_lines,
     format_number,
-    progress_for,
+    layout_lines,
+    robust_lines,
     screening_lines,
     worst_case_lines,
 )
@@ -21,7 +22,8 @@ PATH = {
     "selected": ["x12", "x19"],
     "path": [
         dict(step=1, selected=["x12"], theta_common=0.3883, sigma2=2.2305, log_likelihood=-50.1679),
-        dict(step=2, selected=MANY, theta_common=0.1211, sigma2=2.5108, log_likelihood=-44.1308) | {"accepted": False},
+        dict(step=2, selected=MANY, theta_common=0.1211, sigma2=2.5108, log_likelihood=-44.1308)
+        | {"accepted": False},
     ],
 }  # fmt: skip
 
@@ -107,3 +109,36 @@ def test_numbers_are_short():
         "1.2346e+05",
         "0",
     ]
+
+
+def test_design_layout_and_robust_are_told_within_80_columns():
+    quality = {
+        "min_distance": {"value": 0.3978, "percentile": 82.0, "better": "high"},
+        "cd2": {"value": 0.0255, "percentile": 12.0, "better": "low"},
+        "maxpro": {"value": None, "percentile": None, "better": "low"},
+    }
+    text = design_lines({"quality": quality})
+    assert "min distance" in text[2]
+    assert "better than 82 %" in text[2]
+    assert "better than 88 %" in text[3]
+    assert design_lines({}) == []
+    layout = {
+        "title": "truss", "problem": "m:p", "response": "compliance", "unit": "J",
+        "start_value": 2.0, "value": 1.0,
+        "evaluations": 7, "method": "gsao", "status": "converged", "shadow_prices": {"mass": 0.25},
+        "budgets": [{"name": "mass", "limit": 3.0, "used": 3.0}], "purified": {"value": 1.1, "loss": 0.1},
+    }  # fmt: skip
+    text = layout_lines(layout)
+    assert text[0] == "Layout of truss: compliance 2 -> 1 J"
+    assert "shadow price 0.25" in text[2]
+    summary = {
+        "design": "old", "mean": 1.0, "quantiles": {"P95": [2.0, 1.8, 2.2]}, "worst": 3.0,
+        "largest_regret": 0.5,
+        "beyond_limit": [0.125, 0.1, 0.2], "failed": 1,
+    }  # fmt: skip
+    robust = {"unit": "J", "samples": 100, "summaries": [summary], "paired": {"new - old": [-1.0, -2.0, 0.0]}}
+    text = robust_lines(robust)
+    assert text[0] == "100 points of the uncertainty, J"
+    assert "12.5 %" in text[3]
+    assert text[-1] == "new - old: -1 (95 %: -2 to 0)"
+    assert max(map(len, text)) <= 80

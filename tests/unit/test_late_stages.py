@@ -1,0 +1,196 @@
+"""Robust comparison, layout, failures, watching and exports of a campaign."""
+
+import json
+
+import pytest
+
+from workbench import stages
+from workbench.atomic import read_json
+from workbench.campaign import Campaign
+from workbench.errors import StoreError, StudyError
+from workbench.failures import failure_document, failure_lines, where_runs_fail
+from workbench.space import Parameter, Space
+from workbench.watching import page, state, state_lines, write_page
+
+STUDY = """
+[study]
+name = "s"
+[model]
+kind = "python"
+function = "m.py:f"
+[[parameter]]
+name = "k"
+lower = 1
+upper = 4
+unit = "N/m"
+[[parameter]]
+name = "u"
+lower = 0
+upper = 1
+[[response]]
+name = "y"
+unit = "mm"
+[evaluate]
+engine = "inline"
+{more}
+"""
+ROBUST = """
+[robust]
+response = "y"
+samples = 40
+limit = 0.6
+[[robust.design]]
+name = "soft"
+values = { k = 1.0 }
+[[robust.design]]
+name = "stiff"
+values = { k = 2.0 }
+"""
+
+
+def open_study(folder, more="", code="def f(k, u): return u / k"):
+    (folder / "m.py").write_text(code)
+    (folder / "s.toml").write_text(STUDY.format(more=more))
+    return Campaign.from_file(folder / "s.toml")
+
+
+def test_designs_are_compared_at_the_same_points(tmp_path):
+    with open_study(tmp_path, ROBUST) as campaign:
+        document = stages.robust(campaign)
+        assert document == read_json(campaign.folder / "robust.json")
+        assert len(campaign.runs()) == 80
+        soft, stiff = document["summaries"]
+        assert soft["mean"] == pytest.approx(0.5, abs=0.01)  # uniform u, Latin hypercube of 40
+        assert stiff["mean"] == pytest.approx(soft["mean"] / 2)
+        assert soft["beyond_limit"][0] == pytest.approx(0.4, abs=0.03)
+        before = [row.finished for row in campaign.runs()]
+        assert stages.robust(campaign) == document
+        assert [row.finished for row in campaign.runs()] == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("{ k = 2.0 }", "{ u = 0.5 }", "design 'soft' lacks 'u'; every design sets the same parameters"),
+        ("{ k = 1.0 }", "{ k = 1.0, z = 1.0 }", "design 'soft' names 'z', which is no parameter"),
+        ("{ k = 1.0 }", "{ k = 9.0 }", "parameter 'k' lies between 1 and 4 N/m, got 9"),
+    ],
+)
+def test_robust_designs_that_do_not_fit(tmp_path, old, new, words):
+    with open_study(tmp_path, ROBUST.replace(old, new)) as campaign, pytest.raises(StudyError, match=words):
+        stages.robust(campaign)
+
+
+def test_nothing_uncertain_and_nothing_to_run(tmp_path):
+    text = ROBUST.replace("{ k = 1.0 }", "{ k = 1.0, u = 0.5 }").replace(
+        "{ k = 2.0 }", "{ k = 2.0, u = 0.5 }"
+    )
+    with open_study(tmp_path, text) as campaign, pytest.raises(StudyError, match="so nothing is uncertain"):
+        stages.robust(campaign)
+    with open_study(tmp_path) as campaign:
+        with pytest.raises(StudyError, match=r"the study has no \[robust\] table"):
+            stages.robust(campaign)
+        with pytest.raises(StudyError, match=r"the study has no \[layout\] table"):
+            stages.layout(campaign)
+
+
+def test_a_layout_is_a_stage(tmp_path):
+    more = '[layout]\nproblem = "studies.trusses:cantilever"\nevaluations = 6\npurified = false\n'
+    with open_study(tmp_path, more) as campaign:
+        document = stages.layout(campaign)
+        assert document["value"] <= document["start_value"]
+        assert read_json(campaign.folder / "layout.json")["evaluations"] == document["evaluations"] <= 6
+    more = more.replace("evaluations = 6", "scenarios = true")
+    with (
+        open_study(tmp_path, more) as campaign,
+        pytest.raises(StudyError, match="scenarios = true needs a worst case"),
+    ):
+        stages.layout(campaign)
+
+
+FAILS = "def f(k, u):\n    if k > 3: raise ValueError('no equilibrium')\n    return u / k"
+
+
+def test_failures_say_where_they_sit(tmp_path):
+    with open_study(tmp_path, code=FAILS) as campaign:
+        campaign.evaluate([{"k": 1 + 3 * i / 19, "u": (7 * i % 20) / 20} for i in range(20)])
+        runs = campaign.runs()
+        cuts = where_runs_fail(runs, campaign.study.space)
+        assert (cuts[0].parameter, cuts[0].side, cuts[0].score) == ("k", "above", 1.0)
+        assert 2.8 < cuts[0].threshold < 3.1
+        assert cuts[1].score < 0.6
+        document = failure_document(runs, campaign.study.space)
+        json.dumps(document)
+        assert document["errors"] == {"ValueError: no equilibrium": 7}
+        text = "\n".join(failure_lines(document))
+        assert "7 runs without a value of 20" in text
+        assert "N/m: 7 of 7 failures, 0 of 13 good runs" in text
+        assert failure_lines(
+            failure_document([r for r in runs if r.status == "ok"], campaign.study.space)
+        ) == ["no run failed"]
+
+
+def test_words_are_cut_by_level(tmp_path):
+    space = Space(
+        [
+            Parameter("road", kind="categorical", levels=("flat", "bump", "ditch")),
+            Parameter("n", kind="binary"),
+        ]
+    )
+
+    def f(road, n):
+        return 1 / 0 if road == "ditch" else 1.0
+
+    rows = [{"road": road, "n": n} for road in ("flat", "bump", "ditch") for n in (0, 1)]
+    with Campaign.of(f, space, folder=tmp_path / "c") as campaign:
+        campaign.evaluate(rows)
+        assert where_runs_fail(campaign.runs(), space) == []  # two failures name no place
+    space3 = Space([*space.parameters, Parameter("a", lower=0, upper=1)])
+
+    def g(road, n, a):
+        return f(road, n)
+
+    with Campaign.of(g, space3, folder=tmp_path / "d") as campaign:
+        campaign.evaluate([{**row, "a": a} for row in rows for a in (0.0, 1.0)])
+        (cut, *_) = where_runs_fail(campaign.runs(), space3)
+        assert cut.text("1") == "road is ditch: 4 of 4 failures, 0 of 8 good runs"
+
+
+def test_a_campaign_is_watched_from_outside(tmp_path):
+    with open_study(tmp_path, code=FAILS) as campaign:
+        campaign.evaluate([{"k": 1.0, "u": 0.5}, {"k": 2.0, "u": 0.5}, {"k": 4.0, "u": 0.5}])
+        campaign.enqueue([{"k": 2.5, "u": 0.5}], batch="design")
+        found = state(campaign.folder)
+        assert found["counts"] == {"queued": 1, "ok": 2, "failed": 1}
+        assert (found["done"], found["left"]) == (3, 1)
+        assert found["extremes"] == {"y": (0.25, 0.5)}
+        assert found["seconds_left"] == pytest.approx(20.0)  # three runs in the last minute
+        text = state_lines(found)
+        assert any("failed: ValueError: no equilibrium" in line for line in text)
+        assert max(map(len, text[1:])) <= 80
+        write_page(tmp_path / "watch.html", found, every=5)
+        html = (tmp_path / "watch.html").read_text()
+        assert 'http-equiv="refresh" content="5"' in html
+        assert "<script" not in html
+    assert "&lt;b&gt;" in page(
+        {**found, "failures": [{"key": "k" * 12, "status": "failed", "error": "<b>"}]}, every=1
+    )
+    with pytest.raises(StoreError, match="no database"):
+        state(tmp_path)
+
+
+def test_exports_are_whole_files(tmp_path):
+    import xarray as xr
+
+    from workbench.exports import write_all
+
+    with open_study(tmp_path, code=FAILS) as campaign:
+        campaign.evaluate([{"k": 1.0, "u": 1 / 3}, {"k": 4.0, "u": 0.5}])
+        paths = write_all(campaign)
+        first = [p.read_bytes() for p in paths]
+        assert [p.read_bytes() for p in write_all(campaign)] == first
+        assert paths[0].read_text().splitlines()[1].split(",")[3:6] == ["1.0", repr(1 / 3), repr(1 / 3)]
+        with xr.open_dataset(paths[1], engine="scipy") as data:
+            assert float(data["y"][0]) == 1 / 3
+            assert data["k"].attrs["units"] == "N/m"
+            assert [str(s) for s in data["status"].values.astype(str)] == ["ok", "failed"]

@@ -1,0 +1,169 @@
+"""What the stages found, in words and tables of 80 columns."""
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+__all__ = [
+    "design_lines",
+    "format_number",
+    "layout_lines",
+    "robust_lines",
+    "screening_lines",
+    "table_lines",
+    "unit_suffix",
+    "worst_case_lines",
+]
+
+QUALITIES = ("min_distance", "cd2", "max_correlation", "d_efficiency")
+
+
+def format_number(value: float | None, digits: int = 5) -> str:
+    """A number for a person: significant digits, "-" for none.
+
+    >>> format_number(-50.16789), format_number(0.0000123), format_number(None)
+    ('-50.168', '1.23e-05', '-')
+    """
+    return "-" if value is None else f"{value:.{digits}g}"
+
+
+def design_lines(document: Mapping[str, Any]) -> list[str]:
+    """How good the design is, each measure beside random Latin hypercubes of the same size."""
+    quality = document.get("quality") or {}
+    rows = []
+    for name in QUALITIES:
+        entry = quality.get(name)
+        if entry is None or entry["value"] is None or entry["percentile"] is None:
+            continue
+        beaten = entry["percentile"] if entry["better"] == "high" else 100 - entry["percentile"]
+        rows.append((name.replace("_", " "), f"better than {beaten:.0f} %", format_number(entry["value"], 4)))
+    if not rows:
+        return []
+    return table_lines(("design quality", "of random Latin hypercubes", "value"), rows)
+
+
+def screening_lines(document: Mapping[str, Any]) -> list[str]:
+    """The screening path in the form of Table 3.1 of the dissertation, and what was selected."""
+    head = ("step", "selected so far", "theta", "sigma^2", "restricted log-likelihood")
+    accepted = [step for step in document["path"] if step.get("accepted", True)]
+    rejected = [step for step in document["path"] if not step.get("accepted", True)]
+    rows = [
+        (
+            str(step["step"]),
+            ", ".join(step["selected"]) + ("" if step.get("accepted", True) else "  (not\u00a0accepted)"),
+            format_number(step["theta_common"], 4),
+            format_number(step["sigma2"], 5),
+            format_number(step["log_likelihood"], 6),
+        )
+        for step in [*accepted, *rejected[:1]]
+    ]
+    names = ", ".join(document["selected"]) or "none"
+    unit = unit_suffix(document.get("unit", "1")).strip()
+    text = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
+    text += table_lines(head, rows)
+    text.append("theta: common range parameter of the variables not selected, on the unit cube")
+    if len(rejected) > 1:
+        text.append(f"{len(rejected) - 1} further steps were tried, none accepted")
+    text.append(f"selected: {names}")
+    text += [str(document[key]) for key in ("verdict", "advice") if document.get(key)]
+    if document.get("n_left_out"):
+        text.append(f"{document['n_left_out']} runs without a value were left out")
+    return text
+
+
+def worst_case_lines(document: Mapping[str, Any]) -> list[str]:
+    """The worst case, what it rests on, and what remains open."""
+    unit = unit_suffix(document["unit"])
+    word = {"max": "largest", "min": "smallest"}[document["sense"]]
+    text = [f"Worst case ({word} {document['response']}): {format_number(document['value'], 6)}{unit}"]
+    runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
+    text.append(f"  {document['label']}{runs}")
+    if document.get("status"):
+        text.append(f"  stopped because {document['status']}")
+    gap = document.get("gap") or {}
+    if gap.get("upper") is not None:
+        what = "model-based bound, not a proof" if gap["kind"] == "model-based" else gap["kind"]
+        text.append(f"  could be as far as {format_number(gap['upper'], 6)}{unit} ({what})")
+    failures = document.get("failures") or {}
+    if failures:
+        text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))
+    width = max(len(name) for name in document["parameters"])
+    text += [f"  {name:<{width}} = {_value(value)}" for name, value in document["parameters"].items()]
+    return text
+
+
+def layout_lines(document: Mapping[str, Any]) -> list[str]:
+    """The layout found and what to judge it by."""
+    unit = unit_suffix(document["unit"])
+    start, value = format_number(document["start_value"], 6), format_number(document["value"], 6)
+    text = [
+        f"Layout of {document['title'] or document['problem']}: {document['response']} "
+        f"{start} -> {value}{unit}"
+    ]
+    text.append(f"  {document['evaluations']} evaluations by {document['method']}: {document['status']}")
+    for budget in document["budgets"]:
+        price = format_number(document["shadow_prices"].get(budget["name"]), 4)
+        used, limit = format_number(budget["used"]), format_number(budget["limit"])
+        text.append(f"  {budget['name']}: {used} of {limit} used, shadow price {price}")
+    if document.get("purified"):
+        loss = document["purified"]["loss"]
+        value = format_number(document["purified"].get("value"), 6)
+        text.append(f"  with few fractional members: {value}{unit}"
+                    f" (loss {format_number(loss, 3)})")  # fmt: skip
+    return text
+
+
+def robust_lines(document: Mapping[str, Any]) -> list[str]:
+    """The designs beside each other."""
+    unit = unit_suffix(document["unit"]).strip()
+    rows = []
+    for s in document["summaries"]:
+        beyond = s["beyond_limit"]
+        share = "-" if beyond is None else f"{100 * beyond[0]:.3g} %"
+        cells = (s["mean"], s["quantiles"]["P95"][0], s["worst"], s["largest_regret"])
+        rows.append((s["design"], "", *(format_number(v) for v in cells), share, str(s["failed"])))
+    head = ("design", "", "mean", "P95", "worst sampled", "largest regret", "beyond limit", "failed")
+    text = [f"{document['samples']} points of the uncertainty{f', {unit}' if unit else ''}"]
+    text += table_lines(head, rows)
+    for name, (mean, low, high) in document["paired"].items():
+        text.append(f"{name}: {format_number(mean)} (95 %: {format_number(low)} to {format_number(high)})")
+    return text
+
+
+def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], *, width: int = 79) -> list[str]:
+    """A table of at most `width` columns; a long second cell continues below itself."""
+    others = sum(max(len(r[k]) for r in (head, *rows)) + 2 for k in range(len(head)) if k != 1)
+    room = max(width - others, 14)
+    wrapped = [[[r[0]], _wrapped(r[1], room), *([c] for c in r[2:])] for r in (head, *rows)]
+    sizes = [max(len(line) for r in wrapped for line in r[k]) for k in range(len(head))]
+    text = []
+    for n, row in enumerate(wrapped):
+        for line in range(max(map(len, row))):
+            cells = [cell[line] if line < len(cell) else "" for cell in row]
+            text.append(
+                "  ".join(
+                    f"{c:<{s}}" if k < 2 else f"{c:>{s}}"
+                    for k, (c, s) in enumerate(zip(cells, sizes, strict=True))
+                ).rstrip()
+            )
+        if n == 0:
+            text.append("  ".join("-" * s for s in sizes))
+    return text
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    lines = textwrap.wrap(text, width, break_long_words=False) or [""]
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
+def _value(value: Any) -> str:
+    return (
+        format_number(value, 6)
+        if isinstance(value, int | float) and not isinstance(value, bool)
+        else str(value)
+    )
+
+
+def unit_suffix(unit: str) -> str:
+    """The unit behind a number; nothing for 1."""
+    return "" if unit == "1" else f" {unit}"
