@@ -1,7 +1,7 @@
 """Figures of the loop from a worst case to a layout and back: data in, axes out, as in `workbench.plots`.
 
 Members differ in form as well as colour, so that a grey print tells them apart: a belt is a plain line, an
-airbag a row of beads, a retractor dashes; the width of the line is the density.
+airbag a row of beads, a retractor dashes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ __all__ = ["plot_convergence", "plot_differences", "plot_distributions", "plot_h
 
 KIND_COLOURS = {"belt": VERMILLION, "airbag": BLUE, "retractor": "#735605"}
 WIDEST = 5.0  # points, at density 1
-SHOWN = 0.05
+THINNEST = 1e-3  # of the largest density: what no line can show
 DASHES = ("-", "--", ":", "-.")
 COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE)
 
@@ -76,18 +76,24 @@ def plot_members(
     unit: str = "m",
     ax: "Axes | None" = None,
 ) -> "Axes":
-    """Members between their ends `a` and `b` (x, y), width by density; outlines of bodies behind them."""
+    """Members between their ends `a` and `b` (x, y), outlines of bodies behind them.
+
+    The width is the density relative to the largest; no threshold decides what is there.
+    """
     ax = _axes(ax)
     for outline in outlines:
         points = np.asarray(outline, dtype=float)
         ax.fill(points[:, 0], points[:, 1], facecolor="#eef1f4", edgecolor=GREY, lw=1, zorder=1)
     shown: set[str] = set()
+    largest = max((float(m["density"]) for m in members), default=0.0) or 1.0
+    # a thousand members are drawn finer than ten
+    widest = WIDEST / max(1.0, len(members) / 100) ** 0.5
     for m in sorted(members, key=lambda m: float(m["density"])):
-        density, kind = float(m["density"]), str(m["kind"])
-        if density < SHOWN:
+        share, kind = float(m["density"]) / largest, str(m["kind"])
+        if share < THINNEST:
             continue
         (ax_, ay), (bx, by) = m["a"][:2], m["b"][:2]
-        colour, width = KIND_COLOURS[kind], max(0.6, WIDEST * density)
+        colour, width = KIND_COLOURS.get(kind, "#1b1f24"), widest * share
         label = kind if kind not in shown else None
         shown.add(kind)
         if kind == "airbag":

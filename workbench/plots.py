@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "axis_label",
+    "beats",
     "plot_baselines",
     "plot_failures",
     "plot_likelihood_path",
@@ -114,12 +115,26 @@ def plot_failures(
     return ax
 
 
+def beats(quality: Mapping[str, Any]) -> float | None:
+    """Per cent of random Latin hypercubes that a design is better than, from {percentile, better}.
+
+    `percentile` is the share of them with a smaller value, as `doe.Quality.to_dict` writes it.
+
+    >>> beats({"percentile": 93.0, "better": "high"}), beats({"percentile": 31.0, "better": "low"})
+    (93.0, 69.0)
+    """
+    below = quality.get("percentile")
+    if below is None:
+        return None
+    return float(below) if quality["better"] == "high" else 100.0 - float(below)
+
+
 def plot_percentiles(quality: Mapping[str, Mapping[str, Any]], *, ax: "Axes | None" = None) -> "Axes":
     """Bars of the share of random Latin hypercubes that a design is better than, per quality."""
     ax = _axes(ax)
-    named = {name: q for name, q in quality.items() if q.get("percentile") is not None}
+    named = {name: q for name, q in quality.items() if beats(q) is not None}
     rows = range(len(named))
-    shares = [float(q["percentile"]) for q in named.values()]
+    shares = [beats(q) or 0.0 for q in named.values()]
     ax.barh(rows, shares, height=0.6, color=[BLUE if s >= 50 else ORANGE for s in shares])
     ax.axvline(50, color=GREY, lw=1, ls="--")
     for row, share in zip(rows, shares, strict=True):

@@ -36,7 +36,7 @@ SKY, GROUND, GRID_LINE = (
 AMBIENT, SHADOW = 0.45, 0.72
 THINNEST, THICKEST = 0.004, 0.016  # m, radius of a member at density 0 and 1
 SEE_THROUGH = 0.3
-SHOWN = 0.05  # members of less density are not drawn
+SHOWN = 0.01  # members of less density are too thin to see
 SAMPLES = 2  # a side of the block of rays per pixel
 EPSILON = 1e-9
 

@@ -51,7 +51,7 @@
   }
   const middle = bounds.low.map((x, k) => (x + bounds.high[k]) / 2);
   const size = Math.max(.6, Math.hypot(...bounds.high.map((x, k) => x - bounds.low[k])) / 2 + .4);
-  const state = { frame: 0, playing: false, threshold: .05, follow: -1, glass: true, zoom: 1, azimuth: 0, height: 0 };
+  const state = { frame: 0, playing: false, threshold: .01, follow: -1, glass: true, zoom: 1, azimuth: 0, height: 0 };
 
   function look(direction) {
     const d = unit(direction);

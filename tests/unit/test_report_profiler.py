@@ -125,7 +125,7 @@ def test_the_report_carries_the_kriging_of_the_screening(tmp_path):
 def test_no_profiler_where_a_selected_parameter_takes_words(tmp_path):
     folder = write_sample(tmp_path / "s.holdfast")
     design = json.loads((folder / "design.json").read_text())
-    design["space"]["parameters"][11] |= {"kind": "categorical", "levels": ["a", "b"]}
+    design["space"]["parameters"][11] = {"name": "x12", "kind": "categorical", "levels": ["a", "b"]}
     (folder / "design.json").write_text(json.dumps(design))
     assert "No profiler: x12 takes words." in write_report(folder).read_text()
 

@@ -1,14 +1,20 @@
 """The design: how it was made, and how good it is beside random Latin hypercubes."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from workbench.plots import plot_percentiles
+import doe
+from workbench.design import Design
+from workbench.design_plots import plot_distances
+from workbench.plots import beats, plot_percentiles
 from workbench.report_sections.blocks import Block, Column, Figure, Panel, Section, Table, names_of, number
 from workbench.report_sections.folder import CampaignFolder
 
 __all__ = ["design_section"]
+
+MOST_RUNS = 5000  # distances are n^2
 
 ALGORITHMS = {
     "lhs": "random Latin hypercube",
@@ -45,6 +51,8 @@ def design_section(folder: CampaignFolder) -> Section | None:
     }
     if quality:
         blocks.append(_quality(quality))
+    if "space" in design and 2 <= n <= MOST_RUNS:
+        blocks.append(_distances(design))
     blocks.append(
         Table(
             id="parameters",
@@ -76,6 +84,27 @@ def design_section(folder: CampaignFolder) -> Section | None:
     )
 
 
+def _distances(design: Mapping[str, Any]) -> Figure:
+    made = Design.from_dict(design)
+    nearest = doe.nearest_distances(made.unit)
+    return Figure(
+        id="distances",
+        title="Distance to the nearest run",
+        alt=f"Histogram of the distances of {len(nearest)} runs to their nearest neighbours, from "
+        f"{number(float(nearest.min()))} to {number(float(nearest.max()))}.",
+        read_off="Far right and narrow is good: runs that stand close together say nearly the same. Grey is "
+        "a random "
+        "Latin hypercube of the same size.",
+        panels=(Panel(draw=lambda ax: plot_distances(made, ax=ax), width=5.4, height=2.8),),
+        table=Table(
+            id="distances",
+            title="Distance to the nearest run",
+            columns=(Column(name="run"), Column(name="distance to the nearest, side of the cube = 1")),
+            rows=tuple(zip(made.run_ids, nearest.tolist(), strict=True)),
+        ),
+    )
+
+
 def _kind(p: Any) -> str:
     kind = str(p.get("kind") or "continuous")
     levels = p.get("levels")
@@ -85,14 +114,14 @@ def _kind(p: Any) -> str:
 
 
 def _quality(quality: dict[str, dict[str, Any]]) -> Figure:
-    placed = {name: q for name, q in quality.items() if q.get("percentile") is not None}
-    low = [name.replace("_", " ") for name, q in placed.items() if float(q["percentile"]) < 50]
+    placed = {name: share for name, q in quality.items() if (share := beats(q)) is not None}
+    low = [name.replace("_", " ") for name, share in placed.items() if share < 50]
     read_off = (
         "Right of the dashed line the design is better than half of the random Latin hypercubes of its size."
     )
     if placed:
-        read_off += " It is so in every quality." if not low else f" It is not in {names_of(low)}."
-    share = float(np.mean([float(q["percentile"]) for q in placed.values()])) if placed else 0.0
+        read_off += f" It is not in {names_of(low)}." if low else " It is so in every quality."
+    share = float(np.mean(list(placed.values()))) if placed else 0.0
     return Figure(
         id="quality",
         title="Quality of the design",
@@ -121,7 +150,7 @@ def _quality(quality: dict[str, dict[str, Any]]) -> Figure:
                 Column(name="better than random hypercubes", unit="%"),
             ),
             rows=tuple(
-                (name.replace("_", " "), q.get("value"), q.get("better"), q.get("percentile"))
+                (name.replace("_", " "), q.get("value"), q.get("better"), placed.get(name))
                 for name, q in quality.items()
             ),
         ),

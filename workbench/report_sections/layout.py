@@ -8,6 +8,7 @@
     history [{evaluation, value, best}]
     members [{name, kind, density, a, b}]         ends (x, y) or (x, y, z) in length_unit at the start
     outlines [[[x, y], ...]]       bodies behind the drawing, optional
+    budgets [{name, limit, used}], purified {value, ...}     optional
     shadow_prices {limit: price}   improvement of the objective per unit of a limit
     scenarios [{name, value, parameters}]         value of the layout in each scenario
     gradient_check {method: largest relative error}, length_unit ("m")
@@ -18,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.loop_plots import SHOWN, plot_convergence, plot_members
+from workbench.loop_plots import plot_convergence, plot_members
 from workbench.plots import plot_baselines
 from workbench.report_sections.blocks import (
     Block,
@@ -36,6 +37,7 @@ from workbench.report_sections.folder import CampaignFolder
 
 __all__ = ["improvement_sentence", "layout_section"]
 
+MOST_OF = 0.9
 DRAWING_WIDTH = 4.6  # inches of the axes in a drawing 6.4 wide
 
 
@@ -58,16 +60,15 @@ def layout_section(folder: CampaignFolder) -> Section | None:
         return None
     response, unit = str(layout["response"]), str(layout.get("unit") or "1")
     members = list(layout.get("members") or [])
-    used = [m for m in members if float(m["density"]) >= SHOWN]
     sentences = [
         f"The layout brings the worst {response} over its scenarios to {quantity(layout['value'], unit)}.",
         improvement_sentence(layout),
-        f"{len(used)} of {len(members)} members carry it.",
+        _carried(members),
     ]
     sentences += [str(layout[key]) for key in ("status", "strategy") if layout.get(key)]
     blocks: list[Block] = [Note(text=str(text)) for text in layout.get("verdicts") or ()]
-    if used and all(m.get("a") and m.get("b") for m in used):
-        blocks.append(_drawing(layout, used))
+    if members and all(m.get("a") and m.get("b") for m in members):
+        blocks.append(_drawing(layout, members))
     if layout.get("history"):
         blocks.append(_convergence(layout, response, unit))
     if layout.get("baselines"):
@@ -93,9 +94,18 @@ def layout_section(folder: CampaignFolder) -> Section | None:
     )
 
 
+def _carried(members: list[dict[str, Any]]) -> str:
+    """How many members hold nine tenths of all density."""
+    density = np.sort([float(m["density"]) for m in members])[::-1]
+    if not len(density) or density.sum() <= 0:
+        return "It has no members."
+    count = int(np.searchsorted(np.cumsum(density), MOST_OF * density.sum())) + 1
+    return f"{min(count, len(density))} of {len(density)} members hold nine tenths of all density."
+
+
 def _drawing(layout: Mapping[str, Any], used: list[dict[str, Any]]) -> Figure:
     length = str(layout.get("length_unit") or "m")
-    kinds = {kind: sum(m["kind"] == kind for m in used) for kind in ("belt", "airbag", "retractor")}
+    kinds = {kind: sum(m["kind"] == kind for m in used) for kind in dict.fromkeys(m["kind"] for m in used)}
     said = names_of([f"{n} {kind}{'' if n == 1 else 's'}" for kind, n in kinds.items() if n])
 
     def draw(ax: Any) -> Any:
@@ -108,13 +118,13 @@ def _drawing(layout: Mapping[str, Any], used: list[dict[str, Any]]) -> Figure:
         id="layout-drawing",
         title="What it looks like",
         alt=f"Drawing of {said} between body and vehicle, thickness by density.",
-        read_off="Thickness is density. A belt is a plain line, an airbag a row of beads, a retractor "
-        "dashes; members "
-        f"below {number(SHOWN)} are left out of the drawing, not of the table.",
+        read_off="Thickness is density relative to the largest; no threshold decides what is there. A belt "
+        "is "
+        "a plain line, an airbag a row of beads, a retractor dashes.",
         panels=(Panel(draw=draw, width=6.4, height=height),),
         table=Table(
             id="layout-drawing",
-            title="Ends of the members drawn",
+            title="Ends of the members",
             columns=(
                 Column(name="member"), Column(name="kind"), Column(name="density"),
                 Column(name="from", unit=length), Column(name="to", unit=length),
@@ -200,6 +210,26 @@ def _tables(
                 title="Members, densest first",
                 columns=(Column(name="member"), Column(name="kind"), Column(name="density")),
                 rows=tuple((m["name"], m["kind"], float(m["density"])) for m in ranked),
+            )
+        )
+    if layout.get("budgets"):
+        out.append(
+            Table(
+                id="budgets",
+                title="Budgets and what is used of them",
+                columns=(Column(name="budget"), Column(name="limit"), Column(name="used")),
+                rows=tuple((b["name"], b["limit"], b["used"]) for b in layout["budgets"]),
+            )
+        )
+    if layout.get("purified"):
+        clean = layout["purified"]
+        keys = [key for key, value in clean.items() if isinstance(value, (int, float, str))]
+        out.append(
+            Table(
+                id="purified",
+                title="The layout with its densities driven to none or full",
+                columns=(Column(name="what"), Column(name="value")),
+                rows=tuple((key.replace("_", " "), clean[key]) for key in keys),
             )
         )
     if layout.get("shadow_prices"):

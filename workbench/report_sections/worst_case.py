@@ -86,7 +86,7 @@ def worst_case_section(folder: CampaignFolder) -> Section | None:
     parallel = _parallel(folder, worst, response)
     blocks += [] if parallel is None else [parallel]
     blocks += _baselines(worst, response, unit)
-    blocks += _audit(worst)
+    blocks += _audit(folder, worst)
     return Section(
         id="worst-case",
         title="The worst case",
@@ -110,7 +110,8 @@ def _selected(folder: CampaignFolder) -> list[str]:
 def _where(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> Table:
     selected = _selected(folder)
     rows = []
-    for name, value in worst["parameters"].items():
+    for name in folder.parameters or worst["parameters"]:
+        value = worst["parameters"][name]
         p = folder.parameters.get(name, {})
         rows.append(
             (
@@ -429,7 +430,7 @@ def _baselines(worst: Mapping[str, Any], response: str, unit: str) -> list[Block
     ]
 
 
-def _audit(worst: Mapping[str, Any]) -> list[Block]:
+def _audit(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[Block]:
     audit = worst.get("audit") or {}
     blocks: list[Block] = []
     if audit.get("sentences"):
@@ -448,7 +449,7 @@ def _audit(worst: Mapping[str, Any]) -> list[Block]:
                 ),
                 rows=tuple(
                     (name, audit["monotone"][name], share.get(name))
-                    for name in worst["parameters"]
+                    for name in (folder.parameters or worst["parameters"])
                     if name in audit["monotone"]
                 ),
             )
