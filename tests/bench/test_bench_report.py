@@ -49,7 +49,7 @@ def peer(motion):
     ax = figure.add_subplot(projection="3d")
     run = motion.runs[1]
     for place in run.poses[45, :, :3]:
-        ax.plot(*np.stack([place, place + [0, 0, 0.2]]).T)
+        ax.plot(*np.stack([place, place + np.array([0, 0, 0.2])]).T)
     for a, b in run.segments(45):
         ax.plot(*np.stack([a, b]).T)
     canvas.draw()
