@@ -25,19 +25,13 @@ MOST_PASSES = 20
 def further_points(
     space: Space, unit: np.ndarray, runs: int, *, rng: np.random.Generator, model: str | None
 ) -> np.ndarray:
-    """`runs` new unit points beside `unit` (n, d); a continuous unconstrained Latin hypercube stays one."""
+    """`runs` new unit points beside `unit` (n, d), each admissible and different from the others."""
     factors = Factors(space, follow=False)
-    if model is not None:
-        pool = factors.pool(max(FEWEST, PER_RUN * runs), rng)
-        if len(pool) < runs:
-            raise StudyError(
-                f"the space holds {len(pool)} different feasible points, {runs} more are asked for"
-            )
-        rows = doe.exchange(pool, runs, model=factors.model(model), existing=unit, rng=rng)
-        return pool[rows]
-    if not space.constraints and not any(levels is not None for levels in factors.levels):
-        return np.asarray(doe.augment(unit, runs, rng=rng))
     pool = factors.pool(max(FEWEST, PER_RUN * runs), rng)
+    if len(pool) < runs:
+        raise StudyError(f"the space holds {len(pool)} different feasible points, {runs} more are asked for")
+    if model is not None:
+        return pool[doe.exchange(pool, runs, model=factors.model(model), existing=unit, rng=rng)]
     nearest = cdist(pool, unit).min(axis=1)
     counts = [
         None

@@ -110,3 +110,11 @@ def test_orthogonal_arrays_are_balanced_in_pairs(name, shape):
 def test_bad_input_says_what_to_do(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize("d", [3, 4, 5])
+def test_box_behnken_designs_equal_those_of_pydoe3_where_that_is_right(d):
+    from pyDOE3 import bbdesign
+
+    theirs = {tuple(row) for row in (bbdesign(d, center=1) + 1) / 2}
+    assert theirs == {tuple(row) for row in doe.box_behnken(d, centre=1)}
