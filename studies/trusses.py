@@ -12,20 +12,27 @@ Run `python -m studies.trusses` for the gallery: layouts, histories, optima.
 """
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 from scipy.linalg import solve_triangular
 from scipy.optimize import linprog
 
+from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.problem import InvalidLayout, LayoutProblem, MemberGeometry, static_problem
 
 __all__ = [
     "FOUR_LOADS", "ONE_LOAD", "TIP_LOAD", "Truss", "cantilever", "domain_budgets", "figures",
     "ground_structure", "plastic_optimum", "problem", "run", "two_bar",
 ]  # fmt: skip
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # a load case is a tuple of (force (2,), point (2,))
 ONE_LOAD = ((((0.0, -1.0), (6.0, 1.5)),),)
@@ -222,3 +229,80 @@ def two_bar() -> LayoutProblem:
     return static_problem(
         weight, start=[1.5, 0.5], lower=[0.2, 0.1], upper=[4.0, 1.6], constraints=stresses, title="two-bar"
     )
+
+
+def run() -> xr.Dataset:
+    """The gallery: each truss by the default method, with its optimum and the evaluations it took."""
+    cases = {
+        "one load": (ground_structure(), None, 465.8403),
+        "four loads": (ground_structure(loads=FOUR_LOADS), None, 561.781),
+        "two domains": (ground_structure(loads=TIP_LOAD), 2, 508.741),
+        "9 x 5 nodes": (
+            ground_structure(columns=9, width=8.0, loads=((((0.0, -1.0), (8.0, 1.5)),),)), None, np.nan,
+        ),
+    }  # fmt: skip
+    best, gap, counts = np.full((len(cases), 150), np.nan), np.zeros(len(cases)), np.zeros((len(cases), 3))
+    areas = {}
+    for i, (name, (truss, domains, optimum)) in enumerate(cases.items()):
+        reference = plastic_optimum(truss) if np.isnan(optimum) else optimum
+        budgets = domain_budgets(truss, domains=domains or 1)
+        result = optimise_layout(problem(truss, budgets=budgets), max_evaluations=150)
+        values = np.array([entry.best for entry in result.history])
+        best[i, : len(values)] = values / reference - 1
+        gap[i] = values[-1] / reference - 1
+        counts[i] = [1 + int(np.argmax(values <= reference * (1 + e))) for e in (1e-2, 1e-3, 2e-6)]
+        areas[name] = (truss, result.density)
+    ds = xr.Dataset(
+        {
+            "gap": (("case", "evaluation"), best), "last_gap": ("case", gap),
+            "evaluations_to": (("case", "level"), counts),
+        },
+        coords={"case": list(cases), "evaluation": np.arange(1, 151), "level": [1e-2, 1e-3, 2e-6]},
+    )  # fmt: skip
+    ds.attrs["areas"] = areas
+    return ds
+
+
+def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
+    """Distance to the optimum over evaluations, and the trusses."""
+    from matplotlib.figure import Figure
+
+    from workbench.layout_plots import plot_layout
+
+    history = Figure(figsize=(6.4, 3.6), layout="constrained")
+    ax = history.add_subplot()
+    for case, style in zip(ds.case.values, ("-", "--", "-.", ":"), strict=True):
+        ax.semilogy(ds.evaluation, np.maximum(ds.gap.sel(case=case), 1e-8), style, label=str(case))
+    ax.set_xlim(0, 40)
+    ax.set_xlabel("evaluation")
+    ax.set_ylabel("value / optimum - 1")
+    ax.legend(frameon=False)
+    drawing = Figure(figsize=(9.0, 5.2), layout="constrained")
+    for k, (name, (truss, areas)) in enumerate(ds.attrs["areas"].items()):
+        ax = drawing.add_subplot(2, 2, k + 1)
+        points = truss.nodes[truss.ends]
+        members = [
+            {"density": a, "point_a": p[0], "point_b": p[1]} for a, p in zip(areas, points, strict=True)
+        ]
+        plot_layout(members, thickest=5.0, ax=ax)
+        ax.set_title(name)
+    return {"history": history, "trusses": drawing}
+
+
+def main() -> None:
+    """Print the table and save the figures."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path.cwd()
+    ds = run()
+    for case in ds.case.values:
+        one = ds.sel(case=case)
+        counts = ", ".join(
+            f"{int(n)} to {100 * e:g} %"
+            for n, e in zip(one.evaluations_to.values, ds.level.values, strict=True)
+        )
+        print(f"{case:12s} gap {float(one.last_gap):9.2e}   evaluations {counts}")
+    for name, figure in figures(ds).items():
+        figure.savefig(folder / f"trusses_{name}.png", dpi=120)
+
+
+if __name__ == "__main__":
+    main()

@@ -131,7 +131,7 @@ def run_layout(
     start_value = float(before["history"][0]["value"]) if before else result.start_value
     document = layout_document(
         full, result, name=name, method=method, history=history, start_value=start_value, check=check,
-        clean=clean, baselines=_baselines(full, result),
+        clean=clean, baselines=_baselines(full),
     )  # fmt: skip
     write_json(folder / "layout.json", document)
     (folder / _PARTIAL).unlink(missing_ok=True)

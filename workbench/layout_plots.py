@@ -62,7 +62,7 @@ def plot_density(density: Sequence[float], *, ax: "Axes | None" = None) -> "Axes
 
 
 def plot_layout(
-    members: Sequence[Mapping[str, Any]], *, thickest: float = 3.0, unit: str = "m", ax: "Axes | None" = None
+    members: Sequence[Mapping[str, Any]], *, thickest: float = 1.8, unit: str = "m", ax: "Axes | None" = None
 ) -> "Axes":
     """Members as lines whose thickness is their density relative to the largest; every end is drawn.
 
