@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["Asked", "Campaign"]
 
 FAILURES = ("failed", "timeout", "killed", "nonfinite")
+RECYCLE = 400  # runs of a worker of an FMU before it is replaced: units leak instances
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +86,7 @@ class Campaign:
         *,
         folder: str | Path | None = None,
         workers: int | None = None,
+        dask: str | None = None,
         keep_runs: bool = False,
         progress: Progress | None = None,
     ) -> "Campaign":
@@ -97,6 +99,8 @@ class Campaign:
         study = load_study(path)
         if workers is not None:
             study = replace(study, evaluate={**study.evaluate, "workers": workers})
+        if dask is not None:
+            study = replace(study, evaluate={**study.evaluate, "engine": "dask", "address": dask})
         place = None if folder is None else Path(folder)
         return cls(study, folder=place, keep_runs=keep_runs, progress=progress)
 
@@ -331,6 +335,16 @@ class Campaign:
             return InlineEngine(self.spec, PythonModel(self._function))
         if options.get("engine") == "inline" or self.study.model["kind"] == "table":
             return InlineEngine(self.spec, open_model(self.spec))
+        if options.get("engine") == "dask":
+            from workbench.dask_engine import DaskEngine
+
+            return DaskEngine(
+                self.spec,
+                address=options.get("address"),
+                workers=options.get("workers", 1),
+                timeout=options.get("timeout"),
+                memory=self.study.memory_bytes,
+            )
         from workbench.processes import ProcessPool
 
         return ProcessPool(
@@ -338,6 +352,7 @@ class Campaign:
             workers=options.get("workers", 1),
             timeout=options.get("timeout"),
             memory=self.study.memory_bytes,
+            recycle=RECYCLE if self.study.model["kind"] == "fmu" else None,
         )
 
 

@@ -35,6 +35,7 @@ StudyFile = Annotated[Path, typer.Argument(help="The study file, such as study.t
 Folder = Annotated[Path | None, typer.Option(help="The campaign's folder [default: STUDY.holdfast].")]
 Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: the study's].")]
+Dask = Annotated[str | None, typer.Option(help="Run on the Dask cluster at this address, tcp://...")]
 KeepRuns = Annotated[bool, typer.Option(help="Keep stored runs although the model's source changed.")]
 Retry = Annotated[bool, typer.Option(help="Try failed runs again.")]
 
@@ -46,12 +47,13 @@ def run(
     study: StudyFile,
     folder: Folder = None,
     workers: Workers = None,
+    dask: Dask = None,
     keep_runs: KeepRuns = False,
     retry_failed: Retry = False,
     json_: Json = False,
 ) -> None:
     """Walk all stages of a study; run it again to continue where it stopped."""
-    with _campaign(study, folder, workers=workers, keep_runs=keep_runs) as campaign:
+    with _campaign(study, folder, workers=workers, dask=dask, keep_runs=keep_runs) as campaign:
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
         found = campaign.run()
@@ -301,7 +303,12 @@ def _fail(text: str, code: int) -> None:
 
 @contextmanager
 def _campaign(
-    study: Path, folder: Path | None, *, workers: int | None = None, keep_runs: bool = False
+    study: Path,
+    folder: Path | None,
+    *,
+    workers: int | None = None,
+    dask: str | None = None,
+    keep_runs: bool = False,
 ) -> Iterator["Campaign"]:
     """The campaign of a study with progress on standard error."""
     from workbench.campaign import Campaign
@@ -310,7 +317,7 @@ def _campaign(
     progress = progress_for(sys.stderr)
     try:
         with Campaign.from_file(
-            study, folder=folder, workers=workers, keep_runs=keep_runs, progress=progress
+            study, folder=folder, workers=workers, dask=dask, keep_runs=keep_runs, progress=progress
         ) as campaign:
             yield campaign
     except Interrupted:

@@ -5,6 +5,7 @@ so that is refused until the user says which is meant.
 """
 
 import platform
+from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -72,12 +73,22 @@ def check_lock(folder: Path, spec: ModelSpec, *, runs: int, keep_runs: bool) -> 
     return notes
 
 
+def file_digest(path: Path) -> str:
+    """A digest of a file; empty when it cannot be read."""
+    try:
+        return blake2b(path.read_bytes(), digest_size=16).hexdigest()
+    except OSError:
+        return ""
+
+
 def source(spec: ModelSpec) -> str:
     """A digest of the source of a Python function or of a command's decks; empty for other models."""
     if spec.kind == "command":
         from workbench.model_command import command_digest
 
         return command_digest(spec)
+    if spec.kind == "fmu":
+        return file_digest(Path(spec.folder) / spec.options["file"])
     if spec.kind != "python":
         return ""
     from workbench.model_python import source_digest

@@ -154,7 +154,11 @@ def open_model(spec: ModelSpec) -> Model:
         from workbench.model_command import CommandModel
 
         return CommandModel.opened(spec)
-    raise StudyError(f"model kind {spec.kind!r} cannot be run here; it is one of python, command, table")
+    if spec.kind == "fmu":
+        from workbench.model_fmu import FmuModel
+
+        return FmuModel.opened(spec)
+    raise StudyError(f"model kind {spec.kind!r} cannot be run here; it is one of python, command, fmu, table")
 
 
 def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path | None = None) -> Answer:

@@ -49,6 +49,7 @@ class _Worker:
     ready: bool = False
     task: Any = None
     begun: float = 0.0
+    runs: int = 0
     deadline: float = float("inf")
     buffer: bytearray = field(default_factory=bytearray)
 
@@ -56,16 +57,24 @@ class _Worker:
 class ProcessPool:
     """Up to `workers` processes that run one model.
 
-    timeout: seconds per run    memory: bytes per run, above what the opened model takes    scratch: for logs
+    timeout: seconds per run    memory: bytes per run, above what the opened model takes
+    recycle: runs after which a worker is replaced
     """
 
     def __init__(
-        self, spec: ModelSpec, *, workers: int = 1, timeout: float | None = None, memory: int | None = None
+        self,
+        spec: ModelSpec,
+        *,
+        workers: int = 1,
+        timeout: float | None = None,
+        memory: int | None = None,
+        recycle: int | None = None,
     ) -> None:
         self.capacity = workers
         self._spec = spec
         self._timeout = timeout
         self._memory = memory
+        self._recycle = recycle
         self._mark = uuid.uuid4().hex
         self._count = 0
         self._workers: list[_Worker] = []
@@ -153,7 +162,8 @@ class ProcessPool:
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
                 cwd=self._spec.folder,
-                env={**os.environ, MARK: mark},
+                # temporary files of runs go with the pool, also those of runs that were killed
+                env={**os.environ, MARK: mark, "TMPDIR": str(self._scratch)},
             )
         except OSError as exc:
             _close(to_worker[1])
@@ -229,6 +239,9 @@ class ProcessPool:
             answer = _with_log(answer, _tail(worker.log))
         self._answered.append((worker.task, answer))
         worker.task, worker.deadline = None, float("inf")
+        worker.runs += 1
+        if worker.runs == self._recycle:
+            self._end(worker)
 
     def _watch(self, now: float) -> None:
         """Kill what is late, takes too much memory or writes without end."""

@@ -57,6 +57,18 @@ class CommandTable(Table):
     version: Text = "1"
 
 
+class FmuTable(Table):
+    """`[model] kind = "fmu"`; `variables` and `outputs` map our names to those of the unit."""
+
+    kind: Literal["fmu"]
+    file: Text
+    stop_time: Positive
+    step: Positive | None = None
+    variables: dict[str, str] = Field(default_factory=dict)
+    outputs: dict[str, str] = Field(default_factory=dict)
+    version: Text = "1"
+
+
 class TableTable(Table):
     """`[model] kind = "table"`: runs made elsewhere; `columns` maps our names to the file's."""
 
@@ -139,7 +151,8 @@ class DesignTable(Table):
 class EvaluateTable(Table):
     """`[evaluate]`: how runs are made."""
 
-    engine: Literal["processes", "inline"] = "processes"
+    engine: Literal["processes", "inline", "dask"] = "processes"
+    address: Text | None = None
     workers: Annotated[int, Field(ge=1, le=1024)] = 1
     timeout: Positive | None = None
     retries: Annotated[int, Field(ge=0, le=100)] = 0
@@ -203,7 +216,9 @@ class StudySchema(Table):
     """The whole file."""
 
     study: StudyTable
-    model: Annotated[PythonTable | CommandTable | TableTable | AskTable, Field(discriminator="kind")]
+    model: Annotated[
+        PythonTable | CommandTable | FmuTable | TableTable | AskTable, Field(discriminator="kind")
+    ]
     parameter: Annotated[list[ParameterTable], Field(min_length=1)]
     response: Annotated[list[ResponseTable], Field(min_length=1)]
     constraint: list[Text] = Field(default_factory=list)
