@@ -194,9 +194,10 @@ def _code(text: str) -> Any:
 
 def _numeric_columns(table: Table) -> list[bool]:
     """Which columns hold numbers and stand to the right."""
+    columns = [[row[j] for row in table.rows if row[j] not in (None, "")] for j in range(len(table.columns))]
     return [
-        any(isinstance(row[j], (int, float)) and not isinstance(row[j], bool) for row in table.rows)
-        for j in range(len(table.columns))
+        bool(values) and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)
+        for values in columns
     ]
 
 

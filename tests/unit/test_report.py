@@ -283,3 +283,11 @@ def test_columns_that_say_nothing_are_left_out(folder):
     header = (folder / "tables" / "worst-case.csv").read_text().splitlines()[0]
     assert header == "parameter,worst value,lower,upper,place in its range,selected by screening"
     assert "baseline" not in (folder / "tables" / "parameters.csv").read_text()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_selection_that_predicts_badly_is_not_called_complete(tmp_path):
+    page = write_report(write_sample(tmp_path / "s.holdfast", q2=0.6)).read_text()
+    assert "The selected ones alone predict 60\xa0% of the variance: others may matter too." in page
+    page = write_report(write_sample(tmp_path / "s.holdfast", q2=0.9)).read_text()
+    assert "others may matter too" not in page

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.report_sections.blocks import Card, names_of, number, percent, quantity
-from workbench.report_sections.fit import trust_in
+from workbench.report_sections.fit import GOOD_Q2, trust_in
 from workbench.report_sections.folder import CampaignFolder
 from workbench.report_sections.layout import improvement_sentence
 from workbench.report_sections.worst_case import gap_sentence
@@ -112,13 +112,18 @@ def _robust(robust: Mapping[str, Any]) -> Card:
 def _screening(screening: Mapping[str, Any]) -> Card:
     selected, total = list(screening["selected"]), len(screening["ranking"])
     left = total - len(selected)
-    rest = f"The other {left} change it little." if left else "None can be left out."
+    rest = f"The other {left} were not selected." if left else "None was left out."
+    q2 = (screening.get("leave_one_out") or {}).get("q2")
+    # whatever the likelihood says: parameters that predict badly on their own are not all there are
+    enough = q2 is None or q2 >= GOOD_Q2 or not left
+    if not enough:
+        rest += f" The selected ones alone predict {percent(max(q2, 0.0))} of the variance: others may matter too."
     return Card(
         question=f"Which parameters drive {screening['response']}?",
         answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
         detail=f"{rest} Judged on {screening['n_runs']} runs.",
         section="screening",
-        level="plain",
+        level="plain" if enough else "fair",
     )
 
 
