@@ -16,6 +16,7 @@ _PUBLIC: dict[str, str] = {
     name: _ROOM + module
     for module, names in {
         "errors": ("AssemblyError", "EngineError", "InvalidSystem", "NotConverged", "NotSupported"),
+        "multibody.convergence": ("choose_scheme", "convergence"),
         "multibody.elements": ("Bushing", "JointSpring"),
         "multibody.joints": (
             "AngleJoint", "DistanceJoint", "DrivenJoint", "FixedJoint", "PointOnLine", "PrismaticJoint",
@@ -26,6 +27,7 @@ _PUBLIC: dict[str, str] = {
             "dense_members",
         ),
         "multibody.motion": ("Motion", "motion_from_acceleration"),
+        "multibody.runge_kutta": ("locate_peak",),
         "multibody.schemes": ("BDF2", "GeneralisedAlpha", "RungeKutta8", "VelocityVerlet"),
         "multibody.objectives": ("AtTime", "Integral", "Maximum", "Minimum", "PNorm", "Peak", "Terminal"),
         "multibody.quantities": ("Coordinate", "Deviation", "Scalar", "Slopes", "StoredEnergy"),

@@ -61,18 +61,21 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
     for step in range(1, steps + 1):
         q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
         for i in range(n):
-            w1[i] = 2.0 * w[step - 1, i] - w[step - 2, i] if step > 1 else w[0, i]
+            # exact for straight lines and for the alternation that rho = 1 leaves in w and lambda
+            w1[i] = w[step - 1, i] + w[step - 2, i] - w[step - 3, i] if step > 2 else w[step - 1, i]
             known = (af * w[step - 1, i] - am * acc[i]) / (1.0 - am)
             a1 = known + c * w1[i]
             q1[i] = q[step - 1, i] + h * v[step - 1, i] + h * h * ((0.5 - beta) * acc[i] + beta * a1)
             v1[i] = v[step - 1, i] + h * ((1.0 - gamma) * acc[i] + gamma * a1)
             acc[i] = known  # completed with c w1 after the iteration
         for r in range(m):
-            l1[r] = 2.0 * lam[step - 1, r] - lam[step - 2, r] if step > 1 else lam[0, r]
+            l1[r] = lam[step - 1, r]
+            if step > 2:
+                l1[r] += lam[step - 2, r] - lam[step - 3, r]
         old, theta = -1.0, 1.0
         done = False
         refresh = (not reuse) or (not fresh)
-        for _ in range(most):
+        for iteration in range(most):
             evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, refresh)
             info[2] += 1
             if refresh:
@@ -82,7 +85,6 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
                     info[0], info[1] = SINGULAR, step
                     return
                 fresh = True
-                old = -1.0
             for i in range(n):
                 rhs[i] = -(T.mass[i] * w1[i] + W.force[i])
             for r in range(m):
@@ -104,15 +106,16 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
             level = max(level, largest)
             if old > 0.0:
                 theta = size / old
-            # error left ~ size theta/(1 - theta); below the rounding of the positions nothing can improve
+            # error left ~ size theta/(1 - theta); where it no longer shrinks, rounding is reached, and near
+            # singular positions of the joints the rounding of Phi moves the accelerations far more
             left = size if old < 0.0 else size * min(theta, 0.9) / (1.0 - min(theta, 0.9))
             floor = 1e-9 * level
             if m > 0:
-                floor = max(floor, 1e-14 * extent / h2c.real)
+                floor = max(floor, (3e-15 if iteration < 8 else 1e-12) * extent / h2c.real)
             if left <= tolerance.real * level or (old > 0.0 and theta > 0.3 and size <= floor):
                 done = True
                 break
-            refresh = old > 0.0 and theta > 0.1
+            refresh = (not refresh) and old > 0.0 and theta > 0.1
             old = size
         if not done:
             info[0], info[1] = STALLED, step

@@ -432,6 +432,43 @@ def member_energy(T, W, step):
 
 
 @njit(**ENTRY)
+def measure_segment(T, W, p, first, last):
+    """Fill W.delta and W.rate of one segment; `evaluate` or `place` must have set W."""
+    X = W.big[p]
+    measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+
+
+@njit(**ENTRY)
+def add_segment(T, W, p, first, last, tangent):
+    """Add members with the forces and slopes given in W.f, W.fd, W.fv to W.force, W.k and W.c."""
+    for a in range(3):
+        W.fr[p, a] = 0.0
+        for b in range(3):
+            W.kr[p, a, b] = 0.0
+            W.cr[p, a, b] = 0.0
+    X = W.big[p]
+    gather_tangent(
+        T.geometry, T.scale, W.f, W.fd, W.fv, first, last,
+        X[0], X[1], X[2], X[3], X[4], X[5], W.fr[p], W.kr[p], W.cr[p],
+    )  # fmt: skip
+    spread(
+        W.q, W.v, T.pair[p, 0], T.pair[p, 1], W.force.shape[0] // 3, X, W.jac, W.fr[p], W.kr[p], W.cr[p],
+        tangent, W.force, W.k, W.c, W.half,
+    )  # fmt: skip
+
+
+@njit(**ENTRY)
+def contract_segment(T, W, p, first, last, mu, gradient):
+    """gradient[first:last] += W.f (b . J mu) for members with the unit forces given in W.f."""
+    w = W.row_g
+    X = W.big[p]
+    pair_covector(W, T.pair[p, 0], T.pair[p, 1], mu.shape[0] // 3, mu, X, w)
+    project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.fd)
+    for i in range(first, last):
+        gradient[i] += W.f[i] * W.fd[i]
+
+
+@njit(**ENTRY)
 def member_energy_series(T, W, q, v, energy):
     """Stored energy of the members at every node of the grid."""
     for step in range(q.shape[0]):

@@ -180,15 +180,12 @@ class Airbag:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UserLaw:
-    """A law of your own: `force(delta, rate, t, **parameters)` on arrays, one entry per member that uses the
-    law.
+    """A law of your own: `force(delta, rate, t, **parameters)` on arrays, one entry per member that uses it.
 
-    Slopes are taken by complex step, so write the function with numpy operations that take complex arrays (no
-    abs,
-    no comparisons of delta or rate; use `np.where(delta.real > 0, ...)`), or give `slopes`, which returns
-    (df/ddelta, df/drate). `energy(delta, t, **parameters)` is optional (0 without). Parameters are floats and
-    can be
-    differentiated like densities.
+    Slopes are taken by complex step, so write the function with numpy operations that take complex arrays: no
+    abs, no comparison of delta or rate themselves (`np.where(delta.real > 0, ...)` is fine). Or give
+    `slopes`,
+    which returns (df/ddelta, df/drate). `StoredEnergy` does not count its members.
 
     >>> cubic = UserLaw(force=lambda delta, rate, t, k3: k3 * delta**3, parameters={"k3": 1e4})
     """
@@ -196,7 +193,6 @@ class UserLaw:
     force: Callable[..., Array]
     parameters: Mapping[str, float] = field(default_factory=dict)
     slopes: Callable[..., tuple[Array, Array]] | None = None
-    energy: Callable[..., Array] | None = None
 
     code: ClassVar[int] = 9
 

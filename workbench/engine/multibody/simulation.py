@@ -7,8 +7,11 @@ import numpy as np
 from ..errors import NotConverged, NotSupported
 from ._kernels_alpha import SINGULAR, alpha_forward
 from .compiled import Compiled, compiled, on_grid
-from .schemes import GeneralisedAlpha, Scheme, VelocityVerlet
-from .start import check_start, initial_accelerations, redundancy
+from .equations import PlanarEquations
+from .runge_kutta import runge_kutta
+from .schemes import BDF2, GeneralisedAlpha, RungeKutta8, Scheme, VelocityVerlet
+from .start import Redundancy, accelerations_from, check_start, initial_accelerations, redundancy
+from .stepping import alpha_loop, bdf2_loop
 from .system import System
 from .tables import Tables, work_space
 from .trajectory import Diagnosis, Trajectory
@@ -63,30 +66,67 @@ def simulate(
     scheme = GeneralisedAlpha() if scheme is None else scheme
     parts = compiled(system)
     times = np.linspace(0.0, float(t_end), int(steps) + 1)
-    return _alpha(parts, alpha, times, scheme)
+    if isinstance(scheme, RungeKutta8):
+        if not parts.fused:
+            raise NotSupported(
+                "RungeKutta8 runs the engine's own laws only; use GeneralisedAlpha for a UserLaw"
+            )
+        return runge_kutta(parts, alpha, times)
+    return _implicit(parts, alpha, times, scheme)
 
 
-def _alpha(parts: Compiled, alpha: Array, times: Array, scheme: Scheme) -> Trajectory:
-    if not isinstance(scheme, GeneralisedAlpha | VelocityVerlet):
-        raise NotSupported(f"scheme {type(scheme).__name__} is not one of the alpha family")
+def _implicit(
+    parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet | BDF2
+) -> Trajectory:
     tables = on_grid(parts, alpha, times)
-    m = len(tables.row)
-    if m and scheme.numbers[3] == 0.0:
+    if isinstance(scheme, VelocityVerlet) and len(tables.row):
         raise NotSupported("velocity Verlet is explicit and cannot hold joints; use GeneralisedAlpha")
     q0, v0, phi_q = check_start(parts, tables)
     found = redundancy(parts, phi_q)
-    run = integrate(parts, tables, scheme, q0, v0, redundant=len(found.rows) > 0)
+    redundant = len(found.rows) > 0
+    if isinstance(scheme, BDF2) or not parts.fused:
+        if any(b.breakable for b in parts.system.bushings):
+            raise NotSupported("breakable bushings run with GeneralisedAlpha and the engine's own laws only")
+        start = (q0, v0, *_start_with_laws(parts, tables, q0, v0))
+        equations = PlanarEquations(parts, tables)
+        shift = proximal(tables, redundant=redundant)
+        if isinstance(scheme, BDF2):
+            nodes = bdf2_loop(equations, scheme, times, start, shift)
+        else:
+            nodes = alpha_loop(equations, scheme, times, start, shift)
+        empty = np.zeros((len(times), len(tables.bushing_pair)))
+        return _record(
+            parts, alpha, times, scheme, tables, nodes.position, nodes.velocity,
+            nodes.acceleration, nodes.multiplier, empty, empty.copy(), found, nodes.newton, nodes.newton,
+        )  # fmt: skip
+    run = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
     if run.info[0] != 0 or not np.isfinite(run.q[-1]).all():
         raise _failure(parts, alpha, times, scheme, run.info)
+    return _record(
+        parts, alpha, times, scheme, tables, run.q, run.v, run.w, run.lam, run.z, run.zdot, found,
+        int(run.info[2]), int(run.info[4]),
+    )  # fmt: skip
+
+
+def _record(
+    parts: Compiled, alpha: Array, times: Array, scheme: Scheme, tables: Tables, q: Array, v: Array, w: Array,
+    lam: Array, z: Array, zdot: Array, found: Redundancy, newton: int, factorisations: int,
+) -> Trajectory:  # fmt: skip
     return Trajectory(
-        system=parts.system, density=alpha, scheme=scheme, times=times,
-        position=run.q, velocity=run.v, acceleration=run.w, multiplier=run.lam,
-        damage=run.z, damage_rate=run.zdot, tables=tables,
+        system=parts.system, density=alpha, scheme=scheme, times=times, position=q, velocity=v,
+        acceleration=w, multiplier=lam, damage=z, damage_rate=zdot, tables=tables,
         diagnosis=Diagnosis(
-            newton_iterations=int(run.info[2]), factorisations=int(run.info[4]), redundant_rows=found.rows,
+            newton_iterations=newton, factorisations=factorisations, redundant_rows=found.rows,
             reason=f"{type(scheme).__name__} as asked",
         ),
     )  # fmt: skip
+
+
+def _start_with_laws(parts: Compiled, tables: Tables, q0: Array, v0: Array) -> tuple[Array, Array]:
+    """Consistent initial accelerations with the users' laws in the forces."""
+    equations = PlanarEquations(parts, tables)
+    equations.look(0, q0, v0, np.zeros(len(tables.row)))
+    return accelerations_from(parts, tables, equations.work)
 
 
 class Run:

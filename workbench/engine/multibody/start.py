@@ -202,10 +202,14 @@ def initial_accelerations(
     parts: Compiled, tables: Tables, work: Work, q: Array, v: Array
 ) -> tuple[Array, Array]:
     """w_0 (n,) and lambda_0 (m,) from the saddle system; least squares when joints are redundant."""
-    m = len(tables.row)
     z = np.zeros(len(tables.bushing_pair))
-    evaluate(tables, work, 0, q, v, np.zeros(m), z, z, 0.0, False)
-    if m == 0:
+    evaluate(tables, work, 0, q, v, np.zeros(len(tables.row)), z, z, 0.0, False)
+    return accelerations_from(parts, tables, work)
+
+
+def accelerations_from(parts: Compiled, tables: Tables, work: Work) -> tuple[Array, Array]:
+    """The same from forces and Phi_q already evaluated with lambda = 0."""
+    if len(tables.row) == 0:
         return -work.force / tables.mass, np.zeros(0)
     force, phi_q = work.force.copy(), work.phi_q.copy()
     _, bend = rates_of_joints(parts, work, float(tables.times[0]))

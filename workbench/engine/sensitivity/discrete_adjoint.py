@@ -16,10 +16,13 @@ from ..errors import NotSupported
 from ..multibody._kernels_alpha import alpha_adjoint
 from ..multibody._kernels_equations import contract_history, contract_parameter_history
 from ..multibody.compiled import compiled
+from ..multibody.equations import PlanarEquations
 from ..multibody.objectives import Objective
 from ..multibody.quantities import in_member_order
-from ..multibody.schemes import GeneralisedAlpha, VelocityVerlet
+from ..multibody.runge_kutta import runge_kutta_adjoint
+from ..multibody.schemes import BDF2, GeneralisedAlpha, RungeKutta8, VelocityVerlet
 from ..multibody.simulation import proximal
+from ..multibody.stepping import alpha_adjoint_loop, bdf2_adjoint_loop
 from ..multibody.tables import work_space
 from ..multibody.trajectory import Trajectory
 from .seeds import Seeds, seeds
@@ -51,7 +54,12 @@ class ByParameter:
 def discrete_adjoint(trajectory: Trajectory, objective: Objective) -> Array:
     """(N,) dG/dalpha of the computed objective, exact to rounding."""
     start = seeds(trajectory, objective)
-    gradient, _ = _sweep(trajectory, start, detailed=False)
+    if isinstance(trajectory.scheme, RungeKutta8):
+        gradient = _explicit(trajectory, start)
+    elif isinstance(trajectory.scheme, BDF2) or not compiled(trajectory.system).fused:
+        gradient = _looped(trajectory, start)
+    else:
+        gradient, _ = _sweep(trajectory, start, detailed=False)
     return np.asarray(in_member_order(trajectory, gradient) + start.density)
 
 
@@ -74,6 +82,26 @@ def parameter_gradient(trajectory: Trajectory, objective: Objective) -> ByParame
         mass=mass.reshape(-1, 3)[:, :2].sum(axis=1),
         inertia=mass.reshape(-1, 3)[:, 2],
     )
+
+
+def _explicit(trajectory: Trajectory, start: Seeds) -> Array:
+    """Order 8: accelerations are functions of the state, w = -M^-1 F, not states of their own."""
+    if start.acceleration.any():
+        raise NotSupported(
+            "objectives of the acceleration have no adjoint under RungeKutta8; use GeneralisedAlpha"
+        )
+    return runge_kutta_adjoint(trajectory, start.last, start.position, start.velocity)
+
+
+def _looped(trajectory: Trajectory, start: Seeds) -> Array:
+    """BDF2, and systems with users' laws: the loops written in Python."""
+    r = trajectory
+    equations = PlanarEquations(compiled(r.system), r.tables)
+    if isinstance(r.scheme, BDF2):
+        return bdf2_adjoint_loop(equations, r.step, r, start)
+    if isinstance(r.scheme, RungeKutta8):
+        return _explicit(r, start)
+    return alpha_adjoint_loop(equations, r.scheme, r.step, r, start)
 
 
 def _sweep(trajectory: Trajectory, start: Seeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:

@@ -58,7 +58,7 @@ def iterative(trajectory: Trajectory, objective: Objective, *, form: str = "bdf2
         if truncated:
             light = h * h / second[0] / system.mass
             stiff = at.stiffness + first[0] / h * at.damping
-            found = light[:, None] * right - light[:, None] * (stiff @ (light[:, None] * right))
+            found: Array = light[:, None] * right - light[:, None] * (stiff @ (light[:, None] * right))
         else:
             block = second[0] / h**2 * mass + first[0] / h * at.damping + at.stiffness
             found = np.linalg.solve(system.saddle(block, at.jacobian), right)

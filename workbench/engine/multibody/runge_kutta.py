@@ -1,0 +1,153 @@
+"""The explicit scheme of order 8 for smooth systems without joints, and a grid with a node on the peak.
+
+Coefficients of Dormand and Prince as scipy publishes them (`scipy.integrate.DOP853`).
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from ..errors import NotConverged, NotSupported
+from ._kernels_equations import evaluate
+from ._kernels_runge_kutta import STAGES, rk8_adjoint, rk8_forward
+from .compiled import Compiled, compiled, on_grid
+from .objectives import Maximum, Minimum
+from .schemes import RungeKutta8
+from .tables import Tables, work_space
+from .trajectory import Diagnosis, Trajectory
+
+__all__ = ["locate_peak", "runge_kutta", "runge_kutta_adjoint"]
+
+Array = np.ndarray[Any, Any]
+
+A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
+B = np.ascontiguousarray(DOP853.B[:STAGES])
+C = np.ascontiguousarray(DOP853.C[:STAGES])
+PEAK_STEPS = 8  # Newton steps on dg/dt = 0; three suffice from the Hermite start
+
+
+def stage_times(times: Array) -> Array:
+    """(12 steps,) the times of all stages."""
+    return np.asarray((times[:-1, None] + np.diff(times)[:, None] * C).ravel())
+
+
+def refuse(parts: Compiled) -> None:
+    """Raise NotSupported for systems the explicit scheme cannot treat."""
+    if len(parts.arrays["row"]):
+        raise NotSupported("explicit Runge-Kutta cannot hold joints; use GeneralisedAlpha")
+    if any(b.breakable for b in parts.system.bushings):
+        raise NotSupported("explicit Runge-Kutta does not carry the damage of bushings; use GeneralisedAlpha")
+
+
+def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
+    """Integrate over the nodes `times`, equal or not."""
+    refuse(parts)
+    tables = on_grid(parts, alpha, times)
+    q, v, _, _ = _run(parts, alpha, times, *parts.start)
+    if not np.isfinite(q).all():
+        bad = int(np.flatnonzero(~np.isfinite(q).all(axis=1))[0])
+        raise NotConverged(
+            f"RungeKutta8 blew up before t = {times[bad]:.6g} s: the step {times[1] - times[0]:.3g} s "
+            "is beyond its stability. Take more steps, or GeneralisedAlpha for stiff systems",
+            float(times[bad]),
+        )
+    bushings = np.zeros((len(times), len(tables.bushing_pair)))
+    return Trajectory(
+        system=parts.system, density=alpha, scheme=RungeKutta8(), times=times, position=q, velocity=v,
+        acceleration=_accelerations(tables, q, v), multiplier=np.zeros((len(times), 0)),
+        damage=bushings, damage_rate=bushings.copy(), tables=tables,
+        diagnosis=Diagnosis(
+            newton_iterations=0, factorisations=0, redundant_rows=(), reason="RungeKutta8 as asked",
+        ),
+    )  # fmt: skip
+
+
+def _run(
+    parts: Compiled, alpha: Array, times: Array, q0: Array, v0: Array
+) -> tuple[Array, Array, Array, Array]:
+    tables = on_grid(parts, alpha, stage_times(times))
+    n, steps = len(q0), len(times) - 1
+    q, v = np.zeros((steps + 1, n)), np.zeros((steps + 1, n))
+    q[0], v[0] = q0, v0
+    stage_q, stage_v = np.zeros((STAGES * steps, n)), np.zeros((STAGES * steps, n))
+    rk8_forward(tables, work_space(tables), A, B, times, q, v, stage_q, stage_v, np.zeros((STAGES, n)))
+    return q, v, stage_q, stage_v
+
+
+def _accelerations(tables: Tables, q: Array, v: Array) -> Array:
+    work = work_space(tables)
+    out = np.zeros_like(q)
+    none = np.zeros(0)
+    for node in range(len(q)):
+        evaluate(tables, work, node, q[node], v[node], none, work.z, work.zdot, 0.0, False)
+        out[node] = -work.force / tables.mass
+    return out
+
+
+def runge_kutta_adjoint(trajectory: Trajectory, last: int, seed_q: Array, seed_v: Array) -> Array:
+    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the scheme's own result."""
+    r, parts = trajectory, compiled(trajectory.system)
+    gradient = np.zeros(len(r.density))
+    if last == 0:
+        return gradient
+    n, times = r.position.shape[1], r.times[: last + 1].copy()
+    _, _, stage_q, stage_v = _run(parts, r.density, times, r.position[0].copy(), r.velocity[0].copy())
+    tables = on_grid(parts, r.density, stage_times(times))
+    rk8_adjoint(
+        tables, work_space(tables), A, B, times, last, stage_q, stage_v, seed_q, seed_v,
+        np.zeros((2, n)), np.zeros((STAGES, n)), np.zeros((STAGES, n)), np.zeros(n), gradient,
+    )  # fmt: skip
+    return gradient
+
+
+def locate_peak(trajectory: Trajectory, objective: Maximum | Minimum) -> Trajectory:
+    """The same run with one more node, exactly on the objective's highest peak (Newton on dg/dt = 0).
+
+    The cubic Hermite between nodes is of order 4; with steps as long as order 8 allows it would be the
+    largest
+    error. Returns the trajectory unchanged when the peak is at an end or the quantity has no rate.
+    """
+    r = trajectory
+    if not isinstance(r.scheme, RungeKutta8):
+        raise NotSupported(
+            "locate_peak is for RungeKutta8 trajectories; GeneralisedAlpha's peaks are refined already"
+        )
+    peak = objective.peaks(r)[0]
+    if peak.at_end or not objective.quantity.has_rates:
+        return r
+    parts = compiled(r.system)
+    a = int(np.searchsorted(r.times, peak.time, side="right") - 1)
+    low, high = float(r.times[a]), float(r.times[a + 1])
+    time, previous = peak.time, None
+    found = r
+    for _ in range(PEAK_STEPS):
+        times = np.insert(r.times, a + 1, time)
+        found = _with_node(parts, r, times, a)
+        rate = float(objective.quantity.rates(found, np.array([a + 1]))[0])
+        if previous is None:
+            probe = 1e-3 * (high - low)
+            ahead = _with_node(parts, r, np.insert(r.times, a + 1, time + probe), a)
+            slope = (float(objective.quantity.rates(ahead, np.array([a + 1]))[0]) - rate) / probe
+        else:
+            slope = (rate - previous[1]) / (time - previous[0]) if time != previous[0] else slope
+        previous = (time, rate)
+        move = -rate / slope if slope != 0.0 else 0.0
+        if not low < time + move < high or abs(move) < 1e-13 * max(1.0, high):
+            break
+        time += move
+    return found
+
+
+def _with_node(parts: Compiled, r: Trajectory, times: Array, a: int) -> Trajectory:
+    q, v, _, _ = _run(parts, r.density, times[a : a + 3].copy(), r.position[a].copy(), r.velocity[a].copy())
+    tables = on_grid(parts, r.density, times)
+    position = np.vstack([r.position[: a + 1], q[1:2], r.position[a + 1 :]])
+    velocity = np.vstack([r.velocity[: a + 1], v[1:2], r.velocity[a + 1 :]])
+    bushings = np.zeros((len(times), r.damage.shape[1]))
+    return replace(
+        r, times=times, position=position, velocity=velocity, tables=tables,
+        acceleration=_accelerations(tables, position, velocity), multiplier=np.zeros((len(times), 0)),
+        damage=bushings, damage_rate=bushings.copy(),
+    )  # fmt: skip
