@@ -116,8 +116,9 @@ def _screening(screening: Mapping[str, Any]) -> Card:
     q2 = (screening.get("leave_one_out") or {}).get("q2")
     # whatever the likelihood says: parameters that predict badly on their own are not all there are
     enough = q2 is None or q2 >= GOOD_Q2 or not left
-    if not enough:
-        rest += f" The selected ones alone predict {percent(max(q2, 0.0))} of the variance: others may matter too."
+    if q2 is not None and not enough:
+        said = percent(max(float(q2), 0.0))
+        rest += f" The selected ones alone predict {said} of the variance: others may matter too."
     return Card(
         question=f"Which parameters drive {screening['response']}?",
         answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
