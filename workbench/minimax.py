@@ -125,10 +125,9 @@ def minimax(
         NotEnoughRuns: fewer than half of the start design gave a value.
 
     >>> from workbench import Parameter
-    >>> result = minimax(lambda x, u: (x["x"] - 5) ** 2 - (u["u"] - 5) ** 2,
-    ...                  Space([Parameter("x", lower=0, upper=10)]), Space([Parameter("u", lower=0,
-                         upper=10)]),
-    ...                  budget=60)
+    >>> choice = Space([Parameter("x", lower=0, upper=10)])
+    >>> danger = Space([Parameter("u", lower=0, upper=10)])
+    >>> result = minimax(lambda x, u: (x["x"] - 5) ** 2 - (u["u"] - 5) ** 2, choice, danger, budget=60)
     >>> abs(result.value) < 0.01
     True
     """

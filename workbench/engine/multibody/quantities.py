@@ -292,8 +292,7 @@ class Coordinate:
 
     direction: n in the reference's frame.  relative: subtract the value at the start.
 
-    >>> Coordinate(bodies=("torso", "head"), reference="vehicle", shares=(40.0, 5.0), direction=(0.0,
-    1.0)).relative
+    >>> Coordinate(bodies=("torso", "head"), reference="vehicle", shares=(40.0, 5.0)).relative
     False
     """
 

@@ -60,8 +60,8 @@ def gradient(
 
     >>> from workbench.engine import Body, Coordinate, Member, Spring, System, Terminal, gradient, simulate
     >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
-    >>> system = System(bodies=(mass,), members=(Member(a="mass", b="ground", point_b=(-1, 0),
-    law=Spring(k=10.0)),))
+    >>> spring = Member(a="mass", b="ground", point_b=(-1, 0), law=Spring(k=10.0))
+    >>> system = System(bodies=(mass,), members=(spring,))
     >>> run = simulate(system, [1.0], t_end=1.0, steps=500)
     >>> objective = Terminal(quantity=Coordinate(bodies=("mass",), direction=(1.0, 0.0)))
     >>> gradient(system, [1.0], run, objective).round(3)     # k dx/dk = (t cos wt - sin(wt)/w) v0/2, w =
