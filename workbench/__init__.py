@@ -17,6 +17,8 @@ _siblings.check()
 # public name -> module that defines it
 _PUBLIC = {
     "Campaign": "workbench.campaign",
+    "Design": "workbench.design",
+    "DesignOptions": "workbench.design",
     "Distribution": "workbench.space",
     "History": "workbench.model",
     "Parameter": "workbench.space",
@@ -24,7 +26,9 @@ _PUBLIC = {
     "Space": "workbench.space",
     "Study": "workbench.study",
     "WorstCase": "workbench.worst_case",
+    "compare": "workbench.design",
     "load_study": "workbench.study",
+    "make_design": "workbench.design",
     "minimax": "workbench.minimax",
     "re_evaluate": "workbench.robust",
     "screen": "workbench.screening",

@@ -64,8 +64,7 @@ def gradient(
     >>> system = System(bodies=(mass,), members=(spring,))
     >>> run = simulate(system, [1.0], t_end=1.0, steps=500)
     >>> objective = Terminal(quantity=Coordinate(bodies=("mass",), direction=(1.0, 0.0)))
-    >>> gradient(system, [1.0], run, objective).round(3)     # k dx/dk = (t cos wt - sin(wt)/w) v0/2, w =
-    sqrt(k/m)
+    >>> gradient(system, [1.0], run, objective).round(3)  # k v0/(2 k) (t cos wt - sin(wt)/w), w = sqrt(k/m)
     array([-0.248])
     """
     if trajectory.system is not system:
