@@ -24,9 +24,9 @@ from .search import Search, multi_start
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
 
-FEWEST = 36  # starts: an early agreement may be one on the second-best maximum
+FEWEST = 48  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
-PATIENCE = 60  # starts without anything better
+PATIENCE = 90  # starts without anything better
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
 SPARE = 3  # units beyond the chosen set that are climbed on all runs

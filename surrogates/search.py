@@ -20,7 +20,7 @@ __all__ = ["Search", "multi_start", "n_alive"]
 Array = NDArray[np.float64]
 
 SPARSE = ((5, 0.5, -5.0), (8, -0.25, -4.0))  # units that begin active, their log theta, that of the others
-KEPT, JOINING, KICKED_FROM = 0.75, 3, 3  # share kept and units joining in a kick, maxima kicked from
+KEPT, JOINING, KICKED_FROM = 0.75, 3, 8  # share kept and units joining in a kick, maxima kicked from
 SPARSE_FIRST = 16  # starts before the first kick
 ALIVE = np.log(1e-5)  # log of theta times reach: a mean correlation lowered by less is not noticed
 SAME = 0.1  # two maxima closer than this in l are the same one

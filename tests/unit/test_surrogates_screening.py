@@ -171,7 +171,7 @@ def test_bad_input_is_refused_with_a_cure():
         ({"criterion": "aic"}, "criterion needs 'reml' or 'ml', got 'aic'"),
         ({"eta": 3.0}, "eta needs 1 <= eta <= 2, got 3.0"),
         ({"n_features": 0}, "n_features needs at least 1, got 0"),
-        ({"n_starts": 0}, "n_starts and enough need at least 1, got n_starts=0 and enough=5"),
+        ({"n_starts": 0}, "n_starts and enough need at least 1, got n_starts=0 and enough=8"),
         ({"nugget": 0.0}, "nugget needs a positive number or a pair 0 < low <= high, got 0.0"),
         ({"nugget": (0.1, 0.01)}, r"nugget needs a positive number or a pair .*got \(0.1, 0.01\)"),
         ({"groups": [(0, 9)]}, "groups need columns 0 to 5, got 9"),
