@@ -70,7 +70,9 @@ class Campaign:
             ) from exc
         self.store = Store.opened(self.folder / "runs.sqlite")
         try:
-            for text in check_lock(self.folder, self.spec, runs=len(self.store.rows()), keep_runs=keep_runs):
+            for text in check_lock(
+                self.folder, self.spec, runs=self.store.counts().get("ok", 0), keep_runs=keep_runs
+            ):
                 self.progress.note(text)
             if study.text:
                 write_text(self.folder / "study.toml", study.text)
@@ -168,9 +170,7 @@ class Campaign:
             StoreError: the store refused a write.
         """
         keys = self.enqueue(rows, batch=batch)
-        queued = [
-            row.key for row in self.store.rows(keys=list(dict.fromkeys(keys))) if row.status == "queued"
-        ]
+        queued = [key for key, status in self.store.statuses(keys).items() if status == "queued"]
         if queued:
             self._make(queued, total=len(set(keys)), quiet=quiet)
         return self.store.rows(keys=keys)
@@ -178,17 +178,21 @@ class Campaign:
     def enqueue(self, rows: Sequence[Mapping[str, Any]], *, batch: str) -> list[str]:
         """Queue the rows that are new, and give all keys; what breaks a constraint is skipped at once."""
         space = self.study.space
-        plain = [space.canonical(row) for row in rows]
+        plain = space.canonical_rows(rows)
         keys = [self.key(row) for row in plain]
+        known = self.store.statuses(keys)
+        new = {key: row for key, row in zip(keys, plain, strict=True) if key not in known}
+        if not new:
+            return keys
         with self.store.transaction():
             self.store.enqueue(
-                zip(keys, plain, strict=True),
+                new.items(),
                 batch=batch,
                 model=self.spec.identity,
                 version=self.spec.version,
                 seed=self.study.seed,
             )
-            for key, row in zip(keys, plain, strict=True):
+            for key, row in new.items() if space.constraints else ():
                 broken = space.violated(row)
                 if broken is not None:
                     self.store.finish(

@@ -10,7 +10,7 @@ of an integer, the multiples of a step, the two states of a binary, or the words
 
 import keyword
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, fields
 from typing import Any
 
@@ -126,12 +126,16 @@ class Parameter:
 
     def canonical(self, value: Any) -> Any:
         """The value as a model gets it: checked, of the right type, not rounded."""
-        if isinstance(value, np.generic):
-            value = value.item()
-        self.unit_of([value])
+        return self.canonical_values([value])[0]
+
+    def canonical_values(self, values: Sequence[Any]) -> list[Any]:
+        """`canonical` for many values."""
+        plain = [value.item() if isinstance(value, np.generic) else value for value in values]
+        self.unit_of(plain)
         if self.levels:
-            return self.levels[self.levels.index(value)]
-        return round(value) if self.kind == "integer" else float(value)
+            own = {level: level for level in self.levels}
+            return [own[value] for value in plain]
+        return [round(value) for value in plain] if self.kind == "integer" else [float(v) for v in plain]
 
     def quantile(self, probability: np.ndarray) -> np.ndarray:
         """Values at probabilities (n,): by the distribution cut off at the bounds, else as `physical`."""

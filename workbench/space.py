@@ -5,7 +5,7 @@ them. The map of one parameter stands in `workbench.parameter`.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
@@ -108,6 +108,14 @@ class Space:
         values = self._values(row)
         return {p.name: p.canonical(v) for p, v in zip(self.parameters, values, strict=True)}
 
+    def canonical_rows(self, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """`canonical` for many rows, column by column."""
+        columns = list(zip(*(self._values(row) for row in rows), strict=True))
+        if not columns:
+            return []
+        checked = [p.canonical_values(c) for p, c in zip(self.parameters, columns, strict=True)]
+        return [dict(zip(self.names, values, strict=True)) for values in zip(*checked, strict=True)]
+
     def snap(self, unit_points: Any) -> np.ndarray:
         """The unit points (n, d) with every levelled coordinate moved to the position of its level."""
         out = np.array(self._columns(unit_points)).T.copy()
@@ -177,6 +185,8 @@ class Space:
             )
 
     def _values(self, row: Mapping[str, Any]) -> list[Any]:
+        if tuple(row) == self.names:
+            return list(row.values())
         missing = [n for n in self.names if n not in row]
         stray = [n for n in row if n not in self.names]
         if missing or stray:

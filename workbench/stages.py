@@ -105,12 +105,12 @@ def evaluate(campaign: Campaign) -> dict[str, Any]:
         raise StudyError(
             "there is no design to evaluate; give the study a [design] table or run `holdfast design`"
         )
-    rows = _rows(campaign, document)
-    stored = campaign.store.rows(keys=document["run_keys"])
-    known = sum(row.status not in ("queued", "running") for row in stored)
+    rows, keys = _rows(campaign, document), document["run_keys"]
+    known = sum(status not in ("queued", "running") for status in campaign.store.statuses(keys).values())
     campaign.progress.stage("evaluate", f"{len(rows)} runs, {known} of them known")
-    done = campaign.evaluate(rows, batch="table" if campaign.study.model["kind"] == "table" else "design")
-    return {"runs": len(done), "counts": dict(Counter(row.status for row in done))}
+    if known < len(set(keys)):
+        campaign.evaluate(rows, batch="table" if campaign.study.model["kind"] == "table" else "design")
+    return {"runs": len(keys), "counts": dict(Counter(campaign.store.statuses(keys).values()))}
 
 
 def screening_runs(campaign: Campaign) -> list[Evaluation]:

@@ -255,6 +255,18 @@ class Store:
                 for n, status, reason, error in self._db.execute(query, (key,))
             ]
 
+    def statuses(self, keys: Sequence[str]) -> dict[str, str]:
+        """The status of every known key, in the order of `keys`."""
+        found: dict[str, str] = {}
+        with _explained(self.path):
+            for k in range(0, len(keys), CHUNK):
+                part = list(keys[k : k + CHUNK])
+                marks = ", ".join("?" * len(part))
+                found.update(
+                    self._db.execute(f"SELECT key, status FROM evaluation WHERE key IN ({marks})", part)
+                )
+        return {key: found[key] for key in dict.fromkeys(keys) if key in found}
+
     def counts(self) -> dict[str, int]:
         """How many rows have each status."""
         with _explained(self.path):
