@@ -31,8 +31,10 @@ _PUBLIC = {
     "make_design": "workbench.design",
     "minimax": "workbench.minimax",
     "re_evaluate": "workbench.robust",
+    "report_numbers": "workbench.report",
     "screen": "workbench.screening",
     "worst_case": "workbench.worst_case",
+    "write_report": "workbench.report",
 }
 
 __all__ = sorted(_PUBLIC)
