@@ -91,7 +91,8 @@ class Store:
                 db.execute(f"PRAGMA journal_mode = {'WAL' if wal else 'TRUNCATE'}")
                 db.execute("PRAGMA synchronous = FULL")
                 if new or not _tables(db):
-                    db.executescript(f"BEGIN; {SCHEMA} PRAGMA user_version = {VERSION}; COMMIT;")
+                    made = f"INSERT INTO meta VALUES ('created_with', '{_own_version()}');"
+                    db.executescript(f"BEGIN; {SCHEMA} {made} PRAGMA user_version = {VERSION}; COMMIT;")
                 store._check_version(migrating=True)
             store._release_stale()
         except BaseException:
@@ -343,6 +344,15 @@ def file_system(folder: Path) -> str:
         if place.startswith(point) and len(point) >= len(best):
             best, kind = point, name
     return kind
+
+
+def _own_version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("holdfast")
+    except PackageNotFoundError:
+        return "unknown"
 
 
 def _take_lock(path: Path) -> int:

@@ -1,0 +1,57 @@
+"""The snippets of the how-tos on campaigns are what they say: studies that load, code that runs."""
+
+import re
+from pathlib import Path
+
+from workbench import stages
+from workbench.campaign import Campaign
+from workbench.study import parse_study
+
+HOWTO = Path(__file__).parent.parent.parent / "docs" / "howto"
+
+
+def snippets(name, language):
+    return re.findall(rf"```{language}\n(.*?)```", (HOWTO / name).read_text(), re.DOTALL)
+
+
+def test_the_study_file_of_the_how_to_loads():
+    (text,) = snippets("write-a-study-file.md", "toml")
+    study = parse_study(text.replace('"a + b <= 1.5"', '"k <= 1500"'))
+    assert study.space.names == ("k",)
+    assert study.worst_case is not None
+    table = (HOWTO / "write-a-study-file.md").read_text()
+    rows = re.findall(r"`(lower = .*?)`, `(upper = .*?)`|`(kind = .*?)`, `(levels = .*?)`", table)
+    assert len(rows) >= 3
+    head = '[study]\nname = "s"\n[model]\nkind = "ask"\n[[response]]\nname = "y"\n[[parameter]]\nname = "p"\n'
+    for row in rows:
+        parse_study(head + "\n".join(part for part in row if part))
+
+
+def test_the_models_of_the_how_to_load():
+    rest = '[study]\nname = "s"\n[[parameter]]\nname = "stiffness"\nlower = 1\nupper = 2\n'
+    response = '[[response]]\nname = "peak"\n'
+    texts = snippets("bring-your-own-simulator.md", "toml")
+    assert len(texts) == 4
+    for text in texts:
+        parse_study(rest + text + ("" if "[[response]]" in text else response))
+
+
+def test_the_store_is_read_as_the_how_to_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("m.py").write_text("def f(k):\n    if k > 1.5: raise ValueError('no')\n    return k / 3")
+    Path("study.toml").write_text(
+        '[study]\nname = "s"\n[model]\nkind = "python"\nfunction = "m.py:f"\n'
+        '[[parameter]]\nname = "k"\nlower = 1\nupper = 2\nunit = "N"\n[[response]]\nname = "y"\n'
+        '[design]\nkind = "sobol"\nruns = 4\n[evaluate]\nengine = "inline"\n'
+    )
+    with Campaign.from_file("study.toml") as campaign:
+        stages.design(campaign)
+        stages.evaluate(campaign)
+    first, second = snippets("read-the-store-elsewhere.md", "python")
+    names = {}
+    exec(first, names)
+    assert list(names["table"].columns) == ["key", "status", "error", "k", "y"]
+    assert names["table"]["y"].notna().sum() == (names["table"]["status"] == "ok").sum() == 2
+    exec(second, names)
+    assert names["data"]["k"].attrs["units"] == "N"
+    names["db"].close()
