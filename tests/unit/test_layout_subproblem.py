@@ -66,7 +66,7 @@ def test_the_kernel_agrees_with_its_twin(seed):
 
 
 def test_printed_constants_would_make_the_model_constant():
-    # (7.6) and (7.7) are printed at alpha_i: so read, G_0 + sum a_i |alpha_i - c_i|^xi is G(alpha^k) everywhere
+    # (7.6) and (7.7) are printed at alpha_i: so read, the model is G(alpha^k) everywhere
     alpha_k, g, xi, c = 0.4, -2.0, -1.0, 0.0
     for alpha in (0.2, 0.4, 0.8):
         a = np.sign(alpha - c) * abs(alpha - c) ** (1 - xi) * g / xi
@@ -138,7 +138,8 @@ def test_closed_form_and_general_subproblem_agree(eta):
     )
     solution = solve_subproblem(model)
     new, _ = closed_form_update(
-        x, -w, solution.multipliers[0] * v, centre=np.zeros(40), xi=np.full(40, 1 - 1 / eta), zeta=np.ones(40),
+        x, -w, solution.multipliers[0] * v, centre=np.zeros(40), xi=np.full(40, 1 - 1 / eta),
+        zeta=np.ones(40),
         lower=model.lower, upper=model.upper,
     )  # fmt: skip
     assert solution.x == pytest.approx(new, abs=1e-11)

@@ -56,7 +56,7 @@ def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSo
     size = np.where(reach[1:] > 0, reach[1:], np.maximum(np.abs(model.values[1:]), 1.0))
     caps = cap * max(float(reach[0]), float(size.max()) * 1e-12, 1e-300) / size
     if model.is_linear:
-        return _linear(model, caps)
+        return _linear(model, caps, size)
     if m == 1:
         return _one_constraint(model, float(caps[0]), float(size[0]))
     return _several(model, caps, size)
@@ -69,16 +69,18 @@ def _solution(model: SeparableModel, x: Array, multipliers: Array) -> Subproblem
     return SubproblemSolution(x=x, multipliers=multipliers, values=values, elastic=elastic)
 
 
-def _linear(model: SeparableModel, caps: Array) -> SubproblemSolution:
+def _linear(model: SeparableModel, caps: Array, size: Array) -> SubproblemSolution:
     m, n = model.constraints, len(model.point)
-    right = model.gradients[1:] @ model.point - model.values[1:]
+    unit = max(float(np.abs(model.gradients[0]).max()), 1e-300)
+    rows = model.gradients[1:] / size[:, None]
     solved = linear_programme(
-        np.r_[model.gradients[0], caps],
-        at_most=(np.hstack([model.gradients[1:], -np.eye(m)]), right),
+        np.r_[model.gradients[0] / unit, caps * size / unit],
+        at_most=(np.hstack([rows, -np.eye(m)]), rows @ model.point - model.values[1:] / size),
         bounds=[*zip(model.lower, model.upper, strict=True), *[(0, None)] * m],
     )
-    assert solved is not None  # elastic variables make every such programme feasible, the box bounds it
-    return _solution(model, solved.x[:n], solved.prices)
+    if solved is None:  # rounding: the interior point does without vertices
+        return _solution(model, *interior_point(model, caps))
+    return _solution(model, np.clip(solved.x[:n], model.lower, model.upper), solved.prices * unit / size)
 
 
 def _one_constraint(model: SeparableModel, cap: float, size: float) -> SubproblemSolution:

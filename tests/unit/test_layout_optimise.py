@@ -1,0 +1,419 @@
+"""optimise_layout: the strategies, the verdicts, bad input."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from studies import trusses
+from studies.two_body import layout_problem
+from workbench.engine.layout.aggregate import aggregated
+from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
+from workbench.engine.layout.pareto import hypervolume, knee_point, pareto_filter
+from workbench.engine.layout.peaks import local_peaks, rows_with_neighbours
+from workbench.engine.layout.problem import InvalidLayout, LayoutProblem, TabulatedRows, static_problem
+from workbench.engine.layout.purify import fractional_members, purify, rigid_body_sums
+from workbench.engine.layout.quadratic import quadratic_bound
+from workbench.engine.layout.result import LayoutStatus
+from workbench.engine.layout.several import boundary_problem, front, simplex_points, weighted_problem
+
+
+def springs(n=200, mixed=False, seed=0):
+    """sum w_i/a_i, or half of the members with + w_i a_i: exact by a one-dimensional dual."""
+    rng = np.random.default_rng(seed)
+    w, v = rng.uniform(0.5, 2, n), rng.uniform(0.5, 2, n)
+    rising = np.arange(n) % 2 == 0 if mixed else np.zeros(n, dtype=bool)
+    limit = 0.25 * v.sum()
+
+    def value(a):
+        return float(np.where(rising, w * a, w / a).sum()), np.where(rising, w, -w / a**2)
+
+    def density(price):
+        return np.where(rising, 0.05, np.clip(np.sqrt(w / (price * v)), 0.05, 1.0))
+
+    low, high = 1e-6, 1e6
+    for _ in range(200):
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if v @ density(middle) > limit else (low, middle)
+    problem = static_problem(value, start=np.full(n, 0.2), lower=0.05, budgets=[(v, limit)])
+    return problem, value(density(high))[0], high
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+def test_separable_problems_are_solved_to_ten_digits(mixed):
+    problem, exact, price = springs(mixed=mixed)
+    result = optimise_layout(problem, tolerance=1e-11)
+    assert result.value == pytest.approx(exact, rel=1e-10)
+    assert result.status is LayoutStatus.CONVERGED
+    assert result.shadow_prices[0] == pytest.approx(price, rel=1e-4)
+    assert result.excess <= 1e-9
+
+
+def test_two_groups_have_two_prices():
+    problem, _, _ = springs(40)
+    half = (np.arange(40) < 20).astype(float)
+    two = static_problem(
+        lambda a: (float((1 / a).sum()), -1 / a**2), start=np.full(40, 0.1), lower=0.01,
+        budgets=[(half, 4.0), (1 - half, 8.0)], names=("left", "right"),
+    )  # fmt: skip
+    result = optimise_layout(two, tolerance=1e-10)
+    assert result.density == pytest.approx(np.where(half > 0, 0.2, 0.4), rel=1e-5)
+    assert result.shadow_prices == pytest.approx([25.0, 6.25], rel=1e-4)
+    assert problem.budgets == 1
+
+
+def test_fixed_members_stay():
+    lower, upper = np.full(6, 0.01), np.ones(6)
+    lower[2] = upper[2] = 0.7
+    problem = static_problem(
+        lambda a: (float((1 / a).sum()), -1 / a**2), start=np.full(6, 0.2), lower=lower, upper=upper,
+        budgets=[(np.ones(6), 2.0)],
+    )  # fmt: skip
+    for method in ("gsao", "mma", "oc"):
+        result = optimise_layout(problem, method, max_evaluations=60)
+        assert result.density[2] == 0.7
+        assert result.density[0] == pytest.approx(0.26, rel=1e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_improves_and_stays_feasible(method):
+    truss = trusses.ground_structure(
+        columns=4, rows=3, width=3.0, height=2.0, loads=((((0, -1), (3.0, 1.0)),),)
+    )
+    problem = trusses.problem(truss, lower=1e-5 / truss.lengths.sum(), second_order=method != "dsqp")
+    result = optimise_layout(problem, method, max_evaluations=40)
+    best = [entry.best for entry in result.history]
+    # plain SLP with its fixed move box only oscillates around such a start; it must not get worse
+    assert result.value <= (1.0 if method == "slp" else 0.8) * result.start_value
+    assert result.excess <= 1e-9
+    assert best == sorted(best, reverse=True)
+    assert result.value == pytest.approx(min(entry.value for entry in result.history))
+
+
+def test_trusses_without_second_derivatives_reach_one_per_cent_of_the_optimum():
+    truss = trusses.ground_structure(
+        columns=4, rows=3, width=3.0, height=2.0, loads=((((0, -1), (3.0, 1.0)),),)
+    )
+    problem = trusses.problem(truss, second_order=False, lower=1e-7)
+    result = optimise_layout(problem, max_evaluations=150)
+    assert result.value <= 1.01 * trusses.plastic_optimum(truss)
+
+
+def test_an_idle_budget_is_named():
+    problem = static_problem(
+        lambda a: (float(((a - 0.1) ** 2).sum()) + 1.0, 2 * (a - 0.1)), start=np.full(5, 0.5),
+        budgets=[(np.ones(5), 4.0)], names=("steel",),
+    )  # fmt: skip
+    result = optimise_layout(problem)
+    assert result.status is LayoutStatus.IDLE_BUDGET
+    assert "rewards removing members" in result.status.value
+    assert any("'steel' is idle" in said for said in result.verdicts)
+    assert result.shadow_prices == pytest.approx([0.0], abs=1e-9)
+
+
+def test_a_blind_objective_is_refused_with_the_reason():
+    problem = static_problem(lambda a: (3.0, np.zeros(4)), start=np.full(4, 0.5), budgets=[(np.ones(4), 2.0)])
+    result = optimise_layout(problem)
+    assert result.status is LayoutStatus.ZERO_SENSITIVITY
+    assert result.evaluations == 1
+    assert "does not see these variables" in result.verdicts[0]
+
+
+def test_a_trivial_layout_is_returned_when_it_is_better():
+    # a barrier between the start and the empty layout: descent goes the wrong way
+    def value(a):
+        s = float(a.sum())
+        return 1.0 + np.sin(3 * s) + 0.2 * s, (3 * np.cos(3 * s) + 0.2) * np.ones(3)
+
+    problem = static_problem(value, start=np.full(3, 0.45), budgets=[(np.ones(3), 2.0)])
+    result = optimise_layout(problem, max_evaluations=40)
+    assert result.value <= min(value(np.zeros(3))[0], value(np.full(3, 2 / 3))[0])
+
+
+def test_an_infeasible_problem_is_reported():
+    problem = static_problem(
+        lambda a: (float(a.sum()), np.ones(2)), start=np.full(2, 0.5),
+        constraints=lambda a: (np.array([2.0 - a[0], a[0] - 0.2]), np.array([[-1.0, 0.0], [1.0, 0.0]])),
+    )  # fmt: skip
+    result = optimise_layout(problem, max_evaluations=15)
+    assert result.status is LayoutStatus.INFEASIBLE
+    assert "contradict" in result.verdicts[0]
+
+
+def test_an_infeasible_start_is_repaired():
+    problem = static_problem(
+        lambda a: (float((1 / a).sum()), -1 / a**2),
+        start=np.full(4, 0.9),
+        lower=0.01,
+        budgets=[(np.ones(4), 1.0)],
+    )
+    result = optimise_layout(problem)
+    assert result.value == pytest.approx(16.0, rel=1e-5)
+    assert all(entry.budget <= 1 + 1e-9 for entry in result.history)
+
+
+def test_progress_hears_of_every_evaluation():
+    heard = []
+    result = optimise_layout(
+        trusses.cantilever(), progress=lambda e, a: heard.append((e.evaluation, len(a))), keep_iterates=True
+    )
+    assert heard == [(k + 1, 5) for k in range(result.evaluations)]
+    assert len(result.iterates) == result.evaluations
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            {"lower": 0.5, "budgets": [(np.ones(3), 1.0)]},
+            "allows 1 but the lower bounds alone need 1.5. Raise",
+        ),
+        ({"budgets": [([1, -2, 1], 1.0)]}, "negative cost -2 for member 1"),
+        ({"lower": 0.5, "upper": 0.5}, "all members are fixed"),
+        ({"lower": 0.6, "upper": 0.5}, r"member 0 needs lower <= upper, got lower=0.6 and upper=0.5"),
+        ({"start": [0.1, np.nan, 0.1]}, "start holds a number that is not finite"),
+        (
+            {"names": ("a", "b"), "budgets": [(np.ones(3), 1.0)]},
+            "names needs one name for each of the 1 budgets",
+        ),
+    ],
+)
+def test_bad_problems_are_refused(arguments, message):
+    with pytest.raises(InvalidLayout, match=message):
+        static_problem(lambda a: (1.0, np.ones(3)), **{"start": np.full(3, 0.5), **arguments})
+
+
+def test_sizes_are_checked():
+    ones = np.ones(3)
+    with pytest.raises(InvalidLayout, match="costs needs a row per limit and a column per member"):
+        LayoutProblem(
+            evaluate=lambda a: None,
+            start=ones,
+            lower=0 * ones,
+            upper=ones,
+            costs=np.ones((1, 2)),
+            limits=[1.0],
+        )
+    with pytest.raises(InvalidLayout, match="lower needs one number for each of the 3 members"):
+        LayoutProblem(
+            evaluate=lambda a: None,
+            start=ones,
+            lower=np.zeros(2),
+            upper=ones,
+            costs=np.ones((1, 3)),
+            limits=[1.0],
+        )
+
+
+def test_a_gradient_that_is_not_a_number_is_named_with_member_and_time():
+    def evaluate(a):
+        gradient = np.ones((3, 4))
+        gradient[1, 2] = np.nan
+        return TabulatedRows(
+            values=np.array([[0.0, 2.0, 1.0]]), gradient_table=gradient, constraint_gradients=np.zeros((0, 4))
+        )
+
+    problem = LayoutProblem(
+        evaluate=evaluate, start=np.full(4, 0.5), lower=np.zeros(4), upper=np.ones(4), costs=np.ones((1, 4)),
+        limits=[2.0], times=np.array([0.0, 0.25, 0.5]),
+    )  # fmt: skip
+    with pytest.raises(
+        InvalidLayout, match=r"member 2 is nan in scenario 0 at t = 0.25 s. Check the force law"
+    ):
+        optimise_layout(problem)
+
+
+def test_values_that_are_not_numbers_are_refused():
+    problem = static_problem(lambda a: (np.nan, np.ones(2)), start=np.full(2, 0.5))
+    with pytest.raises(InvalidLayout, match="the objective is nan in scenario 0, node 0"):
+        optimise_layout(problem)
+    problem = static_problem(
+        lambda a: (1.0, np.ones(2)), start=np.full(2, 0.5), constraints=lambda a: ([np.inf], [[1.0, 1.0]])
+    )
+    with pytest.raises(InvalidLayout, match="constraint 0 is inf"):
+        optimise_layout(problem)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"method": "bfgs"}, "method needs to be one of gsao"),
+        ({"max_evaluations": 0}, "max_evaluations needs to be >= 1, got 0"),
+        ({"peaks": "some"}, "peaks needs to be 'all'"),
+        ({"method": "trust_region"}, "takes budgets only"),
+    ],
+)
+def test_bad_arguments_are_refused(arguments, message):
+    with pytest.raises(InvalidLayout, match=message):
+        optimise_layout(trusses.cantilever(), **arguments)
+
+
+def test_the_central_path_asks_for_what_it_needs():
+    problem = static_problem(lambda a: (float(a @ a), 2 * a), start=np.full(2, 0.5))
+    with pytest.raises(InvalidLayout, match="needs static rows with second derivatives"):
+        optimise_layout(problem, "central_path")
+    with pytest.raises(InvalidLayout, match="or a study's record; dict has no system"):
+        as_layout_problem({})
+
+
+def test_peaks_and_their_neighbours():
+    values = np.array([[0.0, 1.0, 0.5, 2.0, 2.0], [3.0, 1.0, 1.0, 0.0, 5.0]])
+    assert local_peaks(values).tolist() == [1, 4, 5, 7, 9]
+    assert local_peaks(values, above=1.5).tolist() == [4, 5, 9]
+    assert rows_with_neighbours(values, np.array([5, 9]), (-1, 0, 1)).tolist() == [5, 6, 8, 9]
+
+
+def test_the_bound_formulation_agrees_with_a_slow_solver():
+    from scipy.optimize import minimize
+
+    rng = np.random.default_rng(4)
+    n, r, k = 6, 4, 2
+    c, G, W = rng.normal(size=r), rng.normal(size=(r, n)), rng.normal(size=(r, k, n))
+    A, b, lo, hi = rng.random((1, n)), np.array([0.1]), np.full(n, -0.3), np.full(n, 0.4)
+    hi[0] = lo[0] = 0.0
+    found = quadratic_bound(c, G, W, A, b, lo, hi)
+
+    def rows(d):
+        return c + G @ d + 0.5 * ((W @ d) ** 2).sum(axis=1)
+
+    slow = minimize(
+        lambda z: z[-1], np.r_[np.zeros(n), 5.0], method="SLSQP",
+        bounds=[*zip(lo, hi, strict=True), (None, None)],
+        constraints=[
+            {"type": "ineq", "fun": lambda z: z[-1] - rows(z[:-1])},
+            {"type": "ineq", "fun": lambda z: b - A @ z[:-1]},
+        ],
+        options={"ftol": 1e-13, "maxiter": 500},
+    )  # fmt: skip
+    assert rows(found.step).max() == pytest.approx(slow.fun, abs=1e-6)
+    assert found.step[0] == 0.0
+    assert found.row_multipliers.sum() == pytest.approx(1.0)
+
+
+def test_aggregates_bound_the_maximum():
+    problem = static_problem(
+        lambda a: (np.array([a[0], 2 * a[1], 0.3]), np.array([[1.0, 0], [0, 2.0], [0, 0]])), start=[0.4, 0.25]
+    )
+    top = 0.5
+    for kind in ("ks", "p_norm"):
+        smooth = aggregated(problem, kind)
+        evaluation = smooth.evaluate(smooth.start)
+        assert top <= evaluation.values[0, 0] <= 1.1 * top
+        h = 1e-6
+        for i in range(2):
+            e = np.eye(2)[i] * h
+            slope = (smooth.evaluate(smooth.start + e).values - smooth.evaluate(smooth.start - e).values) / (
+                2 * h
+            )
+            assert evaluation.gradients(np.array([0]))[0, i] == pytest.approx(slope[0, 0], rel=1e-5, abs=1e-8)
+    with pytest.raises(InvalidLayout, match="kind needs to be 'ks' or 'p_norm'"):
+        aggregated(problem, "max")
+    with pytest.raises(InvalidLayout, match="sharpness needs to be >= 1"):
+        aggregated(problem, sharpness=0.5)
+
+
+def test_purification_keeps_the_sums_and_the_budget():
+    problem = as_layout_problem(layout_problem("short"))
+    rng = np.random.default_rng(2)
+    density = problem.into_budgets(rng.uniform(0.0, 0.2, problem.members))
+    clean = purify(problem, density, tolerance=1.0)
+    sums = rigid_body_sums(problem.geometry)
+    assert len(sums) == 6
+    assert clean.fractional_before > 1000
+    assert clean.fractional <= 7
+    assert clean.excess <= 1e-9
+    assert sums @ clean.density == pytest.approx(sums @ density, rel=1e-6, abs=1e-6)
+    assert fractional_members(problem, clean.density) == clean.fractional
+
+
+def test_spatial_members_have_twenty_one_sums():
+    from workbench.engine.layout.problem import MemberGeometry
+
+    rng = np.random.default_rng(0)
+    geometry = MemberGeometry(
+        body_a=np.zeros(60, dtype=int), point_a=rng.normal(size=(60, 3)), body_b=np.ones(60, dtype=int),
+        point_b=rng.normal(size=(60, 3)), kind=("belt",) * 60,
+    )  # fmt: skip
+    assert len(rigid_body_sums(geometry)) == 21
+
+
+def test_purification_needs_a_geometry():
+    with pytest.raises(InvalidLayout, match="give `sums`, or a problem with a geometry"):
+        purify(trusses.cantilever(), np.full(5, 5.0))
+
+
+def test_pareto_tools():
+    points = np.array([[1.0, 4.0], [2.0, 2.0], [4.0, 1.0], [3.0, 3.0]])
+    assert pareto_filter(points).tolist() == [True, True, True, False]
+    assert hypervolume(points, [5, 5]) == pytest.approx(4 + 3 * 2 + 1 * 1)  # strips above each point
+    assert hypervolume([[0, 0, 0], [0.5, 0.5, -1]], [1, 1, 1]) == pytest.approx(1 + 0.25)
+    assert hypervolume([[9, 9]], [5, 5]) == 0.0
+    assert knee_point(points[:3]) == 1
+
+
+def test_a_truss_front_is_convex_even_and_exact():
+    truss = [
+        trusses.ground_structure(columns=4, rows=3, width=3.0, height=2.0, loads=(((force, (3.0, 1.0)),),))
+        for force in ((0.0, -1.0), (1.0, 0.0))
+    ]
+    found = front([trusses.problem(t) for t in truss], points=7, max_evaluations=40)
+    assert found.kept.all()
+    assert found.spacing == pytest.approx(np.ones(6), abs=0.25)
+    assert 0.5 < found.covered <= 1.0
+    # convex objectives: no layout between two neighbours may lie clearly below the front
+    order = np.argsort(found.values[:, 0])
+    problems = [trusses.problem(t) for t in truss]
+    for i, j in pairwise(order):
+        middle = 0.5 * (found.densities[i] + found.densities[j])
+        values = np.array([float(p.evaluate(middle).values.max()) for p in problems])
+        assert not (values < 0.999 * found.values[i]).all()
+
+
+def test_weighted_and_boundary_problems_have_true_gradients():
+    rng = np.random.default_rng(1)
+    truss = [
+        trusses.ground_structure(columns=3, rows=3, width=2.0, height=2.0, loads=(((force, (2.0, 1.0)),),))
+        for force in ((0.0, -1.0), (1.0, 0.0))
+    ]
+    problems = [trusses.problem(t) for t in truss]
+    a = problems[0].start * rng.uniform(0.8, 1.2, problems[0].members)
+    low, high = np.zeros(2), np.array([50.0, 20.0])
+    targets = (
+        weighted_problem(problems, [0.4, 0.6], power=2.0, utopia=low, nadir=high),
+        boundary_problem(problems, low, high),
+    )
+    for target in targets:
+        evaluation = target.evaluate(a)
+        d = rng.normal(size=len(a)) * a
+        h = 1e-5
+        plus, minus = (target.evaluate(a + s * h * d) for s in (1, -1))
+        rows = np.arange(evaluation.values.size)
+        slope = (plus.values - minus.values).ravel() / (2 * h)
+        assert evaluation.gradients(rows) @ d == pytest.approx(slope, rel=1e-6)
+        bend = (plus.gradients(rows) - minus.gradients(rows)) @ d / (2 * h)
+        assert ((evaluation.factors(rows) @ d) ** 2).sum(axis=1) == pytest.approx(bend, rel=1e-5)
+
+
+def test_fronts_refuse_what_they_cannot_do():
+    problem, _, _ = springs(5)
+    other = static_problem(lambda a: (float(a.sum()), np.ones(5)), start=np.full(5, 0.2))
+    with pytest.raises(InvalidLayout, match="need at least 2, got 1"):
+        front([problem])
+    with pytest.raises(InvalidLayout, match="objective 1 has other lower than objective 0"):
+        front([problem, other])
+    with pytest.raises(InvalidLayout, match="method needs to be 'boundary' or 'weighted'"):
+        front([problem, problem], method="random")
+    with pytest.raises(InvalidLayout, match="needs at least 3 points, got 2"):
+        front([problem, problem], points=2)
+    with pytest.raises(InvalidLayout, match="do not conflict"):
+        front([problem, problem])
+    with pytest.raises(InvalidLayout, match="weights need a positive number"):
+        weighted_problem([problem, problem], [1.0, 0.0], power=1.0, utopia=np.zeros(2), nadir=np.ones(2))
+    with pytest.raises(InvalidLayout, match="power needs to be >= 1"):
+        weighted_problem([problem, problem], [1.0, 1.0], power=0.5, utopia=np.zeros(2), nadir=np.ones(2))
+
+
+def test_simplex_points_of_three_objectives():
+    grid = simplex_points(3, 10)
+    assert len(grid) == 10
+    assert grid.sum(axis=1) == pytest.approx(np.ones(10))
