@@ -18,7 +18,7 @@ DIFFERENCE = 1e-6  # central differences
 
 
 def verlet_twin(record, density):
-    """Squared displacement of body 1 seen from body 2 by velocity Verlet, and its sensitivities: plain numpy."""
+    """Squared displacement of body 1 seen from body 2 by velocity Verlet, with sensitivities, in numpy."""
     geometry = member_geometry(record.system)
     p1, p2 = geometry.point_a, geometry.point_b
     length = np.linalg.norm(p1 - p2, axis=1)

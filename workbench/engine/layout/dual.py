@@ -9,7 +9,7 @@ kinks. A linear model is a linear programme and goes to HiGHS.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,13 @@ def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSo
     if m == 0:
         x, _ = model.minimiser(np.ones(1))
         return _solution(model, x, np.zeros(0))
+    dead = (model.gradients[1:] == 0).all(axis=1) & (model.curvatures[1:] == 0).all(axis=1)
+    if dead.any():  # no variable can change these
+        rest = solve_subproblem(model.without(np.flatnonzero(dead)), cap=cap)
+        prices = np.zeros(m)
+        prices[~dead] = rest.multipliers
+        found = _solution(model, rest.x, prices)
+        return replace(found, elastic=rest.elastic or bool((model.values[1:][dead] > 0).any()))
     reach = np.abs(model.gradients) @ (model.upper - model.lower)
     size = np.where(reach[1:] > 0, reach[1:], np.maximum(np.abs(model.values[1:]), 1.0))
     caps = cap * max(float(reach[0]), float(size.max()) * 1e-12, 1e-300) / size
@@ -104,9 +111,9 @@ def _one_constraint(model: SeparableModel, cap: float, size: float) -> Subproble
         # where the Lagrangian is flat the minimiser jumps at the price; every mixture of both sides
         # minimises it
         outside = minimiser(low)
-        move = outside - inside
-        share = _bracket(lambda a: -model.at(inside + a * move)[0][1], 0.0, 1.0, 0.0)[0]
-        inside = inside + share * move
+        move = inside - outside
+        share = _bracket(lambda a: float(model.at(outside + a * move)[0][1]), 0.0, 1.0, 0.0)[1]
+        inside = outside + share * move
     return _solution(model, inside, np.array([high]))
 
 
@@ -232,10 +239,11 @@ def kkt_residual(model: SeparableModel, solution: SubproblemSolution) -> float:
     weights = np.r_[1.0, solution.multipliers]
     total = weights @ gradients
     width = model.upper - model.lower
-    scale = float((weights @ np.abs(gradients)) @ width) + 1e-300
+    size = np.maximum(np.abs(gradients), np.abs(model.gradients))  # at the solution they may all vanish
+    scale = float((weights @ size) @ width) + 1e-300
     on_lower, on_upper = solution.x <= model.lower, solution.x >= model.upper
     off = np.where(on_lower, np.minimum(total, 0), np.where(on_upper, np.maximum(total, 0), total))
-    reach = np.maximum(np.abs(gradients[1:]) @ width, 1e-300)
+    reach = np.maximum(size[1:] @ width, 1e-300)
     violation = np.maximum(values[1:], 0) / reach
     products = solution.multipliers * np.abs(values[1:]) / scale
     return float(max((np.abs(off) * width).max() / scale, violation.max(initial=0), products.max(initial=0)))

@@ -111,6 +111,12 @@ class SeparableModel:
         )  # fmt: skip
         return x, curvature
 
+    def without(self, constraints: NDArray[np.intp]) -> "SeparableModel":
+        """The model without some constraints, counted from 0."""
+        tables = (self.values, self.gradients, self.distances, self.exponents, self.curvatures)
+        values, g, s, p, q = (np.ascontiguousarray(np.delete(t, constraints + 1, axis=0)) for t in tables)
+        return replace(self, values=values, gradients=g, distances=s, exponents=p, curvatures=q)
+
     def stiffened(self, rows: Array) -> "SeparableModel":
         """The model with curvature added: rows (m + 1, n) or broadcastable, >= 0."""
         return replace(self, curvatures=np.ascontiguousarray(self.curvatures + rows))

@@ -1,0 +1,122 @@
+"""The stage: layout.json, resuming, messages, figures."""
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from studies import trusses
+from workbench.errors import Interrupted, StudyError
+from workbench.layout import check_gradient, load_problem, run_layout
+from workbench.layout_plots import plot_density, plot_front, plot_layout, plot_layout_history
+
+SHORT = {"problem": "studies.two_body_layout:problem", "options": {"case": "short"}, "evaluations": 12}
+
+
+def test_the_document_holds_what_a_report_needs(tmp_path):
+    heard = []
+    document = run_layout(tmp_path, **SHORT, progress=lambda entry: heard.append(entry.evaluation))
+    assert json.loads((tmp_path / "layout.json").read_text()) == document
+    assert not (tmp_path / "layout.partial.json").exists()
+    assert heard == [row["evaluation"] for row in document["history"]] == list(range(1, len(heard) + 1))
+    assert document["value"] < 0.112 * document["start_value"]
+    assert document["baselines"]["uniform"] == pytest.approx(document["start_value"])
+    assert document["beyond_budget"]["all"] < document["value"]
+    assert document["shadow_prices"]["material"] > 0
+    assert document["budgets"][0]["used"] <= 102 * (1 + 1e-9)
+    assert document["purified"]["fractional"] <= 7
+    assert document["gradient_check"]["central difference"] < 1e-6
+    assert len(document["members"]) == 1020
+    member = document["members"][0]
+    assert member["a"] == member["point_a"]
+    assert member["kind"] == "spring"
+    assert document["unit"] == "m^2"
+
+
+def test_an_interrupted_layout_goes_on(tmp_path):
+    def stop(entry):
+        if entry.evaluation == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match="layout stopped after 4 evaluations"):
+        run_layout(tmp_path, **SHORT, progress=stop)
+    partial = json.loads((tmp_path / "layout.partial.json").read_text())
+    assert len(partial["history"]) == 4
+    document = run_layout(tmp_path, **SHORT)
+    assert [row["evaluation"] for row in document["history"]] == list(range(1, len(document["history"]) + 1))
+    assert document["history"][:4] == partial["history"]
+    best = [row["best"] for row in document["history"]]
+    assert best == sorted(best, reverse=True)
+    assert document["value"] < 0.112 * document["start_value"]
+
+
+def test_another_problem_does_not_resume(tmp_path):
+    def stop(entry):
+        raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted):
+        run_layout(tmp_path, problem="studies.trusses:cantilever", progress=stop)
+    document = run_layout(tmp_path, problem="studies.trusses:two_bar")
+    assert document["history"][0]["evaluation"] == 1
+    assert document["value"] == pytest.approx(1.50865, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"problem": "studies.trusses"}, "needs the form 'module:function'"),
+        ({"problem": "studies.nowhere:f"}, "no module 'studies.nowhere'. Put it beside the study file"),
+        ({"problem": "studies.trusses:nothing"}, "module has no 'nothing'"),
+        ({"problem": "studies.trusses:cantilever", "options": {"x": 1}}, "unexpected keyword"),
+        (
+            {"problem": "studies.trusses:cantilever", "method": "best"},
+            "layout method needs to be one of gsao",
+        ),
+        ({"problem": object()}, "layout problem 'object': problem needs to be a LayoutProblem"),
+    ],
+)
+def test_unusable_tables_are_refused(tmp_path, arguments, message):
+    with pytest.raises(StudyError, match=message):
+        run_layout(tmp_path, **arguments)
+
+
+def test_a_function_beside_the_study_file_is_found(tmp_path):
+    (tmp_path / "my_layout_beside.py").write_text(
+        "from studies.trusses import cantilever\ndef problem():\n    return cantilever()\n"
+    )
+    assert load_problem("my_layout_beside:problem", folder=tmp_path).members == 5
+
+
+def test_a_wrong_gradient_is_seen():
+    from dataclasses import replace
+
+    from workbench.engine.layout.problem import static_problem
+
+    right = static_problem(lambda a: (float((a**2).sum()), 2 * a), start=np.full(4, 0.5))
+    wrong = static_problem(lambda a: (float((a**2).sum()), 3 * a), start=np.full(4, 0.5))
+    assert check_gradient(right)["central difference"] < 1e-8
+    assert check_gradient(replace(wrong))["central difference"] > 0.3
+
+
+def test_figures_are_labelled():
+    history = [
+        {"evaluation": 1, "value": 9.0, "best": 9.0, "accepted": True},
+        {"evaluation": 2, "value": 20.0, "best": 9.0, "accepted": False},
+        {"evaluation": 3, "value": 0.5, "best": 0.5, "accepted": True},
+    ]
+    axes = Figure().subplots(1, 4)
+    plot_layout_history(history, label="compliance", unit="J", ax=axes[0])
+    assert axes[0].get_ylabel() == "compliance [J]"
+    assert axes[0].get_yscale() == "log"
+    plot_density([0.1, 1.0], ax=axes[1])
+    assert axes[1].get_xlabel() == "member"
+    members = [
+        {"density": 1.0, "point_a": [0, 0], "point_b": [1, 0]},
+        {"density": 0.25, "point_a": [0, 0], "point_b": [1, 1]},
+    ]
+    plot_layout(members, thickest=2.0, ax=axes[2])
+    assert sorted(axes[2].collections[0].get_linewidths()) == [0.5, 2.0]
+    plot_front([[1, 2], [0, 3]], knee=0, utopia=[0, 2], units=("mm", "1"), ax=axes[3])
+    assert axes[3].get_xlabel() == "objective 1 [mm]"
+    assert trusses.cantilever().title == "cantilever"
