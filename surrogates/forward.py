@@ -19,7 +19,7 @@ from .landscape import Landscape, Optimum
 __all__ = ["ForwardStep", "forward_path"]
 
 # log theta of all inputs is searched from these, so that the first maximum is the global one
-COMMON_STARTS = (-8.0, -6.0, -4.0, -3.0, -2.0, -1.0, 0.0, 1.0)
+COMMON_STARTS = (-8.0, -6.0, -4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
