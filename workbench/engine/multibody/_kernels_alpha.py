@@ -115,7 +115,7 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
             if left <= tolerance.real * level or (old > 0.0 and theta > 0.3 and size <= floor):
                 done = True
                 break
-            refresh = (not refresh) and old > 0.0 and theta > 0.1
+            refresh = old > 0.0 and theta > 0.1 and (iteration > 4 or not refresh)
             old = size
         if not done:
             info[0], info[1] = STALLED, step

@@ -60,7 +60,9 @@ def elastic(tables: Tables) -> Tables:
     """Tables that hold the stored forces of the members alone, every body free (so rates see driven
     bodies)."""
     bodies = len(tables.mass) + tables.motion.shape[2]
-    law = tables.law.copy()
+    law = tables.law
+    if (tables.segment[:, 1] != -1).any():
+        law = tables.law.copy()  # undamped springs need no copy without dampers
     segments = []
     for pair, code, first, last in tables.segment:
         if code == 2:
@@ -126,8 +128,10 @@ class StoredEnergy:
         return trajectory.stored_energy()
 
     def _at(self, trajectory: Trajectory, node: int, *, tangent: bool) -> tuple[Tables, Work, Array]:
-        tables = elastic(trajectory.tables)
-        work = work_space(tables)
+        if "elastic" not in trajectory.memo:
+            fresh = elastic(trajectory.tables)
+            trajectory.memo["elastic"] = fresh, work_space(fresh)
+        tables, work = trajectory.memo["elastic"]
         q, v = full_state(trajectory, node)
         evaluate(tables, work, node, q, v, _EMPTY, _EMPTY, _EMPTY, 0.0, tangent)
         return tables, work, v

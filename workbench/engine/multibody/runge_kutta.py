@@ -120,34 +120,44 @@ def locate_peak(trajectory: Trajectory, objective: Maximum | Minimum) -> Traject
     parts = compiled(r.system)
     a = int(np.searchsorted(r.times, peak.time, side="right") - 1)
     low, high = float(r.times[a]), float(r.times[a + 1])
-    time, previous = peak.time, None
-    found = r
+
+    def rate(time: float) -> float:
+        # a short run is enough: the start (quantities may refer to it) and the step with the peak
+        nodes = np.array([a, a + 1] if a == 0 else [0, a, a + 1])
+        local = _with_node(parts, r, nodes, time)
+        return float(objective.quantity.rates(local, np.array([len(nodes) - 1]))[0])
+
+    time, probe = peak.time, 1e-3 * (high - low)
+    here = rate(time)
+    slope = (rate(time + probe) - here) / probe
     for _ in range(PEAK_STEPS):
-        times = np.insert(r.times, a + 1, time)
-        found = _with_node(parts, r, times, a)
-        rate = float(objective.quantity.rates(found, np.array([a + 1]))[0])
-        if previous is None:
-            probe = 1e-3 * (high - low)
-            ahead = _with_node(parts, r, np.insert(r.times, a + 1, time + probe), a)
-            slope = (float(objective.quantity.rates(ahead, np.array([a + 1]))[0]) - rate) / probe
-        else:
-            slope = (rate - previous[1]) / (time - previous[0]) if time != previous[0] else slope
-        previous = (time, rate)
-        move = -rate / slope if slope != 0.0 else 0.0
+        move = -here / slope if slope != 0.0 else 0.0
         if not low < time + move < high or abs(move) < 1e-13 * max(1.0, high):
             break
-        time += move
-    return found
+        there = rate(time + move)
+        if abs(there) >= abs(here):
+            break
+        slope = (there - here) / move
+        time, here = time + move, there
+    return _with_node(parts, r, np.arange(len(r.times)), time)
 
 
-def _with_node(parts: Compiled, r: Trajectory, times: Array, a: int) -> Trajectory:
-    q, v, _, _ = _run(parts, r.density, times[a : a + 3].copy(), r.position[a].copy(), r.velocity[a].copy())
+def _with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Trajectory:
+    """The nodes `keep` of a run, with one more at `time`, integrated from the node before it."""
+    at = int(np.searchsorted(r.times[keep], time, side="right"))
+    before = int(keep[at - 1])
+    times = np.insert(r.times[keep], at, time)
+    q, v, _, _ = _run(
+        parts, r.density, times[at - 1 : at + 1].copy(), r.position[before].copy(), r.velocity[before].copy()
+    )
     tables = on_grid(parts, r.density, times)
-    position = np.vstack([r.position[: a + 1], q[1:2], r.position[a + 1 :]])
-    velocity = np.vstack([r.velocity[: a + 1], v[1:2], r.velocity[a + 1 :]])
+    position = np.insert(r.position[keep], at, q[1], axis=0)
+    velocity = np.insert(r.velocity[keep], at, v[1], axis=0)
+    work, none = work_space(tables), np.zeros(0)
+    evaluate(tables, work, at, position[at], velocity[at], none, work.z, work.zdot, 0.0, False)
+    acceleration = np.insert(r.acceleration[keep], at, -work.force / tables.mass, axis=0)
     bushings = np.zeros((len(times), r.damage.shape[1]))
     return replace(
-        r, times=times, position=position, velocity=velocity, tables=tables,
-        acceleration=_accelerations(tables, position, velocity), multiplier=np.zeros((len(times), 0)),
-        damage=bushings, damage_rate=bushings.copy(),
+        r, times=times, position=position, velocity=velocity, tables=tables, acceleration=acceleration,
+        multiplier=np.zeros((len(times), 0)), damage=bushings, damage_rate=bushings.copy(), memo={},
     )  # fmt: skip

@@ -21,7 +21,6 @@ __all__ = ["simulate"]
 Array = np.ndarray[Any, Any]
 
 SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
-REUSE = 16  # unknowns from which factoring costs more than another look at the forces
 
 
 def checked_density(system: System, density: Array) -> Array:
@@ -163,9 +162,8 @@ def integrate(
     run.w[0], run.lam[0] = initial_accelerations(parts, tables, work, q0, v0)
     run.zdot[0] = work.zdot
     total = n + m
-    settings = np.array(
-        [scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), float(total >= REUSE)]
-    )
+    # 1: factors are kept from step to step until Newton slows down; forces alone are cheaper than tangents
+    settings = np.array([scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), 1.0])
     alpha_forward(
         tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), run.q, run.v, run.w, run.lam,
         run.z, run.zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),

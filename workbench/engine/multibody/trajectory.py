@@ -1,6 +1,6 @@
 """The solution of a system on its time grid, with what is needed to judge it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -54,6 +54,7 @@ class Trajectory:
     diagnosis: Diagnosis
     tables: Tables
     status: Status = Status.COMPLETE
+    memo: dict[str, Any] = field(default_factory=dict, repr=False)  # derived series, computed once
 
     def __post_init__(self) -> None:
         for name in ("density", "times", "position", "velocity", "acceleration", "multiplier", "damage"):
@@ -77,10 +78,12 @@ class Trajectory:
 
     def stored_energy(self) -> Array:
         """(steps + 1,) energy stored in the members, J."""
-        work = work_space(self.tables)
-        energy = np.zeros(len(self.times))
-        member_energy_series(self.tables, work, self.position, self.velocity, energy)
-        return energy
+        if "stored_energy" not in self.memo:
+            energy = np.zeros(len(self.times))
+            work = work_space(self.tables)
+            member_energy_series(self.tables, work, self.position, self.velocity, energy)
+            self.memo["stored_energy"] = energy
+        return np.array(self.memo["stored_energy"])
 
     def spring_energy(self) -> Array:
         """(steps + 1,) energy stored in the joint springs, J."""
