@@ -37,7 +37,7 @@ class Nodes:
 def saddle(block: Array, jacobian: Array, shift: float) -> Array:
     """[[block, J^T], [J, -shift]]."""
     n, m = len(block), len(jacobian)
-    out = np.zeros((n + m, n + m))
+    out = np.zeros((n + m, n + m), block.dtype)
     out[:n, :n] = block
     out[:n, n:] = jacobian.T
     out[n:, :n] = jacobian
@@ -47,7 +47,7 @@ def saddle(block: Array, jacobian: Array, shift: float) -> Array:
 
 def _empty(start: tuple[Array, Array, Array, Array], times: Array) -> Nodes:
     def series(first: Array) -> Array:
-        out = np.zeros((len(times), len(first)))
+        out = np.zeros((len(times), len(first)), np.result_type(*start))  # complex in complex step
         out[0] = first
         return out
 
