@@ -106,6 +106,9 @@ def _cautious(
     peak can make an input look inert that decides about another peak; a search and a gap that believe it miss
     that peak.
     """
+    if before is not None and model.chosen_at != model.n_runs:
+        # between two choices of the model the ranges are kept: caution needs no fine tuning
+        return _fit(features, v, model.trend, warps.IDENTITY, seed=seed, theta=before.kriging.theta_)
     plain = _fit(features, v, model.trend, warps.IDENTITY, seed=seed, previous=before)
     theta = plain.kriging.theta_
     floor = CAUTION * float(theta.mean())

@@ -65,7 +65,9 @@ def test_kernel_equals_its_twin(restricted):
 def test_kernel_reports_a_matrix_that_is_not_positive_definite():
     D = np.zeros((1, 3))
     assert (
-        likelihood(D, np.arange(3.0), np.array([0.0, -60.0]), True, 0, np.zeros(2), np.zeros((2, 2)), -99.0)[0]
+        likelihood(D, np.arange(3.0), np.array([0.0, -60.0]), True, 0, np.zeros(2), np.zeros((2, 2)), -99.0)[
+            0
+        ]
         < -1e299
     )
 
