@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from doe.augment import augment, nested_lhs, search_augmentation
     from doe.classical import (
         box_behnken,
         central_composite,
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
     )
     from doe.coordinate_exchange import coordinate_exchange
     from doe.d_optimal import d_optimal_best_of, d_optimal_select, d_optimal_within
+    from doe.decorrelated import decorrelated_lhs
     from doe.exchange import exchange
     from doe.ihs import auto_spacing, ihs, ihs_cells, published_spacing
+    from doe.levels import balanced_levels, optimised_levels, rearrange
     from doe.lhs import centred_lhs, lhs
     from doe.metrics import (
         cd2,
@@ -45,6 +48,10 @@ if TYPE_CHECKING:
     )
     from doe.optimised import optimised_lhs, search_lhs
     from doe.quality import Quality, projection_cd2, quality
+    from doe.running import blocks, replicates, run_order
+    from doe.sequences import halton, oa_lhs, sobol
+    from doe.sliced import sliced_lhs
+    from doe.subset import subset
     from doe.swaps import SwapResult
 
 __distribution__ = "holdfast"
@@ -53,7 +60,10 @@ __all__ = [
     "Quality",
     "SwapResult",
     "a_efficiency",
+    "augment",
     "auto_spacing",
+    "balanced_levels",
+    "blocks",
     "box_behnken",
     "cd2",
     "central_composite",
@@ -64,10 +74,12 @@ __all__ = [
     "d_optimal_best_of",
     "d_optimal_select",
     "d_optimal_within",
+    "decorrelated_lhs",
     "discrepancies",
     "exchange",
     "full_factorial",
     "g_efficiency",
+    "halton",
     "i_efficiency",
     "ihs",
     "ihs_cells",
@@ -78,6 +90,9 @@ __all__ = [
     "model_matrix",
     "model_terms",
     "nearest_distances",
+    "nested_lhs",
+    "oa_lhs",
+    "optimised_levels",
     "optimised_lhs",
     "orthogonal_array",
     "phi_p",
@@ -85,15 +100,23 @@ __all__ = [
     "projection_cd2",
     "published_spacing",
     "quality",
+    "rearrange",
+    "replicates",
     "resolution",
     "rms_correlation",
+    "run_order",
+    "search_augmentation",
     "search_lhs",
+    "sliced_lhs",
+    "sobol",
+    "subset",
     "two_level_fraction",
     "variance_inflation",
 ]
 
 # module -> public names that it defines
 _MODULES = {
+    "augment": ("augment", "nested_lhs", "search_augmentation"),
     "classical": (
         "box_behnken",
         "central_composite",
@@ -105,8 +128,10 @@ _MODULES = {
     ),
     "coordinate_exchange": ("coordinate_exchange",),
     "d_optimal": ("d_optimal_best_of", "d_optimal_select", "d_optimal_within"),
+    "decorrelated": ("decorrelated_lhs",),
     "exchange": ("exchange",),
     "ihs": ("auto_spacing", "ihs", "ihs_cells", "published_spacing"),
+    "levels": ("balanced_levels", "optimised_levels", "rearrange"),
     "lhs": ("centred_lhs", "lhs"),
     "metrics": (
         "cd2",
@@ -130,6 +155,10 @@ _MODULES = {
     ),
     "optimised": ("optimised_lhs", "search_lhs"),
     "quality": ("Quality", "projection_cd2", "quality"),
+    "running": ("blocks", "replicates", "run_order"),
+    "sequences": ("halton", "oa_lhs", "sobol"),
+    "sliced": ("sliced_lhs",),
+    "subset": ("subset",),
     "swaps": ("SwapResult",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

@@ -145,6 +145,25 @@ def projections(columns, rows, half, sums):
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
+def singles(points, out):
+    """out: single sums (centred, mixed) and diagonals (centred, mixed) of the discrepancies."""
+    for c in range(4):
+        out[c] = 0.0
+    for i in range(points.shape[0]):
+        centred, mixed, own, own_mixed = 1.0, 1.0, 1.0, 1.0
+        for k in range(points.shape[1]):
+            z = abs(points[i, k] - 0.5)
+            centred *= 1.0 + 0.5 * z - 0.5 * z * z
+            mixed *= 5.0 / 3.0 - 0.25 * z - 0.25 * z * z
+            own *= 1.0 + z
+            own_mixed *= 1.875 - 0.5 * z
+        out[0] += centred
+        out[1] += mixed
+        out[2] += own
+        out[3] += own_mixed
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
 def pair_projections(columns, out):
     """out[k, l], l < k: the pair products of the centred discrepancy of columns k and l, summed over i <
     j.

@@ -7,7 +7,7 @@ Swapping runs i and j in column k puts b = x_jk in the place of a = x_ik; every 
     phi_p         S = sum over pairs of (D_ij)^-h, D squared distances (whole numbers), h = p/2
     cd2           J = const - 2/n sum s_i + 1/n^2 sum C_ij, C_ij = prod_k f(u_ik, u_jk)
     maxpro        S = sum over pairs of M_ij = prod_k (|x_ik - x_jk| + shift_k)^-2
-    correlation   rho = (mean over column pairs of r_kl^4)^(1/4)
+    correlation   rho = (mean over column pairs of r_kl^8)^(1/8)
 
 Each term of a sum is computed in double precision, every operation rounded on its own (no fastmath), then
 put on a whole-number scale by adding MAGIC, whose last bit is worth one. Sums are then sums of whole
@@ -27,7 +27,7 @@ NOMINAL_GAP = 4.4816890703380645  # exp(3/2): the whole range, where random gaps
 APART = np.int32(2**30)
 S40 = np.uint64(40)
 PHI, CD2, MAXPRO, CORRELATION = 0, 1, 2, 3
-DONE, ACCEPTED, PENDING, COLUMN, FIRST, SECOND = 0, 1, 2, 3, 4, 5
+DONE, ACCEPTED, PENDING, COLUMN, FIRST, SECOND, LOGGED = 0, 1, 2, 3, 4, 5, 6
 
 
 @njit(cache=True, error_model="numpy")
@@ -254,72 +254,81 @@ def product_accept(products, fa, fb, i, j):
 
 
 @njit(cache=True, error_model="numpy")
-def gram_state(x, gram):
-    """Sums of products of the columns less their means, in units of 1/n: (d, d)."""
-    d, n = x.shape
-    sums = np.zeros(d)
-    for k in range(d):
-        for i in range(n):
-            sums[k] += x[k, i]
-    for k in range(d):
-        for l in range(d):
-            total = 0.0
-            for i in range(n):
-                total += (x[k, i] - sums[k] / n) * (x[l, i] - sums[l] / n)
-            gram[k, l] = total
-
-
-@njit(cache=True, error_model="numpy")
-def fourth_powers(gram, weights):
-    """Sum over column pairs of r^4; weights: 1 / (G_kk G_ll), 0 for columns that do not count."""
+def eighth_powers(gram, weights):
+    """Sum over column pairs of r^8; weights: 1 / (G_kk G_ll), 0 for columns that do not count."""
     total = 0.0
     for k in range(gram.shape[0]):
         for l in range(k):
-            r2 = gram[k, l] * gram[k, l] * weights[k, l]
-            total += r2 * r2
+            r4 = (gram[k, l] * gram[k, l] * weights[k, l]) ** 2
+            total += r4 * r4
     return total
 
 
 @njit(cache=True, error_model="numpy")
 def correlation_trial(x, gram, weights, k, i, j):
-    """Change of the sum of r^4 when runs i and j are swapped in column k."""
+    """Change of the sum of r^8 when runs i and j are swapped in column k."""
     step = np.float64(x[k, j] - x[k, i])
     change = 0.0
     for l in range(x.shape[0]):
         if l != k:
-            old = gram[k, l] * gram[k, l] * weights[k, l]
+            old = (gram[k, l] * gram[k, l] * weights[k, l]) ** 2
             moved = gram[k, l] + step * np.float64(x[l, i] - x[l, j])
-            new = moved * moved * weights[k, l]
+            new = (moved * moved * weights[k, l]) ** 2
             change += new * new - old * old
     return change
 
 
 @njit(cache=True, error_model="numpy")
-def root4(sum_of_powers, pairs):
-    return np.sqrt(np.sqrt(max(sum_of_powers, 0.0) / pairs))
+def root8(sum_of_powers, pairs):
+    """rho, the eighth root of the mean: three correctly rounded square roots."""
+    return np.sqrt(np.sqrt(np.sqrt(max(sum_of_powers, 0.0) / pairs)))
 
 
 @njit(cache=True, error_model="numpy")
-def swap_in(e, x, u, k, i, j):
+def note(log, at, k, i, j):
+    """Write a swap down, if there is room."""
+    if at < log.shape[0]:
+        log[at, 0] = k
+        log[at, 1] = i
+        log[at, 2] = j
+
+
+@njit(cache=True, error_model="numpy")
+def catch_up(e, best, log, count):
+    """Do the swaps that were written down to `best` too; copy everything when there were too many."""
+    if count <= log.shape[0]:
+        for q in range(count):
+            row = best[log[q, 0]]
+            row[log[q, 1]], row[log[q, 2]] = row[log[q, 2]], row[log[q, 1]]
+    else:  # element by element: numba's slice assignment compiles seconds of string handling
+        for k in range(e.shape[0]):
+            for i in range(e.shape[1]):
+                best[k, i] = e[k, i]
+
+
+@njit(cache=True, error_model="numpy")
+def swap_in(e, holder, x, u, k, i, j):
     e[k, i], e[k, j] = e[k, j], e[k, i]
+    holder[k, e[k, i]], holder[k, e[k, j]] = i, j
     x[k, i], x[k, j] = x[k, j], x[k, i]
-    u[k, i], u[k, j] = u[k, j], u[k, i]
+    if u.shape[1] == e.shape[1]:  # positions are kept only where something asks for them
+        u[k, i], u[k, j] = u[k, j], u[k, i]
 
 
 @njit(cache=True, error_model="numpy")
 def search(
-    e, x, u, nominal, groups, movable, state, on, weights, scales, values,
+    e, holder, x, u, nominal, groups, movable, state, on, weights, scales, values,
     h, apart, squares, rows, products, singles, shifts, unit, gaps, gram, gram_weights,
-    heat, cooling, stage, stop, ask, progress, best, best_values,
+    heat, cooling, narrowing, stage, stop, ask, progress, log, best, best_values,
 ):  # fmt: skip
     """Try swaps until progress[DONE] reaches `stop`; worse ones pass while they cost less than a falling bar.
 
-    on: the criteria in use. values: current S (whole scale), J, S of MaxPro, sum of r^4. weights: what a
+    on: the criteria in use. values: current S (whole scale), J, S of MaxPro, sum of r^8. weights: what a
     unit of each is worth. groups: (g, 2) first run and number of runs of each group, swaps stay inside a
     group; movable: columns with more than one level. heat (1,): the bar, times `cooling` every `stage`
     trials; a swap passes below the bar times a uniform number. ask: stop at each swap that would pass, with
-    progress[PENDING] = 1; the caller sets PENDING to 2 (do it) or 3 (leave it) and calls again. best:
-    entries of the best design seen.
+    progress[PENDING] = 1; the caller sets PENDING to 2 (do it) or 3 (leave it) and calls again. log:
+    swaps since the best design was seen. best: its entries.
     """
     d, n = x.shape
     buffer = np.empty(n)
@@ -340,6 +349,7 @@ def search(
         else:
             if progress[DONE] > 0 and progress[DONE] % stage == 0:
                 heat[0] *= cooling
+                heat[1] = max(heat[1] * narrowing, 1.0)
             progress[DONE] += 1
             k = np.int64(movable[below(state, movable.size)])
             at = below(state, total_runs)
@@ -351,8 +361,16 @@ def search(
             if size < 2:
                 continue
             i = groups[g, 0] + at
-            other = below(state, size - 1)
-            j = groups[g, 0] + (other + 1 if other >= at else other)
+            window = np.int64(heat[1])
+            if size == n and window < n - 1:
+                level = e[k, i] - window + below(state, 2 * window)
+                level += level >= e[k, i]
+                if level < 0 or level >= n:
+                    continue
+                j = np.int64(holder[k, level])
+            else:
+                other = below(state, size - 1)
+                j = groups[g, 0] + (other + 1 if other >= at else other)
         a, b = x[k, i], x[k, j]
         if a == b:
             continue
@@ -384,7 +402,7 @@ def search(
         if on[CORRELATION]:
             r_change = correlation_trial(x, gram, gram_weights, k, i, j)
             now = values[CORRELATION]
-            cost += weights[CORRELATION] * (root4(now + r_change, pairs) - root4(now, pairs))
+            cost += weights[CORRELATION] * (root8(now + r_change, pairs) - root8(now, pairs))
         if resumed != 2:
             uniform = np.float64(np.int64(word(state) >> S40)) / 16777216.0
             if cost > heat[0] * uniform:
@@ -413,12 +431,16 @@ def search(
                     gram[k, l] += jump * np.float64(x[l, i] - x[l, j])
                     gram[l, k] = gram[k, l]
             values[CORRELATION] += r_change
-        swap_in(e, x, u, k, i, j)
+        swap_in(e, holder, x, u, k, i, j)
+        note(log, progress[LOGGED], k, i, j)
+        progress[LOGGED] += 1
         now = merit(on, weights, values, pairs)
         if now < best_values[4]:
-            best_values[:4] = values
+            for c in range(4):
+                best_values[c] = values[c]
             best_values[4] = now
-            best[:] = e
+            catch_up(e, best, log, progress[LOGGED])
+            progress[LOGGED] = 0
 
 
 @njit(cache=True, error_model="numpy")
@@ -429,5 +451,5 @@ def merit(on, weights, values, pairs):
         if on[c]:
             total += weights[c] * values[c]
     if on[CORRELATION]:
-        total += weights[CORRELATION] * root4(values[CORRELATION], pairs)
+        total += weights[CORRELATION] * root8(values[CORRELATION], pairs)
     return total

@@ -60,3 +60,10 @@ def unit_numbers(shape: tuple[int, ...], draws: Draws) -> NDArray[np.float64]:
     out = np.empty(shape)
     kernels.units(draws, out)
     return out
+
+
+def shuffled(entries: NDArray[np.int64], draws: Draws) -> NDArray[np.int64]:
+    """The entries in random order, a copy."""
+    out = np.array(entries, dtype=np.int64)
+    kernels.shuffle(draws, out)
+    return out

@@ -114,16 +114,13 @@ def discrepancies(points: ArrayLike) -> tuple[float, float, float]:
 def discrepancy_singles(points: Floats) -> Floats:
     """Constants, single sums and diagonals of the three discrepancies, (3, 3)."""
     n, d = points.shape
-    z = np.abs(points - 0.5)
+    sums = np.empty(4)
+    kernels.singles(points, sums)
     return np.array(
         [
             [(13 / 12) ** d, -((4 / 3) ** d), (19 / 12) ** d],
-            [
-                np.prod(1 + 0.5 * z - 0.5 * z**2, axis=1).sum(),
-                0.0,
-                np.prod(5 / 3 - 0.25 * z - 0.25 * z**2, axis=1).sum(),
-            ],
-            [np.prod(1 + z, axis=1).sum(), n * 1.5**d, np.prod(1.875 - 0.5 * z, axis=1).sum()],
+            [sums[0], 0.0, sums[1]],
+            [sums[2], n * 1.5**d, sums[3]],
         ]
     )
 

@@ -17,7 +17,6 @@ from doe.lhs import lhs
 from doe.metrics import (
     P,
     columns_of,
-    correlations,
     discrepancy_singles,
     unit_points,
 )
@@ -61,7 +60,8 @@ FEWEST = 8
 BUDGET = 4e9
 # n^2 d up to which a design is measured on all pairs; beyond, SAMPLE / (n d) of its runs stand for all
 EXACT = 5e8
-SAMPLE = 2.5e8
+SAMPLE = 1.6e8
+SUBSET = 1024
 PROBES = 512
 # n^2 d^2 / 4 up to which all two-dimensional projections are looked at
 PAIRS = 2e8
@@ -161,7 +161,7 @@ def quality(
         references = int(np.clip(BUDGET / _cost(n, d, model), FEWEST, REFERENCES))
     elif references < 1:
         raise ValueError(f"references needs a whole number >= 1, got {references}")
-    probes = qmc.Sobol(d, scramble=False).random(PROBES)[: max(1, int(SAMPLE / (n * d)))]
+    probes = qmc.Sobol(d, scramble=False).random(PROBES)[: max(1, int(SAMPLE / (2 * n * d)))]
     own, worst_pair, intervals = _metrics(array, model, probes, rng)
     rows = [_metrics(lhs(n, d, rng=rng), model, probes, rng)[0] for _ in range(references)]
     percentiles = {
@@ -192,7 +192,7 @@ def _percentile(value: float, reference: Floats) -> float:
 def _cost(n: int, d: int, model: Model) -> float:
     """Element operations of one set of metrics, roughly."""
     terms = model_matrix(np.full((1, d), 0.5), model=model).shape[1]
-    pairs = 2.0 * min(float(n) ** 2 * d, 2.0 * SAMPLE)
+    pairs = 2.0 * min(float(n) ** 2 * d, SAMPLE)
     if _all_projections(n, d):
         pairs += n * n * d * d / 8
     probing = min(float(PROBES) * n * d, SAMPLE) / 2
@@ -210,11 +210,11 @@ def _metrics(
     n, d = points.shape
     columns = columns_of(points)
     found, intervals = _pair_metrics(points, columns, rng)
-    matrix = correlations(points)
+    linear, matrix = _linear_information(points)
     off = np.abs(matrix[np.triu_indices(d, 1)])
     found["max_correlation"] = float(off.max(initial=0.0))
     found["rms_correlation"] = float(np.sqrt(np.mean(off**2))) if off.size else 0.0
-    found.update(_efficiencies(points, model))
+    found.update(_efficiencies(points, model, linear, matrix))
     reach = np.empty(len(probes))
     kernels.probe_distances(columns, probes, reach)
     found["fill_distance"] = float(np.sqrt(reach.max()))
@@ -248,75 +248,111 @@ def projection_cd2(points: ArrayLike) -> Floats:
 def _pair_metrics(
     points: Floats, columns: Floats, rng: np.random.Generator
 ) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
-    """Distances, discrepancies and MaxPro, from all pairs or from those of sampled runs."""
+    """Distances, discrepancies and MaxPro: from all pairs, or estimated from a sample of the runs.
+
+    The sample: some runs against all others for the distances, and for the products all pairs of SUBSET
+    random runs, whose mean is an unbiased estimate of that over all pairs; its error follows from the spread
+    of the run means (Hoeffding 1948).
+    """
     n, d = points.shape
     exact = float(n) ** 2 * d <= EXACT
     if exact:
-        rows = np.arange(n)
+        rows, inner, part = np.arange(n), np.arange(n), columns
     else:
         rows = np.sort(rng.choice(n, size=max(2, min(n, int(SAMPLE / (n * d)))), replace=False))
-    m = len(rows)
-    nearest, powers = np.full(m, 1e300), np.empty(m)
-    triple, gaps = np.empty((3, m)), np.empty(m)
+        part = np.ascontiguousarray(columns[:, rng.choice(n, size=min(n, SUBSET), replace=False)])
+        inner = np.arange(part.shape[1])
+    nearest, powers = np.full(len(rows), 1e300), np.empty(len(rows))
+    products = np.empty((4, len(inner)))
     kernels.distances(columns, rows, exact, P // 2, nearest, powers)
-    kernels.discrepancies(columns, rows, exact, triple)
-    kernels.projections(columns, rows, exact, gaps)
+    kernels.discrepancies(part, inner, exact, products[1:])
+    kernels.projections(part, inner, exact, products[0])
     nearest = np.sqrt(np.where(nearest >= 1e300, np.nan, nearest))
-    sums = np.vstack([powers, gaps, 2.0 * triple])
-    total = sums.sum(axis=1) * (1.0 if exact else n / m)
-    if not exact:
-        total *= 0.5  # every pair is seen from both of its ends
     singles = discrepancy_singles(points)
-    pairs = max(n * (n - 1) / 2, 1.0)
+    pairs = n * (n - 1) / 2
 
-    def from_totals(t: Floats) -> dict[str, float]:
-        t = np.maximum(t, 0.0)
-        spread = singles[0] - 2.0 / n * singles[1] + (t[2:] + singles[2]) / n**2
-        with np.errstate(over="ignore"):
-            return {
-                "phi_p": float(t[0] ** (1.0 / P)),
-                "maxpro": float((t[1] / pairs) ** (1.0 / d)),
-                "cd2": float(spread[0]),
-                "wd2": float(spread[1]),
-                "md": float(spread[2]),
-            }
+    def from_totals(power: float, product: Floats) -> dict[str, float]:
+        spread = singles[0] - 2.0 / n * singles[1] + (2.0 * product[1:] + singles[2]) / n**2
+        return {
+            "phi_p": float(max(power, 0.0) ** (1.0 / P)),
+            "maxpro": float((max(product[0], 0.0) / max(pairs, 1.0)) ** (1.0 / d)),
+            "cd2": float(spread[0]),
+            "wd2": float(spread[1]),
+            "md": float(spread[2]),
+        }
 
-    if exact and n > 1 and np.nanmin(nearest) == 0.0:
-        total[0] = np.inf
-    found = from_totals(total)
+    if exact:
+        power, product = float(powers.sum()), products.sum(axis=1)
+        if n > 1 and np.min(nearest) == 0.0:
+            power = np.inf
+    else:
+        power, product = float(powers.mean() * n / 2), products.mean(axis=1) / (len(inner) - 1) * pairs
+    found = from_totals(power, product)
     found["min_distance"] = float(np.min(nearest))
     found["nearest_mean"] = float(np.mean(nearest))
-    found["mesh_ratio"] = (
-        float(np.max(nearest) / np.min(nearest)) if n > 1 and np.min(nearest) > 0.0 else float("nan")
-    )
-    intervals: dict[str, tuple[float, float]] = {}
-    if not exact:
-        half = NORMAL_95 * np.std(sums, axis=1, ddof=1) * n / np.sqrt(m) * 0.5
-        lower, upper = from_totals(total - half), from_totals(total + half)
-        intervals = {name: (lower[name], upper[name]) for name in lower}
-        margin = NORMAL_95 * float(np.std(nearest, ddof=1)) / np.sqrt(m)
-        intervals["nearest_mean"] = (found["nearest_mean"] - margin, found["nearest_mean"] + margin)
-        intervals["min_distance"] = (0.0, found["min_distance"])
+    spaced = n > 1 and np.min(nearest) > 0.0
+    found["mesh_ratio"] = float(np.max(nearest) / np.min(nearest)) if spaced else float("nan")
+    if exact:
+        return found, {}
+    with np.errstate(over="ignore"):
+        off = NORMAL_95 * float(powers.std(ddof=1)) / np.sqrt(len(rows)) * n / 2
+        slack = 2 * NORMAL_95 * products.std(axis=1, ddof=1) / np.sqrt(len(inner)) / (len(inner) - 1) * pairs
+    lower, upper = from_totals(power - off, product - slack), from_totals(power + off, product + slack)
+    intervals = {name: (lower[name], upper[name]) for name in lower}
+    margin = float(NORMAL_95 * nearest.std(ddof=1) / np.sqrt(len(rows)))
+    intervals["nearest_mean"] = (found["nearest_mean"] - margin, found["nearest_mean"] + margin)
+    intervals["min_distance"] = (0.0, found["min_distance"])
     return found, intervals
 
 
-def _efficiencies(points: Floats, model: Model) -> dict[str, float]:
-    """D-, A- and I-efficiency from one information matrix; the careful way when it is badly conditioned."""
-    x = model_matrix(points, model=model)
-    n, p = x.shape
-    inflation = variance_inflation(points, model=model) if n >= p else np.array([np.inf])
-    found = {"max_vif": float(inflation.max(initial=1.0))}
-    if n >= p:
-        information = x.T @ x
-        values = np.linalg.eigvalsh(information)
-        if values[0] > WELL * values[-1]:
-            inverse = np.linalg.inv(information)
-            d = points.shape[1]
-            found["d_efficiency"] = float(np.exp(np.log(values).mean()) / n)
-            found["a_efficiency"] = float(p / (n * np.trace(inverse)))
-            found["i_efficiency"] = float(p / (n * np.sum(inverse * moment_matrix(model, d))))
-            return found
-    found["d_efficiency"] = d_efficiency(points, model=model)
-    found["a_efficiency"] = a_efficiency(points, model=model)
-    found["i_efficiency"] = i_efficiency(points, model=model)
-    return found
+def _linear_information(points: Floats) -> tuple[Floats, Floats]:
+    """X'X of the linear model on [-1, 1] and the correlation matrix, from one product of the points."""
+    n, d = points.shape
+    mean = points.mean(axis=0)
+    centred = points - mean
+    products = centred.T @ centred
+    information = np.empty((d + 1, d + 1))
+    coded = 2.0 * mean - 1.0
+    information[0, 0] = n
+    information[0, 1:] = information[1:, 0] = n * coded
+    information[1:, 1:] = 4.0 * products + n * np.outer(coded, coded)
+    scale = np.sqrt(np.diag(products))
+    scale[scale == 0.0] = 1.0
+    matrix = np.clip(products / np.outer(scale, scale), -1.0, 1.0)
+    np.fill_diagonal(matrix, 1.0)
+    return information, matrix
+
+
+def _efficiencies(points: Floats, model: Model, linear: Floats, matrix: Floats) -> dict[str, float]:
+    """Inflation and D-, A- and I-efficiency from one information matrix; the careful way when it is singular.
+
+    linear, matrix: X'X of the linear model, and the correlations of the columns.
+    """
+    n, d = points.shape
+    if isinstance(model, str) and model == "linear":
+        information = linear
+        constant = bool((np.ptp(points, axis=0) == 0.0).any())
+    else:
+        x = model_matrix(points, model=model)
+        information, constant = x.T @ x, True
+    p = len(information)
+    values = np.linalg.eigvalsh(information)
+    if n < p or values[0] <= WELL * values[-1]:
+        inflation = variance_inflation(points, model=model) if n >= p else np.array([np.inf])
+        return {
+            "max_vif": float(inflation.max(initial=1.0)),
+            "d_efficiency": d_efficiency(points, model=model),
+            "a_efficiency": a_efficiency(points, model=model),
+            "i_efficiency": i_efficiency(points, model=model),
+        }
+    if constant:
+        inflation = variance_inflation(points, model=model)
+    else:
+        inflation = np.diag(np.linalg.inv(matrix))
+    inverse = np.linalg.inv(information)
+    return {
+        "max_vif": float(inflation.max(initial=1.0)),
+        "d_efficiency": float(np.exp(np.log(values).mean()) / n),
+        "a_efficiency": float(p / (n * np.trace(inverse))),
+        "i_efficiency": float(p / (n * np.sum(inverse * moment_matrix(model, d)))),
+    }

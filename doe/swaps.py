@@ -4,7 +4,7 @@ Threshold accepting (Dueck & Scheuer 1990) over exchanges of two entries of one 
 Mitchell (1995): a worse design passes while it costs less than a bar that falls geometrically. The criteria
 are compared on one scale, relative changes:
 
-    F = w_phi phi_p/phi_p0 + w_cd2 CD2/CD2_0 + w_maxpro psi/psi_0 + w_r rho,    rho = (mean r^4)^(1/4),
+    F = w_phi phi_p/phi_p0 + w_cd2 CD2/CD2_0 + w_maxpro psi/psi_0 + w_r rho,    rho = (mean r^8)^(1/8),
 
 linearised about the reference values with index 0. One per cent of any of the first three and a correlation
 of 0.01 then weigh the same when the weights are equal.
@@ -27,14 +27,20 @@ Floats = NDArray[np.float64]
 CRITERIA = ("phi_p", "cd2", "maxpro", "correlation")
 LARGEST_RUNS = 8192  # the n x n tables of the criteria: 0.8 GB with all three
 GRID_RANGE = 2**30  # squared distances in whole numbers stay below
-FINEST = 2**14
-REFRESH = 2**18  # trials after which rounding errors of the products are swept out
+FINEST = 2**12
+REFRESH = 2**18  # trials after which rounding errors of the products are swept out; fewer at the start,
+FIRST_CHUNK = 2**12  # where sums fall by orders of magnitude and need a finer whole scale
 STAGES = 200
 QUENCH = 0.1  # share of the trials that only go down, before the annealing
+# levels two swapped entries may be apart, as a share of n, at the start and at the end of the annealing: near
+# swaps change little and so are accepted still when the bar is low
+WIDE, NARROW = 0.3, 0.03
 FREEZE = 0.05  # and after it
-START_HEAT = 5e-3  # first bar, relative change of the criterion, over n
+# first bar, a relative change of the criterion, times n (d/8)^2; found on 20x2 to 500x20, no size is special
+START_HEAT = np.array([0.025, 0.15, 0.15, 0.025])
 COOLED = 1e-2  # last bar over the first
 SCALE_BITS = 46
+FAINT = 2.0**40  # a sum that fell below is measured in a finer unit
 PROBE = 512
 SHARE = 0.8  # of the seconds asked for: the rest covers set-up and a busy machine
 
@@ -52,14 +58,19 @@ class Columns:
     levels: Floats
     nominal: NDArray[np.bool_]
 
-    @property
-    def grid(self) -> tuple[NDArray[np.int32], int]:
-        """Whole coordinates (d, n) and the coordinate that stands for 1."""
+    def grid(self, names: Sequence[str]) -> tuple[NDArray[np.int32], int]:
+        """Whole coordinates (d, n) for the criteria, and the coordinate that stands for 1.
+
+        The levels of a Latin hypercube are whole numbers already; others are rounded so finely that squared
+        distances stay below 2^30, or to 2^24 parts when only correlations are wanted.
+        """
         d, n = self.levels.shape
-        if np.array_equal(self.levels, np.broadcast_to((np.arange(n) + 0.5) / n, (d, n))):
-            if d * n * n < GRID_RANGE:
-                return np.tile(np.arange(n, dtype=np.int32), (d, 1)), n
+        exact = names == ("correlation",) or d * n * n < GRID_RANGE
+        if exact and np.array_equal(self.levels, np.broadcast_to((np.arange(n) + 0.5) / n, (d, n))):
+            return np.tile(np.arange(n, dtype=np.int32), (d, 1)), n
         fine = min(int((GRID_RANGE / (2 * d)) ** 0.5), FINEST)
+        if names == ("correlation",):
+            fine = FINEST**2
         return np.rint(self.levels * fine).astype(np.int32), fine
 
     def points(self, entries: NDArray[np.integer]) -> Floats:
@@ -97,13 +108,14 @@ class _Search:
         p: int,
         groups: NDArray[np.int64],
         draws: Draws,
+        positions: bool,
     ) -> None:
         self.columns, self.names, self.h, self.draws, self.groups = columns, names, p // 2, draws, groups
-        self.grid, reach = columns.grid
+        self.grid, reach = columns.grid(tuple(names))
         d, n = self.grid.shape
         self.apart, self.unit = reach * reach, float(np.exp(1.5)) / reach
         self.movable = np.flatnonzero(np.ptp(self.grid, axis=1) > 0).astype(np.int64)
-        counts = np.array([len(np.unique(row)) for row in self.grid])
+        counts = 1 + np.count_nonzero(np.diff(self.grid, axis=1), axis=1)  # rows are sorted
         self.shifts = np.where(counts < n, np.exp(1.5) / counts, 0.0)
         ordered = ~columns.nominal & (counts > 1)
         self.on = np.array([c in names for c in CRITERIA])
@@ -120,7 +132,10 @@ class _Search:
         z = np.where(columns.nominal, 13 / 12, 13 / 12)
         self.constant = float(np.prod(z))
         self.scales, self.values, self.weights = np.ones(4), np.zeros(4), np.zeros(4)
-        self.progress = np.zeros(6, np.int64)
+        self.progress = np.zeros(7, np.int64)
+        self.log = np.empty((max(64, n * d // 8), 3), np.int32)
+        self.positions = positions or self.on[1]
+        self.u = np.empty((1, 1))
         self.place(entries)
 
     def place(self, entries: NDArray[np.int32]) -> None:
@@ -133,32 +148,53 @@ class _Search:
     def refresh(self, *, rescale: bool = False) -> None:
         """All tables and values from the entries, free of accumulated rounding."""
         index = self.entries.astype(np.int64)
+        self.holder = np.empty_like(self.entries)
+        runs = np.arange(index.shape[1], dtype=np.int32)
+        np.put_along_axis(self.holder, index, np.broadcast_to(runs, index.shape), axis=1)
         self.x = np.take_along_axis(self.grid, index, axis=1)
-        self.u = np.take_along_axis(self.columns.levels, index, axis=1)
+        if self.positions:
+            self.u = np.take_along_axis(self.columns.levels, index, axis=1)
         nominal = self.columns.nominal
         n = self.x.shape[1]
         if self.on[0]:
             if rescale:
-                self.scales[0] = 1.0
-                self.scales[0] = scale_for(typical_sum(self.x, self.h))
-            total = kernels.distance_state(
-                self.x, nominal, self.apart, self.squares, self.rows, self.h, self.scales[0]
-            )
+                self.rescale(0, scale_for(typical_sum(self.x, self.h)))
+            total = self.distances()
+            if total < FAINT:
+                self.rescale(0, self.scales[0] * scale_for(float(total)))
+                total = self.distances()
             self.values[0] = float(total)
         if self.on[1]:
             kernels.centred_state(self.u, nominal, self.products, self.singles)
             value = kernels.centred_value(self.products, self.singles, self.constant) * n * n
             if rescale:
-                self.scales[1] = scale_for(abs(value))
+                self.rescale(1, scale_for(value))
             self.values[1] = np.rint(value * self.scales[1])
         if self.on[2]:
             value = kernels.gap_state(self.x, nominal, self.shifts, self.unit, self.gaps)
-            if rescale:
-                self.scales[2] = scale_for(value)
+            if rescale or value * self.scales[2] < FAINT:
+                self.rescale(2, scale_for(value))
             self.values[2] = np.rint(value * self.scales[2])
         if self.on[3]:
-            kernels.gram_state(self.x, self.gram)
-            self.values[3] = kernels.fourth_powers(self.gram, self.gram_weights)
+            centred = 2.0 * self.x - 2.0 * self.x.mean(axis=1, keepdims=True)
+            self.gram = centred @ centred.T / 4.0  # whole numbers below 2^53 for n < 2e5: exact in any order
+            self.values[3] = kernels.eighth_powers(self.gram, self.gram_weights)
+
+    def distances(self) -> int:
+        """Fill the table of squared distances; the sum over pairs on the whole scale."""
+        nominal = self.columns.nominal
+        return int(
+            kernels.distance_state(
+                self.x, nominal, self.apart, self.squares, self.rows, self.h, self.scales[0]
+            )
+        )
+
+    def rescale(self, c: int, scale: float) -> None:
+        """Another unit of the whole scale of criterion c; what the search compares stays the same."""
+        factor = scale / self.scales[c]
+        self.scales[c] = scale
+        self.weights[c] /= factor
+        self.best_values[c] *= factor
 
     def weigh(self, shares: Floats, reference: Floats) -> None:
         """Weights of relative changes about reference values; the best so far is judged anew."""
@@ -166,41 +202,60 @@ class _Search:
         self.weights[:3] = np.where(self.on[:3], shares[:3] * slope / np.maximum(reference[:3], 1.0), 0.0)
         self.weights[3] = shares[3] if self.on[3] else 0.0
         self.best[:] = self.entries
+        self.progress[6] = 0
         self.best_values[:4] = self.values
         self.best_values[4] = kernels.merit(self.on, self.weights, self.values, self.pairs)
 
-    def run(self, trials: int, *, heat: float, cooled: float, feasible: Feasible | None) -> None:
+    def run(
+        self,
+        trials: int,
+        *,
+        heat: float,
+        cooled: float,
+        wide: float = 1.0,
+        narrow: float = 1.0,
+        feasible: Feasible | None,
+    ) -> None:
         """Trials under a bar that falls from `heat` by the factor `cooled`."""
         if len(self.movable) == 0 or not (self.groups[:, 1] > 1).any():
             self.progress[0] += trials
             return
+        n = self.x.shape[1]
         stage = max(1, trials // STAGES)
         cooling = cooled ** (stage / max(trials, 1))
-        bar = np.array([heat])
+        bar = np.array([heat, n * wide])
+        narrowing = (narrow / wide) ** (stage / max(trials, 1))
         base = int(self.progress[0])
         self.progress[0] = 0
+        chunk = FIRST_CHUNK
+        stop = min(trials, chunk)
         while self.progress[0] < trials or self.progress[2] > 1:
-            stop = min(trials, int(self.progress[0]) + REFRESH)
             kernels.search(
-                self.entries, self.x, self.u, self.columns.nominal, self.groups, self.movable, self.draws,
-                self.on, self.weights, self.scales, self.values,
+                self.entries, self.holder, self.x, self.u, self.columns.nominal, self.groups, self.movable,
+                self.draws, self.on, self.weights, self.scales, self.values,
                 self.h, self.apart, self.squares, self.rows, self.products, self.singles,
                 self.shifts, self.unit, self.gaps, self.gram, self.gram_weights,
-                bar, cooling, stage, stop, feasible is not None, self.progress, self.best, self.best_values,
+                bar, cooling, narrowing, stage, stop, feasible is not None, self.progress, self.log,
+                self.best, self.best_values,
             )  # fmt: skip
             if self.progress[2] == 1 and feasible is not None:
-                _, _, _, k, i, j = self.progress
+                k, i, j = (int(v) for v in self.progress[3:6])
                 pair = self.u[:, [i, j]].T.copy()
                 pair[:, k] = pair[::-1, k]
                 self.progress[2] = 2 if bool(np.all(feasible(pair))) else 3
             elif self.progress[0] < trials:
-                self.refresh()
+                if self.on[:3].any():  # correlations come from whole numbers and need no sweeping
+                    self.refresh()
+                chunk = min(2 * chunk, REFRESH)
+                stop = min(trials, stop + chunk)
         self.progress[0] += base
 
     def back_to_best(self) -> None:
         """Continue from the best design seen."""
-        self.entries[:] = self.best
-        self.refresh()
+        if not np.array_equal(self.entries, self.best):
+            self.entries[:] = self.best
+            self.progress[6] = 0
+            self.refresh()
 
 
 def typical_sum(x: NDArray[np.int32], h: int) -> float:
@@ -208,9 +263,11 @@ def typical_sum(x: NDArray[np.int32], h: int) -> float:
     d, n = x.shape
     squares, rows = np.empty((n, n), np.int32), np.empty(n, np.int64)
     kernels.distance_state(x, np.zeros(d, np.bool_), 1, squares, rows, h, 1.0)
-    pairs = squares[np.triu_indices(n, 1)]
-    pairs = pairs[pairs > 0].astype(float)
-    return float((pairs**-h).sum()) if pairs.size else 1.0
+    total = 0.0
+    for i, row in enumerate(squares):
+        others = row[:i][row[:i] > 0]
+        total += float((others.astype(np.float64) ** -h).sum())
+    return total if total > 0.0 else 1.0
 
 
 def scale_for(value: float) -> float:
@@ -249,7 +306,9 @@ def swap_search(
         )
     if groups is None:
         groups = np.array([[0, n]], dtype=np.int64)
-    first = _Search(columns, entries, names=names, p=p, groups=groups, draws=draws)
+    first = _Search(
+        columns, entries, names=names, p=p, groups=groups, draws=draws, positions=feasible is not None
+    )
     total = check_budget(swaps, seconds, lambda: _rate(columns, entries, names, p, groups, draws))
     alone: dict[str, float] = {}
     reference = first.values.copy()
@@ -258,7 +317,15 @@ def swap_search(
     if len(names) > 1:
         part = total // (4 * len(names))
         for name in names:
-            single = _Search(columns, entries, names=(name,), p=p, groups=groups, draws=draws)
+            single = _Search(
+                columns,
+                entries,
+                names=(name,),
+                p=p,
+                groups=groups,
+                draws=draws,
+                positions=feasible is not None,
+            )
             anneal(single, part, np.where(single.on, 1.0, 0.0), heat, feasible)
             spent += part
             accepted += int(single.progress[1])
@@ -288,16 +355,18 @@ def anneal(
     reference: Floats | None = None,
 ) -> None:
     """Go down, anneal about what was reached, go down again."""
-    n = search.x.shape[1]
+    d, n = search.x.shape
     quench, freeze = int(QUENCH * trials), int(FREEZE * trials)
     search.weigh(shares, search.values if reference is None else reference)
     search.run(quench, heat=0.0, cooled=1.0, feasible=feasible)
     search.back_to_best()
     search.weigh(shares, search.values if reference is None else reference)
-    start = START_HEAT / n if heat is None else heat
-    search.run(trials - quench - freeze, heat=start, cooled=COOLED, feasible=feasible)
+    if heat is None:
+        heat = float(START_HEAT @ shares / np.count_nonzero(shares)) * (8.0 / d) ** 2 / n
+    slow = trials - quench - freeze
+    search.run(slow, heat=heat, cooled=COOLED, wide=WIDE, narrow=NARROW, feasible=feasible)
     search.back_to_best()
-    search.run(freeze, heat=0.0, cooled=1.0, feasible=feasible)
+    search.run(freeze, heat=0.0, cooled=1.0, wide=NARROW, narrow=NARROW, feasible=feasible)
 
 
 def _rate(
@@ -309,7 +378,7 @@ def _rate(
     draws: Draws,
 ) -> float:
     """Trials per second, measured on a copy; the generator of the search itself is not touched."""
-    probe = _Search(columns, entries, names=names, p=p, groups=groups, draws=draws.copy())
+    probe = _Search(columns, entries, names=names, p=p, groups=groups, draws=draws.copy(), positions=False)
     probe.weigh(np.ones(4), probe.values)
     probe.run(1, heat=0.0, cooled=1.0, feasible=None)
     count = PROBE

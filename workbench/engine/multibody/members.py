@@ -148,7 +148,7 @@ class Airbag:
     length: float = 0.14
     power: float = 1.4
     onset: float = 0.005
-    width: float = 1e-3
+    width: float = 2e-4
     cap: float = 0.13
     deploy: float = -1e9
     rise: float = 0.01

@@ -1,0 +1,103 @@
+# mypy: ignore-errors
+"""Choosing rows: the farthest candidate next, then exchanges that lower phi_p; and runs dealt out to blocks.
+
+Coordinates are whole numbers, so that squared distances are, and the choice is the same on every platform.
+"""
+
+import numpy as np
+from numba import njit
+
+from doe._kernels_draws import below
+from doe._kernels_swaps import inverse_power, whole
+
+
+@njit(cache=True, error_model="numpy")
+def squared(x, i, j):
+    total = np.int64(0)
+    for k in range(x.shape[1]):
+        step = np.int64(x[i, k]) - np.int64(x[j, k])
+        total += step * step
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def farthest(x, chosen, kept, used):
+    """Fill chosen[kept:] with the candidate farthest from those chosen, one after the other (Kennard &
+    Stone).
+    """
+    nearest = np.full(x.shape[0], np.int64(2**62))
+    for c in range(chosen.size):
+        if c >= kept:
+            best = -1
+            for r in range(x.shape[0]):
+                if not used[r] and (best < 0 or nearest[r] > nearest[best]):
+                    best = r
+            chosen[c] = best
+            used[best] = True
+        for r in range(x.shape[0]):
+            nearest[r] = min(nearest[r], squared(x, r, chosen[c]))
+
+
+@njit(cache=True, error_model="numpy")
+def exchange_rows(x, chosen, kept, used, h, scale, trials, state):
+    """Exchange chosen rows for others when the sum over pairs of D^-h falls; returns the exchanges made."""
+    n = chosen.size
+    rows = np.zeros(n, np.int64)
+    for a in range(n):
+        for b in range(n):
+            if a != b:
+                rows[a] += whole(inverse_power(np.float64(squared(x, chosen[a], chosen[b])), h, scale))
+    terms = np.empty(n, np.int64)
+    made = 0
+    for _ in range(trials):
+        a = kept + below(state, n - kept)
+        other = kept + below(state, n - kept)
+        if rows[other] > rows[a]:  # of two, the one that crowds more
+            a = other
+        r = below(state, x.shape[0])
+        if used[r]:
+            continue
+        total = np.int64(0)
+        for b in range(n):
+            terms[b] = 0
+            if b != a:
+                terms[b] = whole(inverse_power(np.float64(squared(x, r, chosen[b])), h, scale))
+                total += terms[b]
+                if total >= rows[a]:
+                    break
+        if total < rows[a]:
+            made += 1
+            for b in range(n):
+                if b != a:
+                    rows[b] += terms[b]
+                    rows[b] -= whole(inverse_power(np.float64(squared(x, chosen[a], chosen[b])), h, scale))
+            rows[a] = total
+            used[chosen[a]] = False
+            used[r] = True
+            chosen[a] = r
+    return made
+
+
+@njit(cache=True, error_model="numpy")
+def deal(columns, label, sums, sizes, trials, state):
+    """Swap runs between blocks while the sum over blocks of |sum of columns|^2 / size falls.
+
+    columns: (n, q) whole numbers; label: (n,) block of each run; sums: (blocks, q).
+    """
+    n, q = columns.shape
+    for _ in range(trials):
+        i, j = below(state, n), below(state, n)
+        a, b = label[i], label[j]
+        if a == b:
+            continue
+        change = 0.0
+        for k in range(q):
+            step = columns[j, k] - columns[i, k]
+            change += (2.0 * step * sums[a, k] + step * step) / sizes[a]
+            change += (-2.0 * step * sums[b, k] + step * step) / sizes[b]
+        if change < -1.0e-9:
+            for k in range(q):
+                step = columns[j, k] - columns[i, k]
+                sums[a, k] += step
+                sums[b, k] -= step
+            label[i], label[j] = b, a
