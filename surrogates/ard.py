@@ -57,6 +57,7 @@ class ArdScreening:
         search: the multi-start.
         rivals: the best other set of each other maximum, with its score below the chosen one's.
         margin: the smallest such fall to a set that misses a unit of the chosen one.
+        agreeing: starts whose maximum has the chosen units as its most active ones.
         search_runs: runs that the multi-start saw.
     """
 
@@ -65,6 +66,7 @@ class ArdScreening:
     search: Search
     rivals: tuple[tuple[tuple[int, ...], float], ...]
     margin: float
+    agreeing: int
     search_runs: int
 
 
@@ -107,6 +109,12 @@ def ard_screening(
 
     best = exchange(ground, max(chains, key=score), threshold=threshold, nugget=nugget)
     chosen = best.best(threshold) if size is None else best.index(size)
+    k = len(best.sets[chosen])
+    agreeing = sum(
+        reached
+        for optimum, reached in zip(search.optima, search.reached, strict=True)
+        if set(most_active(ground, optimum, k)) == set(best.sets[chosen])
+    )
     rivals, margin = _rivals(best, chosen, chains, threshold)
     if rows is not None:
         best = _on_all_runs(
@@ -121,7 +129,13 @@ def ard_screening(
         )
         chosen = best.best(threshold) if size is None else best.index(size)
     return ArdScreening(
-        chain=best, chosen=chosen, search=search, rivals=rivals, margin=margin, search_runs=ground.n_runs
+        chain=best,
+        chosen=chosen,
+        search=search,
+        rivals=rivals,
+        margin=margin,
+        agreeing=agreeing,
+        search_runs=ground.n_runs,
     )
 
 

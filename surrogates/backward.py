@@ -76,7 +76,10 @@ def shorten(
         shared = here.phi[k] if len(here.partition) > k else INERT
         candidates = []
         effect = here.phi[:k] + np.log(landscape.reach[list(selected)])
-        for i in sorted(int(j) for j in np.argsort(effect, kind="stable")[:valued]):
+        # the first unit in an empty pool keeps its theta, which costs nothing whichever it is: the least
+        # active
+        among = 1 if k == u else valued
+        for i in sorted(int(j) for j in np.argsort(effect, kind="stable")[:among]):
             fewer = selected[:i] + selected[i + 1 :]
             phi = np.concatenate([np.delete(here.phi[:k], i), [shared], here.phi[-1:]])
             candidates.append((landscape.value(split(u, fewer), phi), i, fewer, phi))

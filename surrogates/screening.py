@@ -235,6 +235,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         repeated = tuple(p for p in runs.repeated if set(p) & set(self.selected_.tolist()))
         resolved, verdict, advice = judge(
             n_runs=n,
+            n_inputs=len(runs.units),
             n_selected=len(accepted),
             constant_response=found is None,
             margin=margin if self.method == "default" else None,
@@ -419,7 +420,7 @@ def _default(
         accepted=len(sets) - 1 - result.chosen,
         etas=[np.full(len(runs.units), screener.eta)] * len(sets),
         starts=result.search.starts,
-        starts_at_best=result.search.reached[0],
+        starts_at_best=result.agreeing,
         search_runs=result.search_runs,
         evaluations=result.search.evaluations,
         rivals=result.rivals,

@@ -9,8 +9,11 @@ answer that a selection of inputs alone cannot give.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 __all__ = ["ScreeningDiagnosis", "judge"]
 
+FEW_RUNS = 2.5  # per input: with fewer, Welch's weaker inputs are missed without a sign
 CLEAR_MARGIN = 2.0  # in l: the rival set is e^2 = 7 times less likely
 FAIR_Q2 = 0.8  # of what is left unexplained, a fifth of the variance may hide further inputs
 
@@ -25,8 +28,8 @@ class ScreeningDiagnosis:
         threshold: gain in l that an input must bring.
         base_log_likelihood: l with one theta for all inputs.
         nugget: at the selected set, relative to sigma2; `nugget_bounds` what it was allowed.
-        starts, starts_at_best, search_runs: ascents, how many reached the best maximum, runs they saw.
-        evaluations: likelihoods of the multi-start.
+        starts, starts_at_best, search_runs: ascents, how many of them lead to the selected set, runs they
+        saw. evaluations: likelihoods of the multi-start.
         rivals: other sets, with the fall of l - threshold * size from the selected set to them.
         margin: the smallest fall to a set that misses a selected input; inf when there is none.
         q2: leave-one-out, of the Kriging with the selected inputs.
@@ -62,6 +65,7 @@ class ScreeningDiagnosis:
 def judge(
     *,
     n_runs: int,
+    n_inputs: int,
     n_selected: int,
     constant_response: bool,
     margin: float | None,
@@ -73,7 +77,7 @@ def judge(
 
     `margin` is None for a greedy method, which knows no rival sets and therefore cannot be resolved.
 
-    >>> facts = {"n_runs": 50, "n_selected": 3, "constant_response": False, "repeated": ()}
+    >>> facts = {"n_runs": 50, "n_inputs": 20, "n_selected": 3, "constant_response": False, "repeated": ()}
     >>> print(judge(**facts, margin=9.0, q2=0.97, starts_at_best=8)[1])
     resolved: every set that misses a selected input is at least 9.0 lower in log-likelihood
     """
@@ -100,8 +104,11 @@ def judge(
             f"left-out runs are predicted with Q2 = {q2:.2f} only; further inputs may hide in the rest"
         )
         cures.append("add runs, or look for an input that varied but is not in the table")
-    if starts_at_best == 1:
-        reasons.append("the best maximum was reached by a single start")
+    if n_runs < FEW_RUNS * n_inputs:
+        reasons.append(f"{n_runs} runs are few for {n_inputs} inputs: weaker ones may be missed")
+        cures.append(f"come to {int(np.ceil(FEW_RUNS * n_inputs))} runs")
+    if starts_at_best <= 1:
+        reasons.append("at most one start led to the selected set")
         cures.append("screen again with more starts")
     advice = "; ".join(dict.fromkeys(cures))
     if repeated:
