@@ -15,6 +15,7 @@ _ROOM = "workbench.engine."
 _PUBLIC: dict[str, str] = {
     name: _ROOM + module
     for module, names in {
+        "layout.optimise": ("optimise_layout",),
         "errors": ("AssemblyError", "EngineError", "InvalidSystem", "NotConverged", "NotSupported"),
         "multibody.convergence": ("choose_scheme", "convergence"),
         "multibody.elements": ("Bushing", "JointSpring"),
