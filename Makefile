@@ -15,8 +15,12 @@ help:
 	@echo "make bench   ours beside the peers, one table per room"
 	@echo "make wheel   build the wheel and try it in an empty environment"
 
-.venv/.installed: pyproject.toml constraints.txt
+.venv/.core: pyproject.toml constraints.txt
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+.venv/.installed: .venv/.core
 	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e ".[dev,netcdf]"
 	@touch $@
 
@@ -31,7 +35,7 @@ help:
 
 setup: .venv/.installed
 
-demo: .venv/.installed
+demo: .venv/.core
 	$(BIN)/holdfast demo
 
 test: .venv/.installed
