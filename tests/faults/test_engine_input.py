@@ -91,6 +91,12 @@ def test_laws_and_elements():
         Bushing(a="a", b="ground", k=1.0, cap=0.0)
     with pytest.raises(ValueError, match="tau, width and eps > 0"):
         Bushing(a="a", b="ground", k=1.0, eps=0.0)
+    with pytest.raises(ValueError, match="needs both opens and push_cap, or neither"):
+        Bushing(a="a", b="ground", k=1.0, cap=2.0, opens=(1.0, 0.0))
+    with pytest.raises(ValueError, match="needs cap > 0 N and push_cap > 0 N together, got cap=None"):
+        Bushing(a="a", b="ground", k=1.0, opens=(1.0, 0.0), push_cap=3.0)
+    with pytest.raises(ValueError, match=r"needs a direction opens, got \(0.0, 0.0\)"):
+        Bushing(a="a", b="ground", k=1.0, cap=2.0, opens=(0.0, 0.0), push_cap=3.0)
     with pytest.raises(ValueError, match="width > 0 rad"):
         JointSpring(a="a", b="ground", width=0.0)
     with pytest.raises(ValueError, match="upper and lower >= 0"):

@@ -217,3 +217,23 @@ def test_parameters_of_laws_springs_bushings_and_bodies(prepared, kind, index, n
     step = 1e-4 * max(abs(now), 0.1)
     assert got == pytest.approx(quotient(value, step), rel=QUOTIENT, abs=3e-11)
     assert got != 0.0 or name in ("lower", "upper")
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.8, 3.6, 5.2])
+def test_a_cap_of_one_direction_has_exact_gradients(prepared, angle):
+    old = prepared.bushings[0]
+    directed = replace(old, opens=(float(np.cos(angle)), float(np.sin(angle))), push_cap=40.0)
+    system = replace(prepared, bushings=(directed, prepared.bushings[1]))
+    density = np.full(len(system.members), 0.8)
+    direction = np.random.default_rng(3).normal(size=len(density))
+    objective = Terminal(quantity=Deviation(bodies=("0", "1"), reference="2"))
+    found = parameter_gradient(simulate(system, density, 0.2, 60), objective)
+
+    def by_density(e):
+        return objective.value(simulate(system, density + e * direction, 0.2, 60))
+
+    def by_cap(e):
+        return objective.value(simulate(bump(system, "bushings", 0, "cap", e), density, 0.2, 60))
+
+    assert found.density @ direction == pytest.approx(quotient(by_density, 1e-4), rel=QUOTIENT, abs=1e-12)
+    assert found.bushing[2, 0] == pytest.approx(quotient(by_cap, 6e-4), rel=QUOTIENT, abs=3e-11)

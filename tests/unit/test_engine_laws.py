@@ -5,7 +5,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.engine import Airbag, Belt, Body, Contact, Impulse, Member, Retractor, Spring, System, simulate
+from workbench.engine import (
+    Airbag,
+    Belt,
+    Body,
+    Bushing,
+    Contact,
+    Impulse,
+    Load,
+    Member,
+    Retractor,
+    Spring,
+    System,
+    simulate,
+)
 from workbench.engine.multibody._kernels_equations import energy_by_scale, evaluate, place, unit_rows
 from workbench.engine.multibody.compiled import compiled, on_grid
 from workbench.engine.multibody.tables import work_space
@@ -161,3 +174,17 @@ def test_a_damper_takes_what_the_energy_loses():
     lost = np.trapezoid(0.8 * run.velocity[:, 0] ** 2, run.times)
     energy = run.mechanical_energy()
     assert energy[0] - energy[-1] == pytest.approx(lost, rel=1e-5)
+
+
+def test_a_bushing_that_opens_one_way_holds_more_when_pressed_on():
+    """A mass on an overloaded bushing accelerates by what the load exceeds the limit of its direction."""
+    grip = Bushing(a="mass", b="ground", k=1e5, cap=100.0, opens=(1.0, 0.0), push_cap=300.0)
+
+    def held(force):
+        body = Body(name="mass", mass=1.0, inertia=1.0, gravity=False)
+        system = System(bodies=(body,), bushings=(grip,), loads=(Load(body="mass", force=force),))
+        return abs(np.hypot(*force) - np.hypot(*simulate(system, [], 0.5, 500).acceleration[-1, :2]))
+
+    assert held((500.0, 0.0)) == pytest.approx(100.0, rel=1e-3)
+    assert held((0.0, 500.0)) == pytest.approx(100.0, rel=1e-3)
+    assert held((-500.0, 0.0)) == pytest.approx(300.0, rel=1e-3)

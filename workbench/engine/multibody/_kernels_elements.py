@@ -197,14 +197,30 @@ def softplus_integral(x, w):
 
 
 @njit(**INNER)
+def directed_cap(p, b, rx, ry, r):
+    """Limit of the force at a separation (rx, ry) of length r: value, slope by (rx, ry), slope by the cap.
+
+    cap on the side that opens (e.n >= 0), push cap when pressed on (e.n = -1), smoothstep(-e.n) between.
+    """
+    if p[17, b].real <= 0.0:
+        return p[2, b] + 0.0 * r, 0.0 * r, 0.0 * r, 0.0 * r + 1.0
+    e = (rx * p[15, b] + ry * p[16, b]) / r
+    part, part1 = smoothstep(-e)
+    more = (p[17, b] - p[2, b]) * part1 / r
+    x = -more * (p[15, b] - e * rx / r)
+    y = -more * (p[16, b] - e * ry / r)
+    return p[2, b] + (p[17, b] - p[2, b]) * part, x, y, 1.0 - part
+
+
+@njit(**INNER)
 def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
     """Breakable bushing: -(force on body 1) = s [cap tanh(k r/cap) r_/r + c r' sech^2(k r/cap) - preload].
 
     s = hold (1 - D) w(r), r = sqrt(r_.r_ + eps^2), w falls from 1 at r1 to 0 at r2; the damage obeys
     dD/dt = (1 - D) logistic((r - r2)/width)/tau, taken here at the end of a trapezoidal step:
     D = (z + half (rate0 + a))/(1 + half a), a = logistic/tau; half = 0 leaves D = z.
-    Column b of p: k, c, cap, r1, r2, tau, eps, hold, preload x, y, s1x, s1y, s2x, s2y, width; tau = 0:
-    unbreakable.
+    Column b of p: k, c, cap, r1, r2, tau, eps, hold, preload x, y, s1x, s1y, s2x, s2y, width, n x, n y,
+    push cap; tau = 0: unbreakable; push cap = 0: one cap for all directions.
     out = D, dD/dt, dg/dD; fz = dF/dD, gx = dg/dX, zx = dD/dX of the step.
     """
     c, s = cos(big[2]), sin(big[2])
@@ -215,7 +231,8 @@ def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
     vx = big[3] - ay * big[5]
     vy = big[4] + ax * big[5]
     r = sqrt(rx * rx + ry * ry + p[6, b] * p[6, b])
-    k, damping, cap = p[0, b], p[1, b], p[2, b]
+    k, damping = p[0, b], p[1, b]
+    cap, cap_x, cap_y, _ = directed_cap(p, b, rx, ry, r)
     saturation = tanh(k * r / cap)
     g = cap * saturation / r
     h = 1.0 - saturation * saturation
@@ -262,6 +279,15 @@ def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
     k01 = ux * ry
     k10 = uy * rx
     k11 = strength * g + uy * ry
+    if p[17, b].real > 0.0:  # the limit turns with the direction
+        u = k * r / cap
+        by_cap, h_cap = (saturation - u * h) / r, 2.0 * saturation * h * u / cap
+        mx = strength * (by_cap * rx + damping * vx * h_cap)
+        my = strength * (by_cap * ry + damping * vy * h_cap)
+        k00 += mx * cap_x
+        k01 += mx * cap_y
+        k10 += my * cap_x
+        k11 += my * cap_y
     cd = strength * damping * h
     fz[0] = -hold * w * qx
     fz[1] = -hold * w * qy
@@ -308,7 +334,8 @@ def bushing_parameters(p, b, big, z, dp):
     vx = big[3] - ay * big[5]
     vy = big[4] + ax * big[5]
     r = sqrt(rx * rx + ry * ry + p[6, b] * p[6, b])
-    k, damping, cap = p[0, b], p[1, b], p[2, b]
+    k, damping = p[0, b], p[1, b]
+    cap, _, _, by_cap = directed_cap(p, b, rx, ry, r)
     u = k * r / cap
     saturation = tanh(u)
     h = 1.0 - saturation * saturation
@@ -326,8 +353,8 @@ def bushing_parameters(p, b, big, z, dp):
     dp[1, 0] = hold * vx * h
     dp[1, 1] = hold * vy * h
     dcap = (saturation - u * h) / r
-    dp[2, 0] = hold * (dcap * rx - damping * vx * slope * u / cap)
-    dp[2, 1] = hold * (dcap * ry - damping * vy * slope * u / cap)
+    dp[2, 0] = hold * by_cap * (dcap * rx - damping * vx * slope * u / cap)
+    dp[2, 1] = hold * by_cap * (dcap * ry - damping * vy * slope * u / cap)
     share = (1.0 - z) * w
     dp[3, 0] = share * (cap * saturation / r * rx + damping * vx * h - p[8, b])
     dp[3, 1] = share * (cap * saturation / r * ry + damping * vy * h - p[9, b])

@@ -123,7 +123,7 @@ def _compile(system: System) -> Compiled:
         "torsion": np.ascontiguousarray(np.array(torsion, float).reshape(-1, 7).T),
         "bushing_pair": np.array(bushing_pair, np.int64),
         "bushing": np.ascontiguousarray(
-            np.array([b.column() for b in system.bushings], float).reshape(-1, 15).T
+            np.array([b.column() for b in system.bushings], float).reshape(-1, 18).T
         ),
         "row": np.array(rows, np.int64).reshape(-1, 4),
         "row_data": np.array(data, float).reshape(-1, 7),

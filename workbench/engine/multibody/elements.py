@@ -1,6 +1,7 @@
 """Force elements on a joint or between two bodies: joint springs with stops, and bushings that may break."""
 
 from dataclasses import dataclass
+from math import hypot
 
 __all__ = ["Bushing", "JointSpring"]
 
@@ -56,6 +57,8 @@ class Bushing:
     Without `slip` and `release` the bushing never breaks; without `cap` it is linear. `hold` in [0, 1] scales
     all.
     preload: the force (N, b's frame) that it exerts on `a` with no separation.
+    opens: direction (b's frame) in which `a` comes loose; `cap` then limits the force on that side only, and
+    `push_cap` the force when `a` is pressed on, with a C2 transition between e . opens = 0 and -1.
     """
 
     a: str
@@ -72,6 +75,8 @@ class Bushing:
     eps: float = 5e-4
     hold: float = 1.0
     preload: Point = (0.0, 0.0)
+    opens: Point | None = None
+    push_cap: float | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -84,6 +89,15 @@ class Bushing:
             )
         if self.cap is not None and self.cap <= 0.0:
             raise ValueError(f"bushing '{self.a}'-'{self.b}' needs cap > 0 N, got cap={self.cap}")
+        if (self.opens is None) != (self.push_cap is None):
+            raise ValueError(f"bushing '{self.a}'-'{self.b}' needs both opens and push_cap, or neither")
+        if self.push_cap is not None and (self.cap is None or self.push_cap <= 0.0):
+            raise ValueError(
+                f"bushing '{self.a}'-'{self.b}' needs cap > 0 N and push_cap > 0 N together, "
+                f"got cap={self.cap} and push_cap={self.push_cap}"
+            )
+        if self.opens is not None and hypot(*self.opens) == 0.0:
+            raise ValueError(f"bushing '{self.a}'-'{self.b}' needs a direction opens, got {self.opens}")
         if min(self.tau, self.width, self.eps) <= 0.0:
             raise ValueError(f"bushing '{self.a}'-'{self.b}' needs tau, width and eps > 0")
 
@@ -94,9 +108,12 @@ class Bushing:
 
     def column(self) -> tuple[float, ...]:
         """Parameters in the order of the kernel."""
+        nx, ny = (0.0, 0.0) if self.opens is None else self.opens
+        length = hypot(nx, ny) or 1.0
         return (
             self.k, self.c, 1e30 if self.cap is None else self.cap,
             0.0 if self.slip is None else self.slip, 1.0 if self.release is None else self.release,
             self.tau if self.breakable else 0.0, self.eps, self.hold, *self.preload,
             *self.point_a, *self.point_b, self.width,
+            nx / length, ny / length, 0.0 if self.push_cap is None else self.push_cap,
         )  # fmt: skip

@@ -27,7 +27,7 @@ class Tables(NamedTuple):
     torsion_pair: Array  # (T,)
     torsion: Array  # (7, T)
     bushing_pair: Array  # (B,)
-    bushing: Array  # (15, B)
+    bushing: Array  # (18, B)
     row: Array  # (m, 4) kind, pair, body 1, body 2
     row_data: Array  # (m, 7)
     load: Array  # (L, 4) body, follower, index of the sample row, 0
