@@ -10,10 +10,11 @@ g = M^-1 f the quantities of an exchange (see `_kernels_exchange`) follow from e
 import numpy as np
 from numba import njit
 
-from doe._kernels_exchange import TIE, dot, times, update_inverse, update_middle
+from doe._kernels_exchange import TIE, update_inverse, update_middle
+from doe._kernels_linear import dot, times
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def climb_coordinates(
     coded, x, inverse, middle, trace, starts, columns, held_starts, held, levels, counts, by_trace, passes
 ):

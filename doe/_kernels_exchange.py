@@ -13,15 +13,18 @@ trace changes by ((v_i - 1) c_j - 2 t s + (1 + v_j) c_i) / (1 + delta).
 
 Both updates of an exchange are made at once: with K = [[1 + v_j, t], [t, v_i - 1]], g = M^-1 f_i and
 h = M^-1 f_j, M^-1 loses [h g] K^-1 [h g]'. Rows of `f` are padded with zeros to a multiple of four.
+No fastmath: the same candidates give the same design on every processor (see `_kernels_linear`).
 """
 
 import numpy as np
 from numba import njit
 
+from doe._kernels_linear import dot, times
+
 TIE = 1e-9  # gains closer than this count as equal and the first one wins: no decision hangs on rounding
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def expand(coded, starts, columns, out):
     """Fill out[:, t] with the product of the coded columns listed in columns[starts[t]:starts[t + 1]]."""
     for r in range(coded.shape[0]):
@@ -32,22 +35,7 @@ def expand(coded, starts, columns, out):
             out[r, t] = value
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
-def dot(a, b):
-    s = 0.0
-    for k in range(a.size):
-        s += a[k] * b[k]
-    return s
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
-def times(matrix, vector, out):
-    """out = matrix @ vector."""
-    for r in range(matrix.shape[0]):
-        out[r] = dot(matrix[r], vector)
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def add_greedily(f, design, used, kept, inverse, v, replicates):
     """Fill design[kept:], each time with the candidate of largest variance (Dykstra 1971)."""
     p = f.shape[1]
@@ -70,7 +58,7 @@ def add_greedily(f, design, used, kept, inverse, v, replicates):
             v[j] -= scale * t * t
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def update_inverse(inverse, g, h, a, b, c):
     """Inverse -= a h h' + b (h g' + g h') + c g g'."""
     p = g.size
@@ -82,7 +70,7 @@ def update_inverse(inverse, g, h, a, b, c):
             row[q] -= s * h[q] + t * g[q]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22):
     """M^-1 B M^-1 after the exchange whose update of M^-1 has the coefficients a, b, e; gc, hc = middle f."""
     for r in range(g.size):
@@ -94,7 +82,7 @@ def update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22):
             middle[r, q] += z * h[q] + u * g[q] - x * hc[q] - y * gc[q] - xc * h[q] - yc * g[q]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def climb_d(f, design, used, fixed, inverse, v, replicates, max_exchanges):
     """Give rows fixed.. of the design their best candidate in turn until none gains; the exchanges made.
 
@@ -124,11 +112,7 @@ def climb_d(f, design, used, fixed, inverse, v, replicates, max_exchanges):
             c = -(1.0 + v[best]) / (1.0 + gain)
             update_inverse(inverse, g, h, a, b, c)
             for j in range(f.shape[0]):
-                row = f[j]
-                s, t = 0.0, 0.0
-                for q in range(p):
-                    s += row[q] * h[q]
-                    t += row[q] * g[q]
+                s, t = dot(f[j], h), dot(f[j], g)
                 v[j] -= a * s * s + 2.0 * b * s * t + c * t * t
             used[i] -= 1
             used[best] += 1
@@ -137,7 +121,7 @@ def climb_d(f, design, used, fixed, inverse, v, replicates, max_exchanges):
     return exchanges
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def climb_trace(f, design, used, fixed, inverse, middle, v, c, trace, replicates, max_exchanges):
     """The same for trace M^-1 B, with `middle` = M^-1 B M^-1 and c_j = f_j' middle f_j kept up to date.
 
@@ -177,13 +161,8 @@ def climb_trace(f, design, used, fixed, inverse, middle, v, c, trace, replicates
             update_inverse(inverse, g, h, a, b, e)
             update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22)
             for j in range(f.shape[0]):
-                row = f[j]
-                s, t, sc, tc = 0.0, 0.0, 0.0, 0.0
-                for q in range(p):
-                    s += row[q] * h[q]
-                    t += row[q] * g[q]
-                    sc += row[q] * hc[q]
-                    tc += row[q] * gc[q]
+                s, t = dot(f[j], h), dot(f[j], g)
+                sc, tc = dot(f[j], hc), dot(f[j], gc)
                 v[j] -= a * s * s + 2.0 * b * s * t + e * t * t
                 c[j] += (
                     s11 * s * s

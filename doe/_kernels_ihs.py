@@ -46,7 +46,7 @@ def nearest(candidate, chosen, bounds, c, m, limit, bar):
     return best
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def smallest_rows(bounds, out):
     """out[c] = min over j of bounds[j, c]."""
     for c in range(out.size):

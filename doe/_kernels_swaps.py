@@ -26,7 +26,7 @@ CLAMP = 2.0**48  # largest single term: n of them stay far below 2^63
 NOMINAL_GAP = 4.4816890703380645  # exp(3/2): the whole range, where random gaps have geometric mean one
 APART = np.int32(2**30)
 S40 = np.uint64(40)
-PHI, CD2, MAXPRO, CORRELATION = 0, 1, 2, 3
+PHI, CD2, MAXPRO, CORRELATION, FRESH, CHANGES = 0, 1, 2, 3, 4, 5
 DONE, ACCEPTED, PENDING, COLUMN, FIRST, SECOND, LOGGED = 0, 1, 2, 3, 4, 5, 6
 
 
@@ -431,6 +431,12 @@ def search(
                     gram[k, l] += jump * np.float64(x[l, i] - x[l, j])
                     gram[l, k] = gram[k, l]
             values[CORRELATION] += r_change
+            values[CHANGES] += 1.0
+            if values[CORRELATION] < 0.5 * values[FRESH] or values[CHANGES] >= 256.0:
+                # sums of r^8 fall by many orders of magnitude: old rounding must not outlive them
+                values[CORRELATION] = eighth_powers(gram, gram_weights)
+                values[FRESH] = values[CORRELATION]
+                values[CHANGES] = 0.0
         swap_in(e, holder, x, u, k, i, j)
         note(log, progress[LOGGED], k, i, j)
         progress[LOGGED] += 1

@@ -14,7 +14,8 @@ where a float maximum does not.
 import numpy as np
 from numba import njit
 
-from doe._kernels_exchange import dot, times, update_inverse
+from doe._kernels_exchange import update_inverse
+from doe._kernels_linear import dot, times
 
 BLOCK = np.float32(-1e30)
 SMALLEST = 1e-6  # of a proposal: the resolution of the float32 tableau
@@ -47,7 +48,7 @@ def copy_table(source, target):
             target[r, k] = source[r, k]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def lift(ft, h, out):
     """out = ft' h for ft of shape (terms, candidates), four terms at a time."""
     for x in range(out.size):
@@ -60,7 +61,16 @@ def lift(ft, h, out):
             out[x] += a * f0[x] + b * f1[x] + c * f2[x] + d * f3[x]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
+def fill(f, ft, design, inverse, w):
+    """w[k, x] = f_k' M^-1 f_x for the design rows k and all candidates x."""
+    h = np.empty(f.shape[1])
+    for k in range(design.size):
+        times(inverse, f[design[k]], h)
+        lift(ft, h, w[k])
+
+
+@njit(cache=True, error_model="numpy")
 def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
     """Fill design[kept:], each time with the candidate of largest variance (Dykstra 1971)."""
     g = np.empty(f.shape[1])
@@ -82,7 +92,7 @@ def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
             v[x] += factor * wj[x] * wj[x]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def best_pair(design, fixed, blocked, w, v, gains, bits):
     """Design row and candidate with the largest gain; (-1, -1) when none is positive. bits views gains."""
     top, row = np.int32(0), -1
@@ -110,7 +120,7 @@ def best_pair(design, fixed, blocked, w, v, gains, bits):
     return row, column
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
     """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused."""
     p = f.shape[1]
@@ -146,7 +156,7 @@ def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
     return gain
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchanges):
     """Take the best pair until none gains: the gain in log|M|."""
     gains, wj, wi = np.empty_like(v), np.empty_like(v), np.empty_like(v)
@@ -163,7 +173,7 @@ def climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchange
     return total
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def shake(
     f, ft, design, fixed, blocked, w, v, inverse, state, depth, shakes, floor, replicates, max_exchanges
 ):

@@ -10,11 +10,12 @@ U = [f_r, f_s, f_r', f_s'] (old, old, new, new) and S = diag(-1, -1, 1, 1),
 import numpy as np
 from numba import njit
 
-from doe._kernels_exchange import TIE, dot, times
+from doe._kernels_exchange import TIE
+from doe._kernels_linear import dot, times
 from doe._kernels_tableau import draw
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def row_of(coded_row, starts, columns, out):
     for t in range(starts.size - 1):
         value = 1.0
@@ -23,7 +24,7 @@ def row_of(coded_row, starts, columns, out):
         out[t] = value
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def swap_columns(coded, x, inverse, starts, columns, state, swaps):
     """Try `swaps` random swaps, keep those that raise |X'X|; coded, x and inverse are updated in place.
 

@@ -72,7 +72,7 @@ def search_augmentation(
     draws = splitmix(rng)
     new = np.stack([_fill(column, m, draws) for column in old.T], axis=1)
     if criterion == "correlation" and m > d + 1:
-        order = np.argsort(new, axis=0).T
+        order = np.argsort(new, axis=0, kind="stable").T
         ranks = np.empty((d, m), np.int32)
         np.put_along_axis(ranks, order, np.arange(m, dtype=np.int32)[None], axis=1)
         levels = np.sort(new, axis=0).T

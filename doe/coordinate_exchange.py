@@ -17,6 +17,7 @@ from scipy.optimize import minimize
 from doe import _kernels_coordinates as kernels
 from doe._kernels_exchange import expand
 from doe.exchange import CRITERIA, Task
+from doe.linear import gram, product
 from doe.models import (
     Floats,
     Integers,
@@ -68,23 +69,24 @@ def coordinate_exchange(
 ) -> Floats:
     """The points (n, d) in [0, 1] of an optimal design for a regression model.
 
-    Args:
-        model: linear | interactions | quadratic, or a table of exponents. A named model leaves out the
-        square of
-            a factor with two levels, which equals the constant.
-        criterion: D | A | I, as for `exchange`.
-        levels: None for continuous factors; a number of even levels for all; or one entry per factor: None, a
-            number, or the values in [0, 1].
-        existing: (m, d) runs already made: they count and are not handed back.
-        starts: random designs to begin from; by default 2 to 100, the fewer the larger the design.
-        polish: whether continuous coordinates leave the 11 levels of the search.
+        Args:
+            model: linear | interactions | quadratic, or a table of exponents. A named model leaves out the
+            square of
+                a factor with two levels, which equals the constant.
+            criterion: D | A | I, as for `exchange`.
+            levels: None for continuous factors; a number of even levels for all; or one entry per factor:
+                None, a number, or the values in [0, 1].
+            existing: (m, d) runs already made: they count and are not handed back.
+            starts: random designs to begin from; by default 2 to 100, the fewer the larger the design.
+            polish: whether continuous coordinates leave the 11 levels of the search.
 
-    >>> points = coordinate_exchange(6, 2, rng=np.random.default_rng(0))
-    >>> from doe.models import d_efficiency
-    >>> round(d_efficiency(points, model="quadratic"), 4)
-    0.4231
+        >>> points = coordinate_exchange(6, 2, rng=np.random.default_rng(0))
+        >>> from doe.linear import gram, product
+    from doe.models import d_efficiency
+        >>> round(d_efficiency(points, model="quadratic"), 4)
+        0.4231
 
-    Raises: ValueError when n is less than the model's terms, or the levels cannot estimate it.
+        Raises: ValueError when n is less than the model's terms, or the levels cannot estimate it.
     """
     if n < 1 or d < 1:
         raise ValueError(f"n and d need whole numbers >= 1, got n={n} and d={d}")
@@ -112,13 +114,15 @@ def coordinate_exchange(
         n=n,
         terms=p,
         criterion=criterion,
-        information=old.T @ old,
+        information=gram(old),
         moments=moment_matrix(terms, d) if criterion == "I" else np.eye(p),
     )
     free = polish and bool(grid.continuous.any())
     turns = min(MOST, max(FEWEST, WORK // (n * p))) if starts is None else starts
     found = [_climb(_start(terms, grid, task, child), terms, grid, task) for child in rng.spawn(turns)]
-    found.sort(key=lambda coded: -_score(coded, terms, task))  # stable: the first of equals stays first
+    found.sort(
+        key=lambda coded: -round(_score(coded, terms, task), 9)
+    )  # stable: the first of equals stays first
     if free:
         found = [_polish(coded, terms, grid, task) for coded in found[:POLISHED]]
     best = max(found, key=lambda coded: _score(coded, terms, task))
@@ -183,7 +187,7 @@ def _climb(coded: Floats, terms: Integers, grid: Grid, task: Task) -> Floats:
     for _ in range(CLIMBS):
         x = _rows(coded, terms)
         inverse, _ = task.inverse(x)
-        middle = inverse @ task.moments @ inverse
+        middle = product(product(inverse, task.moments), inverse)
         trace = float(np.sum(inverse * task.moments))
         lists_ = (starts, columns, held_starts, held, grid.levels, grid.counts)
         if kernels.climb_coordinates(coded, x, inverse, middle, trace, *lists_, by_trace, PASSES) == 0:

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from doe import _kernels_within as kernels
+from doe._kernels_exchange import TIE
 from doe.exchange import exchange
+from doe.linear import gram, inverse_root
 from doe.models import Floats, Model, checked, factor_lists, model_matrix, model_terms
 
 __all__ = ["d_optimal_best_of", "d_optimal_select", "d_optimal_within"]
@@ -101,7 +103,10 @@ def d_optimal_within(
     state = rng.integers(0, 2**64, 1, dtype=np.uint64)
     for done in range(0, swaps, REFRESH):
         x = model_matrix((coded + 1.0) / 2.0, model=model)
-        inverse = np.linalg.inv(x.T @ x)
+        root = inverse_root(gram(x))
+        if root is None:
+            raise ValueError("the model became singular on these columns; give columns with more levels")
+        inverse = gram(root)
         kernels.swap_columns(coded, x, inverse, starts, columns, state, min(REFRESH, swaps - done))
     values = (np.arange(n)[:, None] + 0.5) / n if given is None else np.sort(given, axis=0)
     rank = np.argsort(np.argsort(coded, axis=0, kind="stable"), axis=0, kind="stable")
@@ -129,7 +134,7 @@ def d_optimal_best_of(
         if turn == 0:
             _check_terms(n, model_matrix(points, model=model).shape[1])
         now = _log_determinant(2.0 * points - 1.0, model)
-        if now > score or turn == 0:
+        if now > score + TIE or turn == 0:
             best, score = points, now
     return best
 

@@ -3,21 +3,25 @@
 Rank-preserving decorrelation (Iman & Conover 1982; Owen 1994): the scores of the columns are multiplied by
 the inverse Cholesky factor of their correlation matrix, and each column takes the order of its new scores. A
 few rounds square the correlations each time until the rounding of ranks stops them at about n^-3/2; swaps
-finish the work.
+finish the work. Scores are whole numbers small enough for products to be exact in any order of summation, so
+that the design is the same to the last bit with every linear algebra library.
 """
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
 from doe.draws import level_permutations, splitmix
 from doe.lhs import checked_size
+from doe.linear import inverse_root, product
 from doe.swaps import Columns, swap_search
 
 __all__ = ["decorrelated", "decorrelated_lhs"]
 
 Floats = NDArray[np.float64]
 ROUNDS = 2
+EXACT_BITS = 53
 SWAPS = 20_000
 
 
@@ -61,17 +65,16 @@ def decorrelated(
     d, n = levels.shape
     everything = levels if beside is None else np.hstack([levels, beside])
     mean = everything.mean(axis=1, keepdims=True)
-    scale = everything.std(axis=1, keepdims=True) * np.sqrt(everything.shape[1])
+    unit = _unit(everything - mean)
+    values = np.rint((levels - mean) / unit)
+    fixed = np.zeros((d, 0)) if beside is None else np.rint((beside - mean) / unit)
+    scale = np.sqrt(np.sum(values**2, axis=1) + np.sum(fixed**2, axis=1))
     scale[scale == 0.0] = 1.0
-    values = (levels - mean) / scale
-    rest = np.zeros((d, d))
-    if beside is not None:
-        fixed = (beside - mean) / scale
-        rest = fixed @ fixed.T
+    rest = fixed @ fixed.T / np.outer(scale, scale)
     best, least = entries, np.inf
     for k in range(rounds + 1):
         scores = np.take_along_axis(values, entries.astype(np.int64), axis=1)
-        have = scores @ scores.T
+        have = scores @ scores.T / np.outer(scale, scale)
         total = have + rest
         np.fill_diagonal(total, 0.0)
         worst = float(np.abs(total).max(initial=0.0))
@@ -79,13 +82,27 @@ def decorrelated(
             best, least = entries, worst
         if k == rounds:
             break
-        try:
-            before = np.linalg.cholesky(have)
-            after = np.linalg.cholesky(have - total)  # the products that the new scores should have
-        except np.linalg.LinAlgError:
+        wanted = have - total  # the products that the new scores should have
+        before, after = inverse_root(have), inverse_root(wanted)
+        if before is None or after is None:
             break
-        moved = after @ solve_triangular(before, scores, lower=True)
+        # wanted = L L' and after = L^-1, so L = wanted after'
+        change = product(product(wanted, np.ascontiguousarray(after.T)), before) / scale
+        moved = _whole_rows(change, scores) @ scores
         entries = np.empty((d, n), np.int32)
         for column, score in zip(entries, moved, strict=True):
-            column[np.argsort(score)] = np.arange(n, dtype=np.int32)
+            column[np.argsort(score, kind="stable")] = np.arange(n, dtype=np.int32)
     return best
+
+
+def _unit(centred: Floats) -> Floats:
+    """Of each row of (d, n): multiples of it, rounded to whole numbers, have products below 2^53."""
+    reach = np.abs(centred).max(axis=1, keepdims=True, initial=0.0)
+    reach[reach == 0.0] = 1.0
+    return np.asarray(reach / 2.0 ** ((EXACT_BITS - math.log2(centred.shape[1])) // 2))
+
+
+def _whole_rows(change: Floats, scores: Floats) -> Floats:
+    """Rows of `change`, each on its own scale, as whole numbers: their product with the scores is exact."""
+    bits = EXACT_BITS - math.log2(len(change) * max(float(np.abs(scores).max()), 1.0))
+    return np.asarray(np.rint(change / np.abs(change).max(axis=1, keepdims=True) * 2.0 ** (bits // 1)))

@@ -14,10 +14,10 @@ from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg.lapack import dpotrf, dtrtri
 
 from doe import _kernels_exchange as kernels
 from doe import _kernels_tableau as tableau
+from doe.linear import gram, inverse_root, product, quadratic_forms
 from doe.models import Floats, Integers, Model, checked, model_matrix, moment_matrix
 
 __all__ = ["CRITERIA", "exchange", "padded", "row_search"]
@@ -62,16 +62,14 @@ class Task:
     def inverse(self, rows: Floats, ridge: float = 0.0) -> tuple[Floats, float]:
         """(X'X)^-1 padded with zeros, and the score: log|X'X| or -log trace (X'X)^-1 B; -inf if singular."""
         p = self.terms
-        information = self.information + rows[:, :p].T @ rows[:, :p] + ridge * np.eye(p)
         inverse = np.zeros((rows.shape[1], rows.shape[1]))
-        lower, failed = dpotrf(information, lower=1, clean=1)
-        if failed:
+        root = inverse_root(self.information + gram(rows[:, :p]) + ridge * np.eye(p))
+        if root is None:
             return inverse, -np.inf
-        root, failed = dtrtri(lower, lower=1)
         diagonal = np.diag(root)
-        if failed or diagonal.min() <= SINGULAR**0.5 * diagonal.max():
+        if diagonal.min() <= SINGULAR**0.5 * diagonal.max():
             return inverse, -np.inf
-        inverse[:p, :p] = root.T @ root
+        inverse[:p, :p] = gram(root)
         if self.criterion == "D":
             return inverse, float(-2.0 * np.log(diagonal).sum())
         return inverse, float(-np.log(np.sum(inverse[:p, :p] * self.moments)))
@@ -131,7 +129,7 @@ def exchange(
         criterion=criterion,
         replicates=replicates,
         fixed=fixed,
-        information=made.T @ made,
+        information=gram(made),
         moments=moment_matrix(model, d) if criterion == "I" else np.eye(p),
     )
     if len(points) <= 2 * _active_size(task):
@@ -189,7 +187,7 @@ def _first(f: Floats, light: NDArray[np.float32], task: Task, rng: np.random.Gen
     np.add.at(used, design[m:kept], 1)
     ridge = RIDGE * float(np.mean(np.sum(f[design] ** 2, axis=1)))
     inverse, _ = task.inverse(f[design[:kept]], ridge)
-    variance = _variances(f, inverse)
+    variance = quadratic_forms(f, inverse)
     if light.size:
         blocked = np.where(used > 0, tableau.BLOCK, np.float32(0.0)) * np.float32(not task.replicates)
         variance32 = variance.astype(np.float32)
@@ -210,13 +208,13 @@ def _climb_pairs(
     left = shakes if task.n > len(task.fixed) else 0
     while True:
         inverse, now = task.inverse(f[design])
-        if now > score:
+        if now > score + kernels.TIE:
             best, score = design.copy(), now
         if not np.isfinite(now) or left < 0:
             return best, score
-        half = f @ inverse
-        variance = np.einsum("ij,ij->i", half, f).astype(np.float32)
-        w = (half[design] @ f.T).astype(np.float32)
+        variance = quadratic_forms(f, inverse).astype(np.float32)
+        w = np.empty((task.n, len(f)), dtype=np.float32)
+        tableau.fill(f, light, design, inverse, w)
         blocked = np.zeros(len(f), dtype=np.float32)
         if not task.replicates:
             blocked[design] = tableau.BLOCK
@@ -262,16 +260,16 @@ def _climb_rows(
 
 def _climb_once(f: Floats, design: Integers, task: Task, inverse: Floats) -> None:
     used = np.bincount(design, minlength=len(f))
-    variance = _variances(f, inverse)
+    variance = quadratic_forms(f, inverse)
     m, limit = len(task.fixed), PATIENCE * task.n
     if task.criterion == "D":
         kernels.climb_d(f, design, used, m, inverse, variance, task.replicates, limit)
         return
     middle = np.zeros_like(inverse)
     p = task.terms
-    middle[:p, :p] = inverse[:p, :p] @ task.moments @ inverse[:p, :p]
+    middle[:p, :p] = product(product(inverse[:p, :p], task.moments), inverse[:p, :p])
     trace = float(np.sum(inverse[:p, :p] * task.moments))
-    c = _variances(f, middle)
+    c = quadratic_forms(f, middle)
     kernels.climb_trace(f, design, used, m, inverse, middle, variance, c, trace, task.replicates, limit)
 
 
@@ -292,7 +290,9 @@ def _search_blocks(
             break
         design, score = active[rows], now
         weight = _block_scores(points, model, task, inverse)
-        active = np.union1d(np.argpartition(-weight, size)[:size], design)
+        # rounded, so that symmetric candidates tie whatever library multiplied them
+        order = np.argsort(-np.round(weight / weight.max(), 9), kind="stable")
+        active = np.union1d(order[:size], design)
     if not np.isfinite(score):
         _explain_failure(_whole_information(points, model) + task.information)
     return design
@@ -320,10 +320,6 @@ def _block_scores(points: Floats, model: Model, task: Task, inverse: Floats) -> 
 def _whole_information(points: Floats, model: Model) -> Floats:
     blocks = (model_matrix(points[k : k + BLOCK], model=model) for k in range(0, len(points), BLOCK))
     return np.asarray(sum(x.T @ x for x in blocks))
-
-
-def _variances(f: Floats, matrix: Floats) -> Floats:
-    return np.asarray(np.einsum("ij,ij->i", f @ matrix, f))
 
 
 def _explain_failure(information: Floats) -> NoReturn:

@@ -42,6 +42,7 @@ COOLED = 1e-2  # last bar over the first
 SCALE_BITS = 46
 FAINT = 2.0**40  # a sum that fell below is measured in a finer unit
 PROBE = 512
+SHORTEST = 0.01  # seconds that a measurement of the speed takes at least
 SHARE = 0.8  # of the seconds asked for: the rest covers set-up and a busy machine
 
 Feasible = Callable[[Floats], NDArray[np.bool_]]
@@ -83,9 +84,9 @@ class SwapResult:
     """A design found by swaps.
 
     points: (n, d)    entries: (n, d) position of each value in the sorted levels of its column
-    swaps: trials made; the same number and the same generator give the same design    accepted: how many
-    passed values: the criteria of the design    alone: what a search of each criterion by itself reached on
-    the way
+    swaps: trials made; the same number and the same generator give the same design
+    accepted: trials that passed    values: the criteria of the design
+    alone: what a search of each criterion by itself reached on the way, when there are several
     """
 
     points: Floats
@@ -129,9 +130,10 @@ class _Search:
         variances = ((self.grid - self.grid.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
         self.gram_weights[np.ix_(ordered, ordered)] = 1.0 / np.outer(variances[ordered], variances[ordered])
         self.pairs = max(d * (d - 1) / 2, 1.0)
-        z = np.where(columns.nominal, 13 / 12, 13 / 12)
-        self.constant = float(np.prod(z))
-        self.scales, self.values, self.weights = np.ones(4), np.zeros(4), np.zeros(4)
+        self.constant = float((13 / 12) ** d)
+        self.scales, self.weights = np.ones(4), np.zeros(4)
+        # S of phi_p, n^2 CD2, S of MaxPro, sum of r^8; that sum when last computed afresh, swaps since
+        self.values = np.zeros(6)
         self.progress = np.zeros(7, np.int64)
         self.log = np.empty((max(64, n * d // 8), 3), np.int32)
         self.positions = positions or self.on[1]
@@ -178,7 +180,8 @@ class _Search:
         if self.on[3]:
             centred = 2.0 * self.x - 2.0 * self.x.mean(axis=1, keepdims=True)
             self.gram = centred @ centred.T / 4.0  # whole numbers below 2^53 for n < 2e5: exact in any order
-            self.values[3] = kernels.eighth_powers(self.gram, self.gram_weights)
+            self.values[3:5] = kernels.eighth_powers(self.gram, self.gram_weights)
+            self.values[5] = 0.0
 
     def distances(self) -> int:
         """Fill the table of squared distances; the sum over pairs on the whole scale."""
@@ -203,7 +206,7 @@ class _Search:
         self.weights[3] = shares[3] if self.on[3] else 0.0
         self.best[:] = self.entries
         self.progress[6] = 0
-        self.best_values[:4] = self.values
+        self.best_values[:4] = self.values[:4]
         self.best_values[4] = kernels.merit(self.on, self.weights, self.values, self.pairs)
 
     def run(
@@ -304,12 +307,21 @@ def swap_search(
             f"a swap search holds tables of n x n numbers and takes n <= {LARGEST_RUNS}, got n={n};"
             " use criterion='correlation', or doe.decorrelated_lhs"
         )
-    if groups is None:
-        groups = np.array([[0, n]], dtype=np.int64)
-    first = _Search(
-        columns, entries, names=names, p=p, groups=groups, draws=draws, positions=feasible is not None
-    )
-    total = check_budget(swaps, seconds, lambda: _rate(columns, entries, names, p, groups, draws))
+    swapped = np.array([[0, n]], dtype=np.int64) if groups is None else groups
+
+    def search(which: Sequence[str], generator: Draws) -> _Search:
+        return _Search(
+            columns,
+            entries,
+            names=which,
+            p=p,
+            groups=swapped,
+            draws=generator,
+            positions=feasible is not None,
+        )
+
+    first = search(names, draws)
+    total = check_budget(swaps, seconds, lambda: _rate(search(names, draws.copy()), feasible))
     alone: dict[str, float] = {}
     reference = first.values.copy()
     spent = 0
@@ -317,15 +329,7 @@ def swap_search(
     if len(names) > 1:
         part = total // (4 * len(names))
         for name in names:
-            single = _Search(
-                columns,
-                entries,
-                names=(name,),
-                p=p,
-                groups=groups,
-                draws=draws,
-                positions=feasible is not None,
-            )
+            single = search((name,), draws)
             anneal(single, part, np.where(single.on, 1.0, 0.0), heat, feasible)
             spent += part
             accepted += int(single.progress[1])
@@ -369,24 +373,18 @@ def anneal(
     search.run(freeze, heat=0.0, cooled=1.0, wide=NARROW, narrow=NARROW, feasible=feasible)
 
 
-def _rate(
-    columns: Columns,
-    entries: NDArray[np.int32],
-    names: tuple[str, ...],
-    p: int,
-    groups: NDArray[np.int64],
-    draws: Draws,
-) -> float:
-    """Trials per second, measured on a copy; the generator of the search itself is not touched."""
-    probe = _Search(columns, entries, names=names, p=p, groups=groups, draws=draws.copy(), positions=False)
-    probe.weigh(np.ones(4), probe.values)
-    probe.run(1, heat=0.0, cooled=1.0, feasible=None)
+def _rate(probe: _Search, feasible: Feasible | None) -> float:
+    """Trials per second, measured on a search with a generator of its own."""
+    if len(probe.movable) == 0 or not (probe.groups[:, 1] > 1).any():
+        return 1.0  # there is nothing to swap
+    probe.weigh(np.where(probe.on, 1.0, 0.0), probe.values)
+    probe.run(1, heat=0.0, cooled=1.0, feasible=feasible)
     count = PROBE
     while True:
         begin = time.perf_counter()
-        probe.run(count, heat=0.0, cooled=1.0, feasible=None)
+        probe.run(count, heat=0.0, cooled=1.0, feasible=feasible)
         elapsed = time.perf_counter() - begin
-        if elapsed > 0.01:
+        if elapsed > SHORTEST:
             return count / elapsed
         count *= 4
 
