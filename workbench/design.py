@@ -7,7 +7,7 @@ runs were added, so growing a design never renames a run.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +31,13 @@ VERSIONED = ("holdfast", "numpy", "scipy", "numba", "pyDOE3")
 @cache
 def versions() -> dict[str, str]:
     """Versions of the packages that a design depends on."""
-    return {name: version(name) for name in VERSIONED}
+    found = {}
+    for name in VERSIONED:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

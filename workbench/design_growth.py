@@ -1,7 +1,9 @@
 """More runs beside those already made, and blocks that are alike.
 
-New runs keep the levels balanced over old and new together, meet the constraints, and lie where the old ones
-leave gaps (largest smallest distance; Kennard & Stone 1969) or where they tell most about a regression model.
+Without constraints new runs take the empty strata of the whole, spread by `doe.augment`: a Latin hypercube
+grown to twice its runs is one again. Otherwise they keep the levels balanced over old and new together, meet
+the constraints, and lie where the old ones leave gaps (largest smallest distance; Kennard & Stone 1969), or
+where they tell most about a regression model.
 """
 
 import numpy as np
@@ -20,6 +22,9 @@ FEWEST = 1000
 # distance, in units of the cube's side, by which a candidate counts as nearer per surplus run on its level
 SURPLUS = 0.1
 MOST_PASSES = 20
+# runs up to which new ones are spread over the empty strata, and the swaps that spread them
+MOST_SPREAD = 2_000
+SWAPS = 20_000
 
 
 def further_points(
@@ -27,6 +32,9 @@ def further_points(
 ) -> np.ndarray:
     """`runs` new unit points beside `unit` (n, d), each admissible and different from the others."""
     factors = Factors(space, follow=False)
+    continuous = any(levels is None for levels in factors.levels)
+    if model is None and continuous and not space.constraints and len(unit) + runs <= MOST_SPREAD:
+        return _empty_strata(factors, unit, runs, rng)
     pool = factors.pool(max(FEWEST, PER_RUN * runs), rng)
     if len(pool) < runs:
         raise StudyError(f"the space holds {len(pool)} different feasible points, {runs} more are asked for")
@@ -54,6 +62,22 @@ def further_points(
             if count is not None and code is not None:
                 count[code[k]] += 1
     return pool[chosen]
+
+
+def _empty_strata(factors: Factors, unit: np.ndarray, runs: int, rng: np.random.Generator) -> np.ndarray:
+    """New points in the empty strata; a level is an interval, on which its old runs are spread evenly."""
+    old = unit.copy()
+    for j, levels in enumerate(factors.levels):
+        if levels is not None:
+            code = place(unit[:, j], levels)
+            for level in np.unique(code):
+                on = np.flatnonzero(code == level)
+                old[on, j] = (level + (np.arange(len(on)) + 0.5) / len(on)) / len(levels)
+    new: np.ndarray = doe.augment(old, runs, swaps=SWAPS, rng=rng)[len(unit) :]
+    for j, levels in enumerate(factors.levels):
+        if levels is not None:
+            new[:, j] = levels[np.minimum((new[:, j] * len(levels)).astype(int), len(levels) - 1)]
+    return new
 
 
 def place(values: np.ndarray, levels: np.ndarray) -> np.ndarray:

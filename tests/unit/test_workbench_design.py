@@ -1,12 +1,13 @@
 """Designs with names, units, identities and provenance, over real factors."""
 
 import json
+from importlib.metadata import PackageNotFoundError
 
 import numpy as np
 import pytest
 
 import doe
-from workbench.design import Design, DesignOptions, compare, make_design
+from workbench.design import Design, DesignOptions, compare, make_design, versions
 from workbench.design_files import read_design, write_design
 from workbench.design_kinds import KINDS
 from workbench.errors import StudyError
@@ -192,6 +193,16 @@ def test_a_csv_with_its_side_car_brings_the_design_back(mixed, tmp_path):
         read_design(tmp_path / "other.csv")
 
 
+def test_versions_name_a_package_that_is_not_installed(monkeypatch):
+    def missing(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("workbench.design.version", missing)
+    versions.cache_clear()
+    assert set(versions().values()) == {"not installed"}
+    versions.cache_clear()
+
+
 def test_runs_keep_their_ids_through_every_verb(space):
     design = make_design(space, "lhs", 10, seed=1)
     assert design.subset(["r0003", 0]).run_ids == ("r0003", "r0001")
@@ -215,6 +226,21 @@ def test_growth_for_a_model_is_better_than_random_growth(plain):
     grown = design.grown(6, seed=1, model="quadratic")
     random = np.vstack([design.unit, np.random.default_rng(0).random((6, 2))])
     assert doe.d_efficiency(grown.unit, model="quadratic") > doe.d_efficiency(random, model="quadratic")
+
+
+@pytest.mark.parametrize(("runs", "more"), [(12, 12), (10, 7)])
+def test_a_latin_hypercube_grows_into_one_and_levels_stay_balanced(mixed, runs, more):
+    design = make_design(mixed, "lhs", runs, seed=2)
+    grown = design.grown(more, seed=1)
+    np.testing.assert_array_equal(grown.unit[:runs], design.unit)
+    for j, name in enumerate(mixed.names):
+        levels = mixed.unit_levels[j]
+        if levels is not None:
+            counts = grown.to_pandas()[name].value_counts()
+            assert counts.max() - counts.min() <= (1 if (runs + more) % len(levels) == 0 else 2), name
+        elif more == runs and mixed.parameters[j].distribution is None:
+            strata = np.sort(np.floor(grown.unit[:, j] * (runs + more)))
+            np.testing.assert_array_equal(strata, np.arange(runs + more), err_msg=name)
 
 
 def test_growth_meets_constraints(mixed):
