@@ -81,7 +81,7 @@ def coordinate_exchange(
             polish: whether continuous coordinates leave the 11 levels of the search.
 
         >>> points = coordinate_exchange(6, 2, rng=np.random.default_rng(0))
-        >>>     from doe.models import d_efficiency
+        >>> from doe.models import d_efficiency
         >>> round(d_efficiency(points, model="quadratic"), 4)
         0.4231
 
