@@ -1,5 +1,5 @@
-"""The default screening: sparse multi-start ARD likelihood, backward pooling, exchange, automatic number
-of units.
+"""The default screening: sparse multi-start ARD likelihood, backward elimination, exchange, automatic
+number of units.
 
 1. Climb from sparse random starts with one theta per unit, the nugget free above a floor.
 2. Shorten the best distinct maxima: a chain of nested sets each, with the maximum of every set.
@@ -20,6 +20,7 @@ from .backward import Chain, most_active, shorten
 from .canonical import CanonicalRuns
 from .exchange import exchange, take_in
 from .landscape import PACKED_RUNS, landscape_of
+from .rest import rest_gain
 from .search import Search, multi_start
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
@@ -57,6 +58,7 @@ class ArdScreening:
         search: the multi-start.
         rivals: the best other set of each other maximum, with its score below the chosen one's.
         margin: the smallest such fall to a set that misses a unit of the chosen one.
+        rest_gain: how far l rises when all other units share a theta, see `surrogates.rest`.
         agreeing: starts whose maximum has the chosen units as its most active ones.
         search_runs: runs that the multi-start saw.
     """
@@ -66,6 +68,7 @@ class ArdScreening:
     search: Search
     rivals: tuple[tuple[tuple[int, ...], float], ...]
     margin: float
+    rest_gain: float
     agreeing: int
     search_runs: int
 
@@ -134,6 +137,8 @@ def ard_screening(
         search=search,
         rivals=rivals,
         margin=margin,
+        # on the runs that the search saw: all runs of a large design would make it dear
+        rest_gain=rest_gain(ground, best.sets[chosen], best.optima[chosen].phi, nugget),
         agreeing=agreeing,
         search_runs=ground.n_runs,
     )

@@ -1,27 +1,31 @@
-"""Backward pooling: a maximum of the ARD likelihood is shortened to few thetas, the rest sharing one.
+"""Backward elimination: a maximum of the ARD likelihood is shortened to few thetas, the rest being 0.
 
-One unit after the other is pooled into the group with the common theta, each time the one whose pooling
-costs least restricted likelihood, so that a maximum offers its best set of each size. Backward succeeds
-where forward fails: an input that acts only through interactions pays as long as its partners are free.
+One unit after the other loses its theta, each time the one whose loss costs least restricted likelihood, so
+that a maximum offers its best set of each size. Backward succeeds where forward fails: an input that acts
+only through interactions pays as long as its partners are free.
+
+The published search lets the inputs that are not selected share one theta. Here theirs is 0: a shared theta
+that is not 0 would let inputs act without being selected, and without being paid for.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .forward import split
-from .landscape import Landscape, Optimum
+from .landscape import Landscape, Optimum, Partition
+from .search import ALIVE
 
-__all__ = ["Chain", "most_active", "shorten"]
+__all__ = ["Chain", "alone", "most_active", "shorten"]
 
-INERT = -5.0
+FREE = 0.02  # in l: losing a unit that costs less needs no new ascent
+FAR = 12.0  # in l: a loss so much larger than the smallest is not made good by an ascent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chain:
-    """Nested sets, from the largest to the empty one, each with the maximum of its partition.
+    """Nested sets, from the largest to the empty one, each with its maximum.
 
-    `sets[i]` are the selected units of `optima[i]`, most active first.
+    `sets[i]` are the selected units of `optima[i]`; all others have theta = 0.
     """
 
     sets: tuple[tuple[int, ...], ...]
@@ -43,6 +47,11 @@ class Chain:
         return self.optima[i].value - threshold * len(self.sets[i])
 
 
+def alone(selected: tuple[int, ...]) -> Partition:
+    """Each selected unit on its own, the others without effect."""
+    return tuple((u,) for u in selected)
+
+
 def most_active(landscape: Landscape, optimum: Optimum, number: int) -> tuple[int, ...]:
     """The units with the largest theta times reach, most active first."""
     effect = optimum.log_theta(landscape.n_units) + np.log(landscape.reach)
@@ -59,37 +68,45 @@ def shorten(
     valued: int = 1000,
     tolerance: float = 1e-3,
 ) -> Chain:
-    """Pool the units of `selected` one after the other, each time the one whose pooling costs least.
+    """Take the theta from the units of `selected` one after the other, each time where it costs least.
 
-    Which units to try is ranked by l with theta_i set to the common theta and nothing else moved: one
-    likelihood each, for the `valued` least active units; the best `tried` are climbed.
+    Which units to try is ranked by l with theta_i = 0 and nothing else moved: one likelihood each, for the
+    `valued` least active units; the best `tried` are climbed.
     """
-    u = landscape.n_units
-    log_theta = optimum.log_theta(u)
-    rest = [k for k in range(u) if k not in selected]
-    common = [np.log(max(float(np.exp(log_theta[rest]).mean()), 1e-6))] if rest else []
-    start = np.concatenate([log_theta[list(selected)], common, optimum.phi[-1:]])
-    here = landscape.climb(split(u, selected), start, nugget=nugget, tolerance=tolerance, max_evaluations=60)
+    log_theta = optimum.log_theta(landscape.n_units)
+    start = np.append(log_theta[list(selected)], optimum.phi[-1])
+    here = landscape.climb(alone(selected), start, nugget=nugget, tolerance=tolerance, max_evaluations=60)
     sets, optima = [selected], [here]
     while selected:
-        k = len(selected)
-        shared = here.phi[k] if len(here.partition) > k else INERT
-        candidates = []
-        effect = here.phi[:k] + np.log(landscape.reach[list(selected)])
-        # the first unit in an empty pool keeps its theta, which costs nothing whichever it is: the least
-        # active
-        among = 1 if k == u else valued
-        for i in sorted(int(j) for j in np.argsort(effect, kind="stable")[:among]):
-            fewer = selected[:i] + selected[i + 1 :]
-            phi = np.concatenate([np.delete(here.phi[:k], i), [shared], here.phi[-1:]])
-            candidates.append((landscape.value(split(u, fewer), phi), i, fewer, phi))
-        candidates.sort(key=lambda c: (-c[0], c[1]))
-        ends = [
-            landscape.climb(split(u, fewer), phi, nugget=nugget, tolerance=tolerance, max_evaluations=60)
-            for _, _, fewer, phi in candidates[:tried]
-        ]
-        i = int(np.argmax([e.value for e in ends]))
-        here, selected = ends[i], candidates[i][2]
+        here, selected = _lose_one(landscape, here, selected, nugget, tried, valued, tolerance)
         sets.append(selected)
         optima.append(here)
     return Chain(sets=tuple(sets), optima=tuple(optima))
+
+
+def _lose_one(
+    landscape: Landscape,
+    here: Optimum,
+    selected: tuple[int, ...],
+    nugget: tuple[float, float],
+    tried: int,
+    valued: int,
+    tolerance: float,
+) -> tuple[Optimum, tuple[int, ...]]:
+    effect = here.phi[:-1] + np.log(landscape.reach[list(selected)])
+    order = np.argsort(effect, kind="stable")
+    among = 1 if effect[order[0]] <= ALIVE else valued
+    candidates = []
+    for i in sorted(int(j) for j in order[:among]):
+        fewer, phi = selected[:i] + selected[i + 1 :], np.delete(here.phi, i)
+        candidates.append((landscape.value(alone(fewer), phi), i, fewer, phi))
+    candidates.sort(key=lambda c: (-c[0], c[1]))
+    value, _, fewer, phi = candidates[0]
+    if here.value - value < FREE:
+        return replace(here, partition=alone(fewer), phi=phi, value=value, evaluations=0), fewer
+    ends = [
+        (landscape.climb(alone(f), p, nugget=nugget, tolerance=tolerance, max_evaluations=60), f)
+        for v, _, f, p in candidates[:tried]
+        if v > value - FAR
+    ]
+    return max(ends, key=lambda e: e[0].value)

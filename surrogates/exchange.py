@@ -8,8 +8,7 @@ kept, and the exchange goes on from there.
 
 import numpy as np
 
-from .backward import Chain, shorten
-from .forward import split
+from .backward import Chain, alone, shorten
 from .landscape import Landscape, Optimum
 
 __all__ = ["exchange", "take_in"]
@@ -26,11 +25,9 @@ def take_in(
     nugget: tuple[float, float],
     tolerance: float,
 ) -> Optimum:
-    """The maximum after `unit` has left the pool of `optimum`, from the best of three values of its theta."""
-    k = len(selected)
-    partition = split(landscape.n_units, (*selected, unit))
-    shared = optimum.phi[k:-1][: len(partition) - k - 1]  # dropped when no unit is left to share it
-    starts = [np.concatenate([optimum.phi[:k], [own], shared, optimum.phi[-1:]]) for own in ENTERING]
+    """The maximum with `unit` beside `selected`, from the best of three values of its theta."""
+    partition = alone((*selected, unit))
+    starts = [np.concatenate([optimum.phi[:-1], [own], optimum.phi[-1:]]) for own in ENTERING]
     best = max(starts, key=lambda phi: landscape.value(partition, phi))
     return landscape.climb(partition, best, nugget=nugget, tolerance=tolerance, max_evaluations=60)
 
@@ -73,6 +70,6 @@ def exchange(
 
 
 def _outside(landscape: Landscape, here: Optimum, selected: tuple[int, ...]) -> list[int]:
-    """The pooled units, the one that promises most first."""
+    """The units without a theta, the one that promises most first."""
     scores = landscape.scores(here)
     return sorted((u for u in range(landscape.n_units) if u not in selected), key=lambda u: (-scores[u], u))

@@ -1,10 +1,11 @@
 """The likelihood of canonical runs as a landscape over partitions of the units into groups with one theta
 each.
 
-A screening compares partitions: every unit on its own (ARD), or a few selected units on their own and the
-rest pooled in one group with a common theta. A `Landscape` climbs from a start to a maximum of l for a
-given partition. Two ways lead up: up to `PACKED_RUNS` runs a compiled ascent over packed distances, for
-larger designs matrix products over the inputs. Both take average-information steps.
+A screening compares partitions: every unit on its own (ARD), a few selected units on their own and the
+rest without effect (units in no group have theta = 0), or the rest pooled in one group with a common theta,
+as published. A `Landscape` climbs from a start to a maximum of l for a given partition. Two ways lead up: up
+to `PACKED_RUNS` runs a compiled ascent over packed distances, for larger designs matrix products over the
+inputs. Both take average-information steps.
 
 Coordinates: log theta of each group, log nugget last; the nugget is fixed where its bounds meet.
 """
@@ -32,7 +33,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Partition = tuple[tuple[int, ...], ...]  # units of each group
+Partition = tuple[tuple[int, ...], ...]  # units of each group; a unit in none has theta = 0
 
 PACKED_RUNS = 130  # where LAPACK's blocked factorisation overtakes the compiled loops
 LOWEST, HIGHEST = -16.0, 6.0  # log theta on [0, 1]: a range of 3000 box widths, and of a twentieth
@@ -59,8 +60,8 @@ class Optimum:
     evaluations: int
 
     def log_theta(self, n_units: int) -> Array:
-        """(u,) log theta of every unit."""
-        out = np.empty(n_units)
+        """(u,) log theta of every unit; that of one without a group lies on the lower bound."""
+        out = np.full(n_units, LOWEST)
         for group, value in zip(self.partition, self.phi, strict=False):
             out[list(group)] = value
         return out
@@ -126,7 +127,7 @@ class PackedLandscape:
             sums = [
                 self.distances[list(g)].sum(axis=0) if len(g) > 1 else self.distances[g[0]] for g in partition
             ]
-            self._cache[partition] = np.ascontiguousarray(sums)
+            self._cache[partition] = np.array(sums).reshape(len(partition), self.distances.shape[1])
         return self._cache[partition]
 
     def climb(
@@ -194,11 +195,19 @@ class DenseLandscape:
         self.reach = np.array([each[list(u)].sum() for u in self.units])
 
     def _likelihood(self, partition: Partition, nugget: float | None) -> Likelihood:
-        groups = np.empty(self.likelihood.x.shape[1], dtype=np.intp)
-        for g, members in enumerate(partition):
-            for u in members:
-                groups[list(self.units[u])] = g
-        return replace(self.likelihood, groups=groups, nugget=nugget)
+        group = {k: g for g, members in enumerate(partition) for u in members for k in self.units[u]}
+        kept = sorted(group)
+        whole = self.likelihood
+        correlation = replace(
+            whole.correlation, labels=tuple(i for i, k in enumerate(kept) if k in whole.correlation.labels)
+        )
+        return replace(
+            whole,
+            x=np.ascontiguousarray(whole.x[:, kept]),
+            correlation=correlation,
+            groups=np.array([group[k] for k in kept], dtype=np.intp),
+            nugget=nugget,
+        )
 
     def climb(
         self,

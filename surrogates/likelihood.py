@@ -188,7 +188,7 @@ class Likelihood:
     @property
     def n_groups(self) -> int:
         """Number of thetas."""
-        return int(self.groups.max()) + 1
+        return int(self.groups.max()) + 1 if len(self.groups) else 0
 
     @property
     def names(self) -> list[str]:

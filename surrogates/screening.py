@@ -1,10 +1,11 @@
 """Screening of inputs by the likelihood of a Kriging model: which inputs does the response depend on?
 
-    default   sparse multi-start ARD likelihood, backward pooling, exchange       surrogates.ard
+    default   sparse multi-start ARD likelihood, backward, exchange               surrogates.ard
     forward   section 3.3 of the dissertation, literal                            surrogates.forward
     welch     the maximum-likelihood original with free exponents                 surrogates.welch
 
-An input matters when it needs a theta of its own (eq. 3.7); the others share one common theta. The
+An input matters when it needs a theta of its own (eq. 3.7). The others share one common theta in the
+published methods, and have theta = 0 in the default, where what is not selected must not act. The
 criterion is the restricted log-likelihood l of eq. (3.13): l, not 2 l, constant 0, larger is better.
 """
 
@@ -47,8 +48,8 @@ class ScreeningStep:
         step: 1 for the first selected input.
         selected: inputs with a theta of their own so far, in the order in which they entered.
         added: the inputs that this step added (several if they were grouped).
-        theta_common: of the inputs that share one; of the box scaled to [0, 1] in every input unless the
-            method is "forward" or "welch", which take the inputs as given. 0 when no input is left.
+        theta_common: of the inputs that share one, in "forward" and "welch"; 0 in the default method, and
+            when no input is left.
         theta: (d,) in the coordinates of X; 0 for constant inputs.
         sigma2: process variance, unit of y squared.   nugget: relative to it.
         log_likelihood: l.   gain: l minus that of the step before.
@@ -82,6 +83,7 @@ class _Found:
     search_runs: int = 0
     evaluations: int = 0
     margin: float = float("inf")
+    rest_gain: float = float("nan")
     rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
 
 
@@ -92,8 +94,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         method: "default", "forward" (as published) or "welch" (the maximum-likelihood original).
         criterion: "reml" (eq. 3.13) or "ml" (eq. 3.11); "welch" always takes "ml".
         threshold: gain in l that an input must bring. By default 1.92 for "forward" and "welch"; else the
-        gain
-            that the inert inputs together exceed with probability 0.1 (3.32 for 20 inputs).
+            gain that the inert inputs together exceed with probability 0.1 (3.32 for 20 inputs).
         n_features: number of inputs to select, instead of choosing it by the threshold.
         n_starts: most ascents of the default method.
         enough: the default method stops starting when its best maximum was reached so many times.
@@ -239,6 +240,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             n_selected=len(accepted),
             constant_response=found is None,
             margin=margin if self.method == "default" else None,
+            rest_gain=found.rest_gain if found else float("nan"),
             q2=q2,
             starts_at_best=found.starts_at_best if found else 0,
             repeated=repeated,
@@ -263,6 +265,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             if found
             else (),
             margin=margin,
+            rest_gain=found.rest_gain if found else float("nan"),
             q2=q2,
             duplicates=tuple(equal),
             near_duplicates=tuple(near),
@@ -408,7 +411,7 @@ def _default(
         rng=np.random.default_rng(screener.seed),
     )
     sets, optima = list(result.chain.sets[::-1]), list(result.chain.optima[::-1])
-    # in the order of entering: the last to be pooled comes first
+    # in the order of entering: the last to be taken out comes first
     entered: tuple[int, ...] = ()
     ordered = []
     for s in sets:
@@ -425,6 +428,7 @@ def _default(
         evaluations=result.search.evaluations,
         rivals=result.rivals,
         margin=result.margin,
+        rest_gain=result.rest_gain,
     )
 
 

@@ -1,9 +1,9 @@
 """What a screening found out about its data and itself, and whether it may be believed.
 
 A screening is *resolved* when the selected set beats every set that misses one of its inputs by a clear
-margin of likelihood, its Kriging predicts the runs left out, and the best maximum was reached from several
-starts. If one of these fails, the verdict is "not resolved", with the reason and what to do: an honest
-answer that a selection of inputs alone cannot give.
+margin of likelihood, its Kriging predicts the runs left out, the other inputs together add nothing, the runs
+are not too few, and the best maximum was reached from several starts. If one of these fails, the verdict is
+"not resolved", with the reason and what to do: an honest answer that a selection of inputs alone cannot give.
 """
 
 from collections.abc import Sequence
@@ -13,9 +13,11 @@ import numpy as np
 
 __all__ = ["ScreeningDiagnosis", "judge"]
 
-FEW_RUNS = 2.5  # per input: with fewer, Welch's weaker inputs are missed without a sign
+FEW_RUNS, FEW_RUNS_PER_INPUT = 10, 2.0  # with fewer, weaker inputs are missed without a sign
 CLEAR_MARGIN = 2.0  # in l: the rival set is e^2 = 7 times less likely
-FAIR_Q2 = 0.8  # of what is left unexplained, a fifth of the variance may hide further inputs
+FAIR_Q2 = 0.9  # in what is left unexplained, a tenth of the variance, further inputs may hide
+SILENT_REST = 1.5  # in l: what a common theta of the inputs that were not selected may add
+NOTICED = 0.02  # share of the variance from which on an unexplained part is told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,12 +28,13 @@ class ScreeningDiagnosis:
         n_runs, n_inputs: sizes.
         method, criterion, rule: in words, with sign, factor and constant.
         threshold: gain in l that an input must bring.
-        base_log_likelihood: l with one theta for all inputs.
+        base_log_likelihood: l before the first input: all theta 0, or one for all in a greedy method.
         nugget: at the selected set, relative to sigma2; `nugget_bounds` what it was allowed.
         starts, starts_at_best, search_runs: ascents, how many of them lead to the selected set, runs they
         saw. evaluations: likelihoods of the multi-start.
         rivals: other sets, with the fall of l - threshold * size from the selected set to them.
         margin: the smallest fall to a set that misses a selected input; inf when there is none.
+        rest_gain: how far l rises when all inputs that were not selected share a theta; nan if not asked.
         q2: leave-one-out, of the Kriging with the selected inputs.
         duplicates, near_duplicates: pairs of runs.   constant, repeated: inputs; pairs of inputs.
         resolved, verdict, advice: the judgement, in words.
@@ -52,6 +55,7 @@ class ScreeningDiagnosis:
     evaluations: int
     rivals: tuple[tuple[tuple[int, ...], float], ...]
     margin: float
+    rest_gain: float
     q2: float
     duplicates: tuple[tuple[int, int], ...]
     near_duplicates: tuple[tuple[int, int], ...]
@@ -69,6 +73,7 @@ def judge(
     n_selected: int,
     constant_response: bool,
     margin: float | None,
+    rest_gain: float,
     q2: float,
     starts_at_best: int,
     repeated: Sequence[tuple[int, int]],
@@ -78,7 +83,7 @@ def judge(
     `margin` is None for a greedy method, which knows no rival sets and therefore cannot be resolved.
 
     >>> facts = {"n_runs": 50, "n_inputs": 20, "n_selected": 3, "constant_response": False, "repeated": ()}
-    >>> print(judge(**facts, margin=9.0, q2=0.97, starts_at_best=8)[1])
+    >>> print(judge(**facts, margin=9.0, rest_gain=0.2, q2=0.99, starts_at_best=8)[1])
     resolved: every set that misses a selected input is at least 9.0 lower in log-likelihood
     """
     if constant_response:
@@ -104,9 +109,15 @@ def judge(
             f"left-out runs are predicted with Q2 = {q2:.2f} only; further inputs may hide in the rest"
         )
         cures.append("add runs, or look for an input that varied but is not in the table")
-    if n_runs < FEW_RUNS * n_inputs:
+    if rest_gain > SILENT_REST:
+        reasons.append(
+            f"the inputs that were not selected still act together: l rises by {rest_gain:.1f} if they may"
+        )
+        cures.append(f"add about {max(8, n_runs // 2)} runs to tell which of them")
+    needed = int(np.ceil(FEW_RUNS + FEW_RUNS_PER_INPUT * n_inputs))
+    if n_runs < needed:
         reasons.append(f"{n_runs} runs are few for {n_inputs} inputs: weaker ones may be missed")
-        cures.append(f"come to {int(np.ceil(FEW_RUNS * n_inputs))} runs")
+        cures.append(f"come to {needed} runs")
     if starts_at_best <= 1:
         reasons.append("at most one start led to the selected set")
         cures.append("screen again with more starts")
@@ -118,4 +129,9 @@ def judge(
     if reasons:
         return False, "not resolved: " + "; ".join(reasons), advice
     gap = f"at least {margin:.1f} lower" if margin < 1e300 else "much lower"
-    return True, f"resolved: every set that misses a selected input is {gap} in log-likelihood", advice
+    verdict = f"resolved: every set that misses a selected input is {gap} in log-likelihood"
+    if 1.0 - q2 > NOTICED:
+        verdict += (
+            f"; {100 * (1.0 - q2):.0f} % of the variance stays unexplained, and inputs below that may hide"
+        )
+    return True, verdict, advice
