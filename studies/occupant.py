@@ -5,6 +5,11 @@ rearward, y up (the z of Table C.1), metres, origin in the vehicle; the occupant
 counter-clockwise and zero in the reference posture, so flexion of shoulder, elbow, wrist, hip and ankle is
 negative and flexion of the knee is positive.
 
+Posture and start: muscles hold the initial posture against gravity by a constant torque in every joint, and
+the seat's resultant passes below the mass centre, as statics asks of a seat that carries him with the hands
+off the grips. So the start is an equilibrium for any mass, stiffness and number of hands. The grips are held
+from above: pulled up they open at the grip strength, pressed down they carry what an arm can push.
+
 Sources: segments after de Leva 1996 scaled to 77 kg and 1.778 m, paired limbs lumped; joint stiffness Table
     8.6 in N mm/rad (printed as N m/rad, see docs/departures.md), both sides together; attachment points
     Tables C.1 to C.3 with their corrected entries; spine and neck stiffness, their stops and the seat are
@@ -25,6 +30,7 @@ from workbench.engine import (
     Bushing,
     Impulse,
     JointSpring,
+    Load,
     Member,
     Motion,
     Retractor,
@@ -72,6 +78,11 @@ CG = tuple(
 )  # of the whole body, reference posture
 
 HIP, GRIP = (0.2760, 0.8650), (-0.3379, 1.2901)
+SEAT = (
+    CG[0],
+    HIP[1],
+)  # where the seat's resultant acts: below the mass centre, or the occupant would tip over
+ARM_PUSH = 3000.0  # N: what an arm carries when the palm is pressed on the grip (assumed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -315,6 +326,7 @@ def system(
         ),
         springs=_joint_springs(case),
         bushings=_bushings(case),
+        loads=_posture(scale),
         gravity=(0.0, -GRAVITY),
     )
 
@@ -341,6 +353,24 @@ def _joint_springs(case: Case) -> tuple[JointSpring, ...]:
     )
 
 
+def _posture(scale: float) -> tuple[Load, ...]:
+    """The muscles' torques: each joint carries the weight of all that hangs on its distal side."""
+    loads = []
+    for joint in JOINTS.values():
+        torque = (
+            scale
+            * GRAVITY
+            * sum(SEGMENTS[name][0] * (SEGMENTS[name][1] - joint.at[0]) for name in _beyond(joint.a))
+        )
+        loads += [Load(body=joint.a, torque=torque), Load(body=joint.b, torque=-torque)]
+    return tuple(loads)
+
+
+def _beyond(segment: str) -> list[str]:
+    """A segment and all that hang on it, away from the lower torso."""
+    return [segment, *(name for j in JOINTS.values() if j.b == segment for name in _beyond(j.a))]
+
+
 def _bushings(case: Case) -> tuple[Bushing, ...]:
     """Both grips in one (2 hands), and the seat, preloaded with the weight."""
     grips = Bushing(
@@ -354,13 +384,15 @@ def _bushings(case: Case) -> tuple[Bushing, ...]:
         slip=0.05,
         release=0.10,
         hold=case.hands / SIDES,
+        opens=(0.0, 1.0),
+        push_cap=SIDES * ARM_PUSH,
         name="grips",
     )
     seat = Bushing(
         a="lower torso",
         b="vehicle",
-        point_a=_local("lower torso", HIP),
-        point_b=HIP,
+        point_a=_local("lower torso", SEAT),
+        point_b=SEAT,
         k=case.seat_rate,
         c=700.0,
         cap=case.seat_cap,

@@ -59,7 +59,7 @@ def test_hands_off_leaves_and_both_hands_hold():
 
 @pytest.mark.slow
 def test_with_one_hand_the_grip_strength_decides():
-    peaks = [deviation(Case(hands=1, grip=grip)).max() for grip in (350.0, 700.0)]
+    peaks = [deviation(Case(hands=1, grip=grip, deceleration=9.0)).max() for grip in (350.0, 700.0)]
     assert peaks[0] > LOST > peaks[1]
 
 
