@@ -35,7 +35,7 @@ EVEN = 0.49
 AVERSION = 3.0  # power of the chance of success in an expected improvement: a failed run teaches little
 EXPLORED = 300  # random points that an exploration chooses from
 NORMAL = ("predicted", "ei", "predicted", "cautious")
-STALLED = ("explore", "ei", "trust", "explore", "cautious", "flip")
+STALLED = ("explore", "ei", "predicted", "cautious", "trust", "ei", "flip", "cautious")
 FINISHING = ("predicted", "predicted", "trust")
 LOCAL = ("predicted", "trust", "flip")  # given up for an expected improvement where the bound excludes a gain
 

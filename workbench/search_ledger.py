@@ -9,12 +9,12 @@ import numpy as np
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome, Reading, response_reader
+from workbench.gain import accuracy_scale, noticeable_gain
 from workbench.search_space import SearchSpace
 from workbench.space import Space
 
 __all__ = ["Ledger", "Run"]
 
-IMPROVEMENT = 2e-3  # of the spread of the worst half of the values: less is no progress
 FEWEST_RUNS = 3
 
 
@@ -140,9 +140,9 @@ class Ledger:
         return self.sign * np.array([run.value for run in self.runs if run.value is not None])
 
     @property
-    def range(self) -> float:
-        """Largest minus smallest value seen."""
-        return float(np.ptp(self.v)) if self.ok.any() else 0.0
+    def scale(self) -> float:
+        """What accuracies are shares of: the spread of the values or the size of the worst one."""
+        return accuracy_scale(self.v) if self.ok.any() else 0.0
 
     @property
     def best(self) -> Run:
@@ -160,17 +160,12 @@ class Ledger:
         """Runs made since the best value last rose by a noticeable amount."""
         since = 0
         best = -np.inf
-        threshold = IMPROVEMENT * self.spread_of_the_worst
+        threshold = noticeable_gain(self.v) if self.ok.any() else 0.0
         for value in self.v:
             since += 1
             if value > best + threshold:
                 best, since = value, 0
         return since
-
-    @property
-    def spread_of_the_worst(self) -> float:
-        """Difference between the worst and the median of the values: the scale on which progress counts."""
-        return float(self.v.max() - np.median(self.v)) if self.ok.any() else 0.0
 
     def require_values(self, count: int) -> None:
         """Raise NotEnoughRuns unless `count` runs gave a value."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from surrogates import Kriging
 from workbench import warp as warps
+from workbench.gain import noticeable_gain
 from workbench.infill import log_expected_improvement
 from workbench.warp import Warp
 
@@ -27,7 +28,6 @@ GROWTH = 1.25
 NUGGET = 1e-8  # relative to the process variance: the runs are taken as exact
 COLD_STARTS, WARM_STARTS = 5, 1
 MOST_INFLATION = 4.0
-WORTHWHILE = 3e-3  # of the spread of w(v): a smaller gain is not worth a run
 CAUTION = 0.1  # smallest theta of the cautious model, of the mean theta
 
 
@@ -41,6 +41,7 @@ class SearchModel:
     warp: Warp
     trend: str
     best: float  # largest v among the runs
+    noticeable: float  # gain of v over `best` that is worth a run
     scale: float  # standard deviation of w(v) over the runs
     inflation: float
     q2: float
@@ -73,8 +74,7 @@ class SearchModel:
 
     def promises(self, features: np.ndarray) -> bool:
         """Whether any of the points may exceed the best run by a noticeable amount, one deviation allowed."""
-        best = float(self.warp.forward(np.array([self.best]))[0])
-        return bool((self.warped_bound(features, 1.0) > best + WORTHWHILE * self.scale).any())
+        return bool((self.bound(features, 1.0) > self.best + self.noticeable).any())
 
     def in_units(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predicted v and half the width of its one-standard-deviation interval, in units of v."""
@@ -108,13 +108,14 @@ def _cautious(
     """
     if before is not None and model.chosen_at != model.n_runs:
         # between two choices of the model the ranges are kept: caution needs no fine tuning
-        return _fit(features, v, model.trend, warps.IDENTITY, seed=seed, theta=before.kriging.theta_)
-    plain = _fit(features, v, model.trend, warps.IDENTITY, seed=seed, previous=before)
+        return _fit(features, v, model.trend, model.warp, seed=seed, theta=before.kriging.theta_)
+    # cold: a warm start would keep the endless ranges that a few runs on a slope once suggested
+    plain = _fit(features, v, model.trend, model.warp, seed=seed)
     theta = plain.kriging.theta_
     floor = CAUTION * float(theta.mean())
     if (theta >= floor).all():
         return plain
-    return _fit(features, v, model.trend, warps.IDENTITY, seed=seed, theta=np.maximum(theta, floor))
+    return _fit(features, v, model.trend, model.warp, seed=seed, theta=np.maximum(theta, floor))
 
 
 def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None, seed: int) -> SearchModel:
@@ -123,7 +124,7 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
     In between they are kept and the ranges start from the previous optimum.
     """
     n, p = features.shape
-    if previous is not None and n < GROWTH * previous.chosen_at and n > p + 4:
+    if previous is not None and n < GROWTH * previous.chosen_at and n > p + 4 and previous.warp.holds(v):
         warp = _moved(previous.warp, v)
         kept = _fit(
             features,
@@ -143,18 +144,19 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
         if _prediction_score(rival) > _prediction_score(chosen):
             chosen = rival
     if n >= max(WARP_RUNS, p + 4):
-        smooth = _fit(features, v, chosen.trend, warps.IDENTITY, seed=seed, correlation="gaussian")
-        if smooth.kriging.log_likelihood_ > chosen.kriging.log_likelihood_:
-            chosen = smooth
-        plain = chosen
-        bar = chosen.kriging.log_likelihood_ + WARP_GAIN
+        chosen = _smoother(features, v, chosen, seed=seed)
+        plain, bar = chosen, _likelihood_of_the_rest(chosen, v) + WARP_GAIN
         for warp in warps.candidates(v)[1:]:
             rival = _fit(
-                features, v, chosen.trend, warp, seed=seed, previous=plain, correlation=plain.correlation
+                features, v, plain.trend, warp, seed=seed, previous=plain, correlation=plain.correlation
             )
-            score = rival.kriging.log_likelihood_ + warp.log_jacobian(v)
+            score = _likelihood_of_the_rest(rival, v)
             if score > bar:
                 bar, chosen = score, rival
+        if chosen is not plain:
+            # ranges and smoothness of the plain response say little about those of the warped one
+            cold = _fit(features, v, plain.trend, chosen.warp, seed=seed)
+            chosen = _smoother(features, v, cold, seed=seed)
     if n >= NOISE_RUNS:
         noisy = _fit(
             features,
@@ -169,6 +171,28 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
         if noisy.kriging.log_likelihood_ > chosen.kriging.log_likelihood_ + NOISE_GAIN:
             chosen = noisy
     return replace(chosen, chosen_at=n)
+
+
+def _smoother(features: np.ndarray, v: np.ndarray, model: SearchModel, *, seed: int) -> SearchModel:
+    """The model with a Gaussian correlation where that is more likely."""
+    smooth = _fit(features, v, model.trend, model.warp, seed=seed, correlation="gaussian")
+    return smooth if smooth.kriging.log_likelihood_ > model.kriging.log_likelihood_ else model
+
+
+def _likelihood_of_the_rest(model: SearchModel, v: np.ndarray) -> float:
+    """Log-likelihood of all values but the largest, in units of v.
+
+    A warp may be anchored at the largest value, whose density then grows without bound as the offset shrinks
+    (as in the three-parameter lognormal law): log p(all) - log p(largest | rest) leaves it out, for every
+    warp alike.
+    """
+    top = int(np.argmax(v))
+    loo = model.kriging.leave_one_out()
+    rest = np.delete(v, top)
+    value = model.kriging.log_likelihood_ + model.warp.log_jacobian(rest)
+    if np.isfinite(loo.std[top]) and loo.std[top] > 0:
+        value += float(np.log(loo.std[top]) + 0.5 * loo.standardised[top] ** 2)
+    return float(value)
 
 
 def _fit(
@@ -204,6 +228,7 @@ def _fit(
         trend=trend,
         n_runs=len(v),
         best=float(v.max()),
+        noticeable=noticeable_gain(v),
         scale=float(np.std(w)) or 1.0,
         inflation=float(np.clip(spread, 1.0, MOST_INFLATION)),
         q2=float(residual.q2),
@@ -214,7 +239,7 @@ def _moved(warp: Warp, v: np.ndarray) -> Warp:
     """The warp anchored at the values seen by now."""
     return (
         warp
-        if warp.kind == "identity"
+        if warp.kind == "identity" or warp.is_anchored_at_zero
         else replace(warp, anchor=float(v.max() if warp.is_towards_max else v.min()))
     )
 

@@ -5,6 +5,7 @@ For values y that are to be maximised, with spread s = upper quartile - lower qu
     identity     w = y
     toward max   w = -s log((y_max - y)/s + c)     stretches the region next to the best value
     away         w =  s log((y - y_min)/s + c)     compresses a few very large values
+    plain        w = -s log(-y/s)                  where all y < 0: the logarithm of the size
 
 The warp of highest restricted likelihood of the fitted Kriging wins; the likelihood of the warped values is
 carried back to y by the log Jacobian, sum log w'(y), as for any transformation (Box and Cox 1964).
@@ -17,6 +18,7 @@ import numpy as np
 __all__ = ["IDENTITY", "Warp", "candidates"]
 
 OFFSETS = (1.0, 0.1, 0.01)  # c: how hard the warp bends
+ZERO = 1e-12  # offset of a warp that is anchored at zero: none, but for rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +50,15 @@ class Warp:
         return float(-np.log(self._distance(y)).sum())
 
     @property
+    def is_anchored_at_zero(self) -> bool:
+        """Whether this is the plain logarithm of -y."""
+        return self.kind != "identity" and self.offset == ZERO
+
+    def holds(self, y: np.ndarray) -> bool:
+        """Whether the values y (n,) may be warped: a plain logarithm needs y < 0."""
+        return not self.is_anchored_at_zero or bool((y < 0).all())
+
+    @property
     def is_towards_max(self) -> bool:
         """Whether the warp stretches the region next to the largest value."""
         return self.kind == "toward max"
@@ -71,4 +82,6 @@ def candidates(y: np.ndarray) -> list[Warp]:
         return [IDENTITY]
     toward = [Warp(kind="toward max", anchor=float(y.max()), spread=spread, offset=c) for c in OFFSETS]
     away = [Warp(kind="away", anchor=float(y.min()), spread=spread, offset=c) for c in OFFSETS]
-    return [IDENTITY, *toward, *away]
+    # the logarithm of positive values would stretch the end that nobody looks for
+    plain = [Warp(kind="toward max", spread=spread, offset=ZERO)] if y.max() < 0 else []
+    return [IDENTITY, *plain, *toward, *away]

@@ -165,7 +165,8 @@ def worst_case(
         seed: of the start design and of the search's random candidates.
         start: runs already made, as outcomes or as mappings of parameters and responses.
         workers: how many runs a batch proposes.
-        tolerance: stop when the remaining gap is below this share of the range of the values seen.
+        tolerance: stop when the remaining gap is below this share of the spread of the values seen or of the
+            worst value, whichever is less.
         lipschitz: bound of |f(u) - f(v)| / |u - v| in the unit cube when it is known; makes the gap a
             certificate.
         progress: called with every run and the best value so far.
@@ -237,7 +238,7 @@ def search_worst_case(
         if gap.kind == "enumerated":
             status = Status.EXHAUSTED
             break
-        quiet = quiet + 1 if gap.width <= tolerance * ledger.range else 0
+        quiet = quiet + 1 if gap.width <= tolerance * ledger.scale else 0
         if quiet > QUIET_BATCHES:
             status = Status.CONVERGED
             break

@@ -1,0 +1,57 @@
+"""The Kriging behind a search: which warp it takes, what it counts as a gain, and what caution means."""
+
+import numpy as np
+import pytest
+
+from studies.worst_case_gallery import goldstein_price
+from workbench.gain import accuracy_scale, noticeable_gain
+from workbench.search_model import fit_search_model
+
+
+def points(n, d, seed=0):
+    return np.random.default_rng(seed).random((n, d))
+
+
+def test_a_gain_is_a_share_of_the_spread_or_of_the_value_whichever_is_less():
+    assert accuracy_scale(np.array([0.0, 0.0, 1000.0])) == 1000.0
+    assert accuracy_scale(np.array([-1000.0, -900.0, -2.0])) == 2.0
+    assert noticeable_gain(np.array([-1000.0, -900.0, -2.0])) == pytest.approx(6e-3)
+    assert (
+        0 < accuracy_scale(np.array([-1000.0, -900.0, 0.0])) < 1
+    )  # a value of zero asks for no infinite accuracy
+    assert noticeable_gain(np.ones(4)) == 0.0
+
+
+def test_a_response_over_five_decades_is_searched_on_its_logarithm():
+    u = points(24, 2)
+    v = -np.array([goldstein_price(x1=4 * a - 2, x2=4 * b - 2) for a, b in u])
+    model = fit_search_model(u, v, previous=None, seed=0)
+    assert model.warp.is_towards_max
+    assert model.cautious is not None
+    assert model.cautious.warp == model.warp
+
+
+def test_a_smooth_response_of_one_scale_is_left_as_it_is():
+    u = points(24, 2)
+    v = np.sin(3 * u[:, 0]) + u[:, 1]
+    assert fit_search_model(u, v, previous=None, seed=0).warp.kind == "identity"
+
+
+def test_a_logarithm_is_given_up_when_a_value_of_the_other_sign_appears():
+    u = points(26, 2)
+    v = -np.exp(8 * u[:, 0] - 6 * u[:, 1])
+    before = fit_search_model(u[:25], v[:25], previous=None, seed=0)
+    assert before.warp.is_anchored_at_zero
+    v[25] = 3.0
+    after = fit_search_model(u, v, previous=before, seed=0)
+    assert not after.warp.is_anchored_at_zero
+    assert after.chosen_at == 26
+
+
+def test_the_cautious_model_takes_no_input_for_inert():
+    u = points(20, 3)
+    model = fit_search_model(u, np.sin(6 * u[:, 0]), previous=None, seed=0)
+    assert model.cautious is not None
+    theta, cautious = model.kriging.theta_, model.cautious.kriging.theta_
+    assert theta.min() < 0.01 * theta.mean()
+    assert cautious.min() >= 0.09 * cautious.mean()  # a tenth of the mean before the floor raised it
