@@ -216,6 +216,7 @@ class Site:
     segment: str
     on_occupant: tuple[float, float]
     on_vehicle: tuple[float, float]
+    across: float  # m: lateral place of the occupant's end (y of Table C.1)
     offset: float  # m out of the plane, constant in the length
     layer: int  # 1 top .. 5 floor
     side: str
@@ -244,6 +245,7 @@ def member_sites() -> tuple[Site, ...]:
                 segment=o["segment"],
                 on_occupant=on_occupant,
                 on_vehicle=(1e-3 * float(v["x_use"]), 1e-3 * float(v["z_use"])),
+                across=lateral,
                 offset=1e-3 * float(v["y_use"]) - lateral,
                 layer=int(row["layer_from_top"]),
                 side=o["side"],

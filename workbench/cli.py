@@ -160,6 +160,19 @@ def robust(study: StudyFile, folder: Folder = None, workers: Workers = None, jso
     _finish(document, json_, lambda: _print(robust_lines(document)), failures)
 
 
+@app.command("robust-layout")
+def robust_layout(
+    study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False
+) -> None:
+    """Layout for the worst cases, worst case of that layout, in turn; run it again to continue."""
+    from workbench.stages import robust_layout as stage
+    from workbench.summaries import robust_layout_lines
+
+    with _campaign(study, folder, workers=workers) as campaign:
+        document = stage(campaign)
+    _finish(document, json_, lambda: _print(robust_layout_lines(document)))
+
+
 @app.command()
 def report(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
     """Write the report and the exports of what the folder holds."""
@@ -345,6 +358,7 @@ def _tell_run(found: dict[str, Any]) -> None:
     from workbench.summaries import (
         design_lines,
         layout_lines,
+        robust_layout_lines,
         robust_lines,
         screening_lines,
         worst_case_lines,
@@ -360,6 +374,8 @@ def _tell_run(found: dict[str, Any]) -> None:
         _print(["", *layout_lines(found["layout"])])
     if "robust" in found:
         _print(["", *robust_lines(found["robust"])])
+    if "robust_layout" in found:
+        _print(["", *robust_layout_lines(found["robust_layout"])])
     _print(["", f"report: {found['report']}"])
 
 

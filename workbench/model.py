@@ -158,6 +158,10 @@ def open_model(spec: ModelSpec) -> Model:
         from workbench.model_fmu import FmuModel
 
         return FmuModel.opened(spec)
+    if spec.kind == "layout":
+        from workbench.layout_model import LayoutRun
+
+        return LayoutRun.opened(spec)
     raise StudyError(f"model kind {spec.kind!r} cannot be run here; it is one of python, command, fmu, table")
 
 

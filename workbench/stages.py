@@ -1,4 +1,4 @@
-"""The stages of a study: design, evaluate, screen, worst case, layout, robust, report, on its folder.
+"""The stages of a study: design, evaluate, screen, worst case, layout, robust, robust layout, report.
 
 A stage whose table is absent from the study is skipped. `run_all` leaves a stage alone when its document is
 there and what went into it (its table, the space, the seed, the runs it read) is what it was.
@@ -26,6 +26,7 @@ __all__ = [
     "queue_design",
     "report",
     "robust",
+    "robust_layout",
     "run_all",
     "screen",
     "screening_runs",
@@ -54,6 +55,10 @@ def run_all(campaign: Campaign) -> dict[str, Any]:
     if study.robust is not None:
         found["robust"] = _unless_recorded(
             campaign, "robust", _fingerprint(campaign, study.robust, ""), robust
+        )
+    if study.robust_layout is not None:
+        found["robust_layout"] = _unless_recorded(
+            campaign, "robust_layout", _loop_fingerprint(campaign), robust_layout
         )
     found["report"] = str(report(campaign))
     found["failures"] = campaign.failures()
@@ -241,6 +246,17 @@ def robust(campaign: Campaign) -> dict[str, Any]:
     return _as_document(document)
 
 
+def robust_layout(campaign: Campaign) -> dict[str, Any]:
+    """The robust loop: layout and worst case in turn: `robust_layout.json`. Resumes by itself."""
+    from workbench.robust_layout_stage import run_robust_layout
+
+    table = _required(campaign.study.robust_layout, "robust_layout")
+    fingerprint = _loop_fingerprint(campaign)
+    document = run_robust_layout(campaign, table)
+    _record(campaign, "robust_layout", fingerprint)
+    return _as_document(document)
+
+
 def _with_values(campaign: Campaign, values: Mapping[str, Any]) -> Evaluator:
     """Runs of uncertain rows with the design's values put in."""
 
@@ -321,6 +337,15 @@ def _layout_fingerprint(campaign: Campaign) -> str:
     return _fingerprint(
         campaign, table, json.dumps(None if found is None else found["parameters"], sort_keys=True)
     )
+
+
+def _loop_fingerprint(campaign: Campaign) -> str:
+    from workbench.robust_layout_stage import model_identity
+
+    table = campaign.study.robust_layout or {}
+    found = read_json(campaign.folder / "worst_case.json") if table.get("start") == "worst_case" else None
+    given = [model_identity(campaign, table), None if found is None else found["parameters"]]
+    return _fingerprint(campaign, table, json.dumps(given, sort_keys=True))
 
 
 def _stage_fingerprint(campaign: Campaign, table: Mapping[str, Any]) -> str:

@@ -39,6 +39,7 @@ class Study:
     worst_case: Mapping[str, Any] | None = None
     layout: Mapping[str, Any] | None = None
     robust: Mapping[str, Any] | None = None
+    robust_layout: Mapping[str, Any] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
     reads: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     title: str | None = None
@@ -106,7 +107,10 @@ class Study:
         """The study with all defaults resolved, in plain types."""
         space = self.space.to_dict()
         responses = [{**r.to_dict(), **_how(self, r.name)} for r in self.responses]
-        tables = ("model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "report")
+        tables = (
+            "model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "robust_layout",
+            "report",
+        )  # fmt: skip
         return {
             "study": {"name": self.name, "seed": self.seed, "title": self.title},
             "parameter": space["parameters"],
@@ -199,15 +203,42 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         text=text,
         **{
             name: _without_none(dumped[name])
-            for name in ("model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "report")
+            for name in (
+                "model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "robust_layout",
+                "report",
+            )
         },
-    )
+    )  # fmt: skip
+    if study.robust_layout is not None:
+        with placed(text, where, ("robust_layout", "nominal")):
+            _check_robust_layout(study)
     for stage in ("screen", "worst_case", "robust"):
         table = getattr(study, stage)
         if table is not None:
             with placed(text, where, (stage, "response")):
                 study.response(table["response"])
     return study
+
+
+def _check_robust_layout(study: Study) -> None:
+    """The nominal case lies in the uncertainty; the stage's documents are not those of another."""
+    table = study.robust_layout or {}
+    other = next((name for name in ("layout", "robust") if getattr(study, name) is not None), None)
+    if other is not None:
+        raise StudyError(f"[robust_layout] writes the documents of [{other}] itself; leave [{other}] out")
+    given, names = table["nominal"], study.space.names
+    missing, unknown = [n for n in names if n not in given], sorted(set(given) - set(names))
+    if missing or unknown:
+        raise StudyError(
+            f"nominal needs every parameter; missing: {', '.join(missing) or 'none'}, "
+            f"unknown: {', '.join(unknown) or 'none'}"
+        )
+    try:
+        study.space.unit([given])
+    except StudyError as exc:
+        raise StudyError(f"the uncertainty excludes the nominal case: {exc}") from None
+    if study.space.violated(given) is not None:
+        raise StudyError(f"the nominal case breaks the constraint {study.space.violated(given)}")
 
 
 def _how(study: Study, name: str) -> dict[str, Any]:

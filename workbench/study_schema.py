@@ -206,6 +206,29 @@ class RobustTable(Table):
     limit: float | None = None
 
 
+class LayoutVariantTable(Table):
+    """`[[robust_layout.variant]]`: other options of the layout model, optimised for the final cases."""
+
+    name: Text
+    options: Annotated[dict[str, Any], Field(min_length=1)]
+
+
+class RobustLayoutTable(Table):
+    """`[robust_layout]`: layout for the worst cases found, worst case of that layout, in turn."""
+
+    model: Text
+    options: dict[str, Any] = Field(default_factory=dict)
+    nominal: Annotated[dict[str, float | str], Field(min_length=1)]
+    start: Literal["nominal", "worst_case"] = "nominal"
+    evaluations: Count = 30
+    budget: Count = 60
+    rounds: Annotated[int, Field(ge=1, le=100)] = 6
+    tolerance: Positive = 0.02
+    samples: Annotated[int, Field(ge=10)] = 1000
+    limit: float | None = None
+    variant: list[LayoutVariantTable] = Field(default_factory=list)
+
+
 class ReportTable(Table):
     """`[report]`."""
 
@@ -228,4 +251,5 @@ class StudySchema(Table):
     worst_case: WorstCaseTable | None = None
     layout: LayoutTable | None = None
     robust: RobustTable | None = None
+    robust_layout: RobustLayoutTable | None = None
     report: ReportTable = Field(default_factory=lambda: ReportTable())

@@ -1,0 +1,359 @@
+"""The robust loop: a layout for the worst cases found so far, and the worst case of that layout, in turn.
+
+    S <- nominal case (and the worst case found without restraints)
+    repeat   layout <- min over densities of max over S, by the engine        lower end: its worst over S
+             worst  <- search over the whole uncertainty, confirmed by true runs    upper end
+             stop when worst exceeds the bound by less than the tolerance, else S <- S + worst
+
+(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009). A layout is judged by true runs alone. Every
+round also judges all earlier layouts and the trivial ones, so what is returned is never worse than those over
+all cases found. The lower end is that of a local optimiser, the upper end that of a search: both are stated
+as found, not proven.
+
+The loop is a function of the study and of the runs' answers. Runs are kept by `LayoutRuns`, optimised layouts
+in `rounds/`, so after a kill the same call goes on: it repeats at most one optimisation.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.atomic import read_json, write_json
+from workbench.engine.errors import EngineError
+from workbench.engine.layout.optimise import optimise_layout
+from workbench.engine.layout.problem import LayoutProblem
+from workbench.engine.layout.purify import purify
+from workbench.errors import NotEnoughRuns, StudyError
+from workbench.evaluator import Evaluator
+from workbench.layout import check_gradient, layout_document
+from workbench.layout_model import LayoutModel
+from workbench.space import Space
+from workbench.worst_case import search_worst_case
+
+__all__ = [
+    "Found",
+    "LoopSettings",
+    "Optimised",
+    "RobustLayout",
+    "Round",
+    "find_robust_layout",
+    "optimise_for_cases",
+    "trivial_layouts",
+]
+
+Array = NDArray[np.float64]
+Case = Mapping[str, Any]
+
+BATCH = 4  # runs a search proposes at once, whatever the number of workers: the same numbers with 1 and 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopSettings:
+    """evaluations: of the optimiser per round.  budget: runs of each search.  rounds: at most.  tolerance:
+    relative excess of the worst case over the bound that is accepted."""
+
+    evaluations: int = 30
+    budget: int = 60
+    rounds: int = 6
+    tolerance: float = 0.02
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Optimised:
+    """A layout of the engine over some cases, and its `layout.json` content."""
+
+    density: Array
+    document: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """The worst true run of a layout, and the credible excess that the search leaves open (model-based)."""
+
+    value: float
+    case: Case
+    runs: int
+    status: str
+    open_gap: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Round:
+    """bound: worst over the cases known at its start; worst: what the search found on the chosen layout."""
+
+    number: int
+    cases: int
+    layout: str
+    bound: float
+    worst: float
+    case: Case
+    gap: float
+    runs: int
+    optimiser: str
+    note: str = ""
+
+
+@dataclass(slots=True, kw_only=True)
+class RobustLayout:
+    """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known."""
+
+    robust: str
+    certified: bool
+    status: str
+    layouts: dict[str, Array]
+    worst: dict[str, Found]
+    cases: list[dict[str, Any]]
+    values: dict[str, list[float | None]]  # name -> value in every case
+    rounds: list[Round]
+    failures: list[str]
+    document: Mapping[str, Any] = field(default_factory=dict)  # of the robust layout, as `layout.json`
+
+    @property
+    def bound(self) -> float:
+        """The best layout's worst over all cases found."""
+        return _largest(self.values[self.robust])
+
+
+def trivial_layouts(problem: LayoutProblem) -> dict[str, Array]:
+    """uniform: the same share of every member, as much as the budgets allow; none."""
+    width = problem.upper - problem.lower
+    need, room = problem.costs @ width, problem.limits - problem.costs @ problem.lower
+    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
+    return {"uniform": problem.into_budgets(problem.lower + share * width), "none": problem.lower.copy()}
+
+
+def find_robust_layout(
+    model: LayoutModel,
+    space: Space,
+    *,
+    evaluator: Callable[[Array], Evaluator],
+    folder: Path,
+    start: Sequence[Case],
+    settings: LoopSettings,
+    identity: str,
+    tell: Callable[[str], None] = lambda text: None,
+) -> RobustLayout:
+    """Run the loop from the cases in `start`, the nominal one first.
+
+    Args:
+        evaluator: density -> evaluator of its true runs.    folder: where `rounds/` is kept.
+        identity: changes when the model changes, so that stored layouts are not taken for current.
+
+    Raises:
+        StudyError: the nominal case cannot be run, by the optimiser or at all.
+        NotEnoughRuns: a layout fails in almost all cases.
+    """
+    loop = _Loop(
+        model=model, space=space, evaluator=evaluator, folder=folder, settings=settings, identity=identity,
+        tell=tell,
+    )  # fmt: skip
+    return loop.run(start)
+
+
+@dataclass(slots=True, kw_only=True)
+class _Loop:
+    model: LayoutModel
+    space: Space
+    evaluator: Callable[[Array], Evaluator]
+    folder: Path
+    settings: LoopSettings
+    identity: str
+    tell: Callable[[str], None]
+    cases: list[dict[str, Any]] = field(default_factory=list)
+    unusable: set[int] = field(default_factory=set)  # cases that the optimiser cannot run
+    layouts: dict[str, Array] = field(default_factory=dict)
+    documents: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    worst: dict[str, Found] = field(default_factory=dict)
+    rounds: list[Round] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
+
+    def run(self, start: Sequence[Case]) -> RobustLayout:
+        self.cases = _distinct([self.space.canonical(case) for case in start])
+        nominal = self.optimised([0], None)
+        if nominal is None:
+            raise StudyError(f"the nominal case cannot be optimised: {self.failures[-1]}")
+        self.layouts = {
+            **trivial_layouts(self.model.problem(self.cases[:1])),
+            "nominal only": nominal.density,
+        }
+        self.documents["nominal only"] = nominal.document
+        certified = False
+        for number in range(1, self.settings.rounds + 1):
+            certified = self.round(number)
+            if certified:
+                break
+        for name in [*self.layouts]:
+            if name not in self.worst and not name.startswith("round"):
+                self.tell(f"worst case of the layout '{name}'")
+                self.search(name)
+        return self.result(certified)
+
+    def round(self, number: int) -> bool:
+        """One layout, one search; True when the search does not break the bound."""
+        usable = [k for k in range(len(self.cases)) if k not in self.unusable]
+        self.tell(f"round {number}: layout for {len(usable)} cases")
+        known = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
+        best = min(known, key=lambda name: known[name])
+        made = self.optimised(usable, self.layouts[best])
+        name, note = f"round {number}", ""
+        if made is None:
+            self.unusable.add(usable[-1])  # the case added last; it still judges every layout by true runs
+            note = self.failures[-1]
+            if len(usable) > 1:
+                return self.round(number)
+        else:
+            self.layouts[name], self.documents[name] = made.density, made.document
+            known[name] = _largest(self.values(made.density))
+        chosen = min(known, key=lambda name: known[name])
+        bound = known[chosen]
+        self.tell(f"round {number}: search the worst case of '{chosen}', bound {bound:.6g} {self.model.unit}")
+        found = self.search(chosen)
+        gap = max(0.0, found.value - bound) / abs(found.value) if found.value else 0.0
+        self.rounds.append(
+            Round(
+                number=number, cases=len(usable), layout=chosen, bound=bound, worst=found.value,
+                case=found.case, gap=gap, runs=found.runs,
+                optimiser=str(made.document["status"]) if made else "", note=note,
+            )
+        )  # fmt: skip
+        if gap <= self.settings.tolerance:
+            return True
+        self.cases = _distinct([*self.cases, dict(found.case)])
+        return False
+
+    def optimised(self, indices: Sequence[int], start: Array | None) -> Optimised | None:
+        """The layout for these cases; None, with the reason in `failures`, when it cannot be made."""
+        found = optimise_for_cases(
+            self.model, [self.cases[k] for k in indices], start=start, folder=self.folder / "rounds",
+            evaluations=self.settings.evaluations, identity=self.identity,
+        )  # fmt: skip
+        if isinstance(found, str):
+            self.failures.append(found)
+            return None
+        return found
+
+    def values(self, density: Array) -> list[float | None]:
+        """The response of a layout in every case; None where it cannot be run."""
+        outcomes = self.evaluator(density)(self.cases, purpose="cases")
+        return [o.outputs[self.model.response] if o.status == "ok" else None for o in outcomes]
+
+    def search(self, name: str) -> Found:
+        """The worst case of a layout over the whole uncertainty; the known cases count as runs made."""
+        density = self.layouts[name]
+        evaluate = self.evaluator(density)
+        found = search_worst_case(
+            evaluate,
+            self.space,
+            response=self.model.response,
+            unit=self.model.unit,
+            budget=self.settings.budget,
+            seed=self.settings.seed,
+            start=evaluate(self.cases, purpose="cases"),
+            workers=BATCH,
+            tolerance=self.settings.tolerance / 4,
+        )
+        self.worst[name] = Found(
+            value=found.value,
+            case=dict(found.parameters),
+            runs=found.evaluations,
+            status=found.status.value,
+            open_gap=float(found.gap.width),
+        )
+        return self.worst[name]
+
+    def result(self, certified: bool) -> RobustLayout:
+        """Choose the layout whose worst known case is smallest."""
+        self.cases = _distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
+        values = {name: self.values(density) for name, density in self.layouts.items()}
+        known = {name: _largest(row) for name, row in values.items()}
+        robust = min(known, key=lambda name: known[name])
+        for name, row in values.items():
+            k = int(np.argmax([-np.inf if v is None else v for v in row]))
+            before = self.worst.get(name)
+            if before is None or known[name] > before.value:
+                self.worst[name] = Found(
+                    value=known[name], case=self.cases[k], runs=before.runs if before else 0,
+                    status=before.status if before else "judged in the cases of the others alone",
+                    open_gap=before.open_gap if before else float("nan"),
+                )  # fmt: skip
+        last = self.rounds[-1]
+        held = certified and (robust == last.layout or known[robust] <= last.worst)
+        status = (
+            f"The search found nothing more than {100 * last.gap:.2g} % above the bound: the loop is closed."
+            if held
+            else f"The rounds were spent with the worst case {100 * last.gap:.3g} % above the bound."
+        )
+        return RobustLayout(
+            robust=robust, certified=held, status=status, layouts=self.layouts, worst=self.worst,
+            cases=self.cases, values=values, rounds=self.rounds, failures=self.failures,
+            document=self.documents.get(robust, {}),
+        )  # fmt: skip
+
+
+def optimise_for_cases(
+    model: LayoutModel,
+    cases: Sequence[Case],
+    *,
+    start: Array | None,
+    folder: Path,
+    evaluations: int,
+    identity: str,
+) -> Optimised | str:
+    """The engine's layout for these cases, made once and kept in `folder`; a sentence when there is none."""
+    text = repr((identity, [dict(case) for case in cases], evaluations))
+    digest = blake2b(text.encode() + (b"" if start is None else start.tobytes()), digest_size=8)
+    place = folder / f"{digest.hexdigest()}.json"
+    document = read_json(place)
+    if document is None:
+        document = _optimise(model, cases, start, evaluations)
+        folder.mkdir(parents=True, exist_ok=True)
+        write_json(place, document)
+    if "error" in document:
+        return str(document["error"])
+    return Optimised(density=np.array(document["density"]), document=document)
+
+
+def _optimise(
+    model: LayoutModel, cases: Sequence[Case], start: Array | None, evaluations: int
+) -> dict[str, Any]:
+    try:
+        problem = model.problem(cases)
+        given = problem if start is None else replace(problem, start=problem.into_budgets(start.copy()))
+        result = optimise_layout(given, max_evaluations=evaluations)
+        clean = purify(problem, result.density) if problem.geometry is not None else None
+        check = check_gradient(problem)
+    except (EngineError, ArithmeticError) as error:
+        return {"error": f"{type(error).__name__} in {len(cases)} cases, the last {dict(cases[-1])}: {error}"}
+    history = [
+        {
+            "evaluation": h.evaluation, "value": h.value, "best": h.best if np.isfinite(h.best) else None,
+            "active_peaks": h.active,
+        }
+        for h in result.history
+    ]  # fmt: skip
+    return layout_document(
+        problem, result, name=model.title, method="gsao", history=history, start_value=result.start_value,
+        check=check, clean=clean, baselines=({}, {}),
+    )  # fmt: skip
+
+
+def _largest(values: Sequence[float | None]) -> float:
+    """The worst of the values there are; a layout that runs in no case is as bad as can be."""
+    there = [value for value in values if value is not None]
+    if not there:
+        raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
+    return max(there)
+
+
+def _distinct(cases: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Cases in order, repeated ones once."""
+    seen: dict[str, dict[str, Any]] = {}
+    for case in cases:
+        seen.setdefault(repr(sorted(case.items())), dict(case))
+    return list(seen.values())
