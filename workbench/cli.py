@@ -281,13 +281,13 @@ def demo(
     folder: Annotated[Path, typer.Option(help="Where to put the study and its campaign.")] = Path(
         "holdfast-demo"
     ),
+    study: Annotated[str, typer.Option(help="Which shipped study: occupant or welch20.")] = "occupant",
     json_: Json = False,
 ) -> None:
     """Run a shipped study from design to report."""
     from workbench.demonstration import copy_study
 
-    study = copy_study(folder)
-    with _campaign(study, None) as campaign:
+    with _campaign(copy_study(folder, study), None) as campaign:
         found = campaign.run()
         failures = campaign.failures()
     _finish(found, json_, lambda: _tell_run(found), failures)

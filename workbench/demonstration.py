@@ -1,27 +1,31 @@
-"""The study that `holdfast demo` runs: a shipped one, copied where its campaign may be written."""
+"""The studies that `holdfast demo` runs: shipped ones, copied where their campaign may be written."""
 
 from importlib.resources import files
 from pathlib import Path
 
 from workbench.atomic import write_whole
-from workbench.errors import StoreError
+from workbench.errors import StoreError, StudyError
 
-__all__ = ["DEMO", "copy_study"]
+__all__ = ["DEMO", "STUDIES", "copy_study"]
 
-DEMO = "welch20.toml"
+DEMO = "occupant"
+STUDIES = {"occupant": "occupant_demo.toml", "welch20": "welch20.toml"}
 
 
-def copy_study(folder: Path) -> Path:
+def copy_study(folder: Path, name: str = DEMO) -> Path:
     """Copy the demonstration's study file to `folder`, unless it is there; its path.
 
     Raises:
+        StudyError: there is no demonstration of that name.
         StoreError: the folder cannot be written.
     """
+    if name not in STUDIES:
+        raise StudyError(f"no demonstration {name!r}; there are {', '.join(STUDIES)}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as exc:
         raise StoreError(f"cannot make the folder {folder}: {exc.strerror}. Choose another --folder") from exc
-    place = folder / DEMO
+    place = folder / STUDIES[name]
     if not place.exists():
-        write_whole(place, (files("studies") / DEMO).read_bytes())
+        write_whole(place, (files("studies") / STUDIES[name]).read_bytes())
     return place

@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
     from workbench.motion import History
 
-__all__ = ["plot_convergence", "plot_differences", "plot_distributions", "plot_history", "plot_members"]
+__all__ = [
+    "plot_convergence",
+    "plot_differences",
+    "plot_distributions",
+    "plot_history",
+    "plot_members",
+    "plot_rounds",
+]
 
 KIND_COLOURS = {"belt": VERMILLION, "airbag": BLUE, "retractor": "#735605"}
 WIDEST = 5.0  # points, at density 1
@@ -65,6 +72,25 @@ def plot_convergence(
         ax.axhline(value, color=GREY, lw=1.2, ls=DASHES[1 + k % 3], label=name)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set(xlabel="evaluation", ylabel=axis_label(label, unit))
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_rounds(
+    rounds: Sequence[Mapping[str, Any]], *, label: str = "response", unit: str = "1", ax: "Axes | None" = None
+) -> "Axes":
+    """Of every round of a robust loop the bound of the known cases and the worst case found, joined."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax = _axes(ax)
+    number = np.arange(1, len(rounds) + 1)
+    bound, worst = (np.array([r[key] for r in rounds], dtype=float) for key in ("bound", "worst"))
+    ax.vlines(number, bound, worst, color=GREY, lw=1)
+    ax.plot(number, worst, "^", color=VERMILLION, label="worst case found")
+    ax.plot(number, bound, "_", color=BLUE, ms=14, mew=2, label="bound of the known cases")
+    ax.set(xlabel="round", ylabel=axis_label(label, unit), ylim=(0, 1.1 * float(worst.max())))
+    ax.set_xlim(0.5, len(rounds) + 0.5)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.legend(loc="best")
     return ax
 

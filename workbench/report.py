@@ -23,6 +23,7 @@ from workbench.report_sections.blocks import Figure, Html, Note, Section, Table,
 from workbench.report_sections.design import design_section
 from workbench.report_sections.drawing import draw_svg
 from workbench.report_sections.effects import effects_section
+from workbench.report_sections.findings import findings_section
 from workbench.report_sections.fit import fit_section
 from workbench.report_sections.folder import CampaignFolder
 from workbench.report_sections.layout import layout_section
@@ -30,6 +31,7 @@ from workbench.report_sections.motion import motion_section
 from workbench.report_sections.profiler import profiler_section
 from workbench.report_sections.reproduce import reproduce_section
 from workbench.report_sections.robust import robust_section
+from workbench.report_sections.robust_layout import robust_layout_section
 from workbench.report_sections.runs import runs_section
 from workbench.report_sections.screening import screening_section
 from workbench.report_sections.worst_case import worst_case_section
@@ -41,8 +43,10 @@ HERE = Path(__file__).parent
 
 # section -> what makes it, title and the command that writes its data; in the order of the page
 SECTIONS: dict[str, tuple[Callable[[CampaignFolder], Section | None], str, str]] = {
+    "findings": (findings_section, "What was found", "holdfast robust-layout"),
     "worst-case": (worst_case_section, "The worst case", "holdfast worst-case"),
     "layout": (layout_section, "The layout", "holdfast layout"),
+    "robust_layout": (robust_layout_section, "Layout and worst case in turn", "holdfast robust-layout"),
     "robust": (robust_section, "Over the whole uncertainty", "holdfast robust"),
     "motion": (motion_section, "The motion", "holdfast run"),
     "screening": (screening_section, "Which parameters matter", "holdfast screen"),
@@ -53,7 +57,7 @@ SECTIONS: dict[str, tuple[Callable[[CampaignFolder], Section | None], str, str]]
     "design": (design_section, "The design", "holdfast design"),
 }
 # not every study has these: the page names them as missing only when the study asks for them
-OPTIONAL = ("layout", "robust", "motion")
+OPTIONAL = ("findings", "layout", "robust_layout", "robust", "motion")
 
 
 def write_report(folder: Path) -> Path:

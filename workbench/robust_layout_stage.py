@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.atomic import read_json, write_json
 from workbench.campaign import Campaign
-from workbench.errors import HoldfastError, StudyError
+from workbench.errors import HoldfastError, NotEnoughRuns, StudyError
 from workbench.layout_model import LayoutModel, load_layout_model
 from workbench.layout_runs import LayoutRuns
 from workbench.model import ModelSpec
@@ -267,7 +267,7 @@ def _screened(
             runs.of(found.layouts[found.robust])(rows, purpose="screening"), study.space,
             study.response(model.response), method=study.screen["method"], seed=study.seed,
         ).to_dict()  # fmt: skip
-    except HoldfastError as error:
+    except (NotEnoughRuns, StudyError) as error:
         return {"before": list(before["selected"]), "after": None, "reason": str(error)}
     write_json(campaign.folder / "screening_after.json", after)
     old, new = list(before["selected"]), list(after["selected"])
@@ -292,8 +292,10 @@ def _variant(
     name, options = variant["name"], {**table["options"], **variant["options"]}
     campaign.progress.stage("robust_layout", f"layout '{name}'")
     model = load_layout_model(table["model"], options, folder=campaign.study.folder)
+    robust = found.layouts[found.robust]
     made = optimise_for_cases(
-        model, _loop_cases(found), start=None, folder=campaign.folder / "rounds",
+        model, _loop_cases(found), start=robust if model.members == len(robust) else None,
+        folder=campaign.folder / "rounds",
         evaluations=table["evaluations"], identity=f"{identity} {json.dumps(options, sort_keys=True)}",
     )  # fmt: skip
     if isinstance(made, str):

@@ -13,7 +13,7 @@ from workbench.errors import StoreError, StudyError
 
 __all__ = ["CampaignFolder", "Run"]
 
-DOCUMENTS = ("design", "screening", "worst_case", "layout", "robust", "motion")
+DOCUMENTS = ("design", "screening", "worst_case", "layout", "robust", "robust_layout", "motion")
 COLUMNS = ("id", "key", "status", "attempt", "batch", "inputs", "outputs", "error", "wall", "cpu", "host")
 UNFINISHED = ("queued", "running")
 KEY_SHOWN = 10  # characters of a key that tell runs of one campaign apart

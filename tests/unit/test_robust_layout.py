@@ -1,0 +1,142 @@
+"""The robust loop on a layout whose answer is known, and what may go wrong with it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from studies.occupant_braking import NOMINAL, restraint
+from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
+from workbench.campaign import Campaign
+from workbench.errors import Interrupted, StudyError
+from workbench.layout_model import load_layout_model
+from workbench.report import write_report
+from workbench.study import parse_study
+
+NEAR = 0.02  # the loop's own tolerance
+VARIANT = '\n[[robust_layout.variant]]\nname = "half of it"\noptions = { budget = 0.5 }\n'
+
+
+def study(folder, text=STUDY):
+    path = folder / "two.toml"
+    path.write_text(text)
+    return parse_study(text, path=path)
+
+
+def run(folder, text=STUDY):
+    with Campaign(study(folder, text)) as campaign:
+        return campaign.run()["robust_layout"], campaign.folder
+
+
+def changed(old, new, text=STUDY):
+    assert old in text
+    return text.replace(old, new)
+
+
+def test_the_loop_finds_the_layout_that_makes_both_ends_equal(tmp_path):
+    found, folder = run(tmp_path, STUDY + VARIANT)
+    assert found["certified"]
+    assert found["bound"] == pytest.approx(ROBUST, rel=NEAR)
+    density = json.loads((folder / "layout.json").read_text())["density"]
+    assert density == pytest.approx([0.86, 0.14], abs=0.02)
+    worst = {name: kept["worst"] for name, kept in found["layouts"].items()}
+    assert worst["uniform"] == pytest.approx(4 / 0.6, rel=0.01)
+    assert worst["robust"] < min(worst["uniform"], worst["nominal only"], worst["none"])
+    assert len(found["rounds"]) > 1  # the nominal case alone knew one end only
+    assert found["rounds"][0]["gap"] > 0.1
+    assert found["variants"][0]["worst"] > worst["robust"]
+    assert set(found["screening"]["before"]) == {"u"}
+    assert not found["broken_by_samples"]
+
+
+def test_values_are_true_runs_in_the_cases(tmp_path):
+    found, folder = run(tmp_path)
+    density = json.loads((folder / "layout.json").read_text())["density"]
+    for case, v in zip(found["cases"], found["layouts"]["robust"]["values"], strict=True):
+        assert v == pytest.approx(value(density, **case), rel=1e-12)
+    robust = json.loads((folder / "robust.json").read_text())
+    assert robust["designs"] == ["nominal only", "uniform", "robust"]
+    grid = max(value(density, u, v) for u in np.linspace(-1, 1, 21) for v in (0.0, 1.0))
+    assert grid <= found["bound"] * (1 + NEAR)
+
+
+def test_an_interrupted_loop_goes_on_to_the_same_numbers(tmp_path, monkeypatch):
+    (tmp_path / "whole").mkdir()
+    whole, _ = run(tmp_path / "whole")
+    (tmp_path / "parts").mkdir()
+    counter = tmp_path / "left"
+    monkeypatch.setenv("SAMPLE_LAYOUT_STOP", str(counter))
+    interruptions = 0
+    for _ in range(60):
+        counter.write_text("60")
+        try:
+            parts, _ = run(tmp_path / "parts")
+            break
+        except Interrupted:
+            interruptions += 1
+    assert interruptions > 1
+    assert parts == whole
+
+
+def test_a_second_run_has_nothing_to_do(tmp_path, monkeypatch):
+    first, _ = run(tmp_path)
+    monkeypatch.setattr(TwoMembers, "responses", lambda *a: pytest.fail("a run was made again"))
+    assert run(tmp_path)[0] == first
+
+
+def test_cases_that_cannot_be_run_become_data(tmp_path):
+    found, _ = run(tmp_path, changed("nominal =", "options = { unrunnable = -0.8 }\nnominal ="))
+    assert found["runs"]["failed"] > 0
+    assert found["certified"]
+
+
+def test_a_case_beyond_the_optimiser_is_named_and_the_loop_goes_on(tmp_path):
+    found, folder = run(tmp_path, changed("nominal =", "options = { forbidden = -0.5 }\nnominal ="))
+    assert "InvalidLayout in 2 cases" in found["failures"][0]
+    assert found["bound"] <= 1.001 * min(k["worst"] for k in found["layouts"].values())
+    assert "this direction is beyond the optimiser" in write_report(folder).read_text()
+
+
+def test_a_budget_of_zero_gives_no_members(tmp_path):
+    found, folder = run(tmp_path, changed("nominal =", "options = { budget = 0.0 }\nnominal ="))
+    assert json.loads((folder / "layout.json").read_text())["density"] == [0.0, 0.0]
+    assert found["bound"] == pytest.approx(40.0, rel=0.01)
+
+
+def test_the_report_puts_the_findings_first(tmp_path):
+    _, folder = run(tmp_path, STUDY + VARIANT)
+    page = write_report(folder).read_text()
+    assert page.index("What was found") < page.index("The worst case</h2>")
+    text = (folder / "report.md").read_text()
+    assert "below the layout made for the nominal case alone" in text
+    assert "Half of it:" in text
+
+
+def test_bad_input_is_refused_with_its_reason(tmp_path):
+    with pytest.raises(StudyError, match=r"the uncertainty excludes the nominal case: .*'u'"):
+        study(tmp_path, changed("u = 0.9", "u = 1.9"))
+    with pytest.raises(StudyError, match="nominal needs every parameter; missing: v, unknown: w"):
+        study(tmp_path, changed("v = 0.5", "w = 0.5"))
+    with pytest.raises(StudyError, match=r"\[robust_layout\] writes the documents of \[layout\] itself"):
+        study(tmp_path, STUDY + '\n[layout]\nproblem = "studies.trusses:cantilever"\n')
+    text = changed('[worst_case]\nresponse = "push"\nbudget = 10\n', "")
+    text = changed("nominal =", 'start = "worst_case"\nnominal =', text)
+    with pytest.raises(StudyError, match="start = 'worst_case' needs a worst case"):
+        run(tmp_path, text)
+    with pytest.raises(StudyError, match="gives a float without title, response"):
+        load_layout_model("math:hypot")
+
+
+def test_densities_outside_their_range_are_refused():
+    model = restraint()
+    for bad in (1.5, -0.1, np.nan):
+        density = np.zeros(model.members)
+        density[7] = bad
+        with pytest.raises(ValueError, match=rf"density needs 360 values in \[0, 1\], got {bad}"):
+            model.responses(density, NOMINAL)
+    with pytest.raises(ValueError, match=r"density needs 360 values in \[0, 1\], got shape \(3,\)"):
+        model.responses(np.zeros(3), NOMINAL)
+    with pytest.raises(ValueError, match="budget needs 'each' or 'shared', got 'none'"):
+        restraint(budget="none")
+    with pytest.raises(ValueError, match="airbags needs a budget >= 0, got -1"):
+        restraint(airbags=-1)
