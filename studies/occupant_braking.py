@@ -115,7 +115,7 @@ class OccupantRestraint:
 
     kinds: tuple[str, ...]
     limits: Mapping[str, float]  # kind, or "all kinds" -> sum of densities
-    title: str = "an occupant in severe braking"
+    title: str = "the occupant in severe braking"
     response: str = "peak_deviation"
     unit: str = "m"
 

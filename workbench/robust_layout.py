@@ -336,6 +336,7 @@ def _optimise(
             "active_peaks": h.active,
         }
         for h in result.history
+        if h.start >= 0  # the trivial layouts stand beside the others, and would squeeze the figure
     ]  # fmt: skip
     return layout_document(
         problem, result, name=model.title, method="gsao", history=history, start_value=result.start_value,

@@ -240,7 +240,7 @@ def _layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
         "shadow_prices": {name: price * slope for name, price in source["shadow_prices"].items()},
         "baselines": {name: found.worst[name].value for name in COMPARED if name in found.worst},
         "scenarios": [
-            {"name": f"case {k + 1}", "value": value, "parameters": case}
+            {"name": f"case {k + 1}", "value": value, "parameters": _apart(case, found.cases[0])}
             for k, (case, value) in enumerate(zip(found.cases, found.values[found.robust], strict=True))
         ],
         "purified": None if purified is None else {
@@ -248,6 +248,12 @@ def _layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
             "before": model.as_response(purified["before"]),
         },
     }  # fmt: skip
+
+
+def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any]:
+    """Where a case differs from the nominal one; all of the nominal one itself."""
+    apart = {name: value for name, value in case.items() if value != nominal[name]}
+    return apart or dict(case)
 
 
 def _screened(

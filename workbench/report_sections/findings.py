@@ -1,9 +1,20 @@
 """What a designer takes to a review: the findings of a robust loop in plain sentences, first on the page."""
 
+import html
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report_sections.blocks import Block, Column, Note, Section, Table, names_of, number, quantity
+from workbench.report_sections.blocks import (
+    Block,
+    Column,
+    Html,
+    Note,
+    Section,
+    Table,
+    names_of,
+    number,
+    quantity,
+)
 from workbench.report_sections.folder import CampaignFolder
 
 __all__ = ["case_text", "findings_section"]
@@ -15,7 +26,7 @@ def findings_section(folder: CampaignFolder) -> Section | None:
     if loop is None:
         return None
     unit = str(loop.get("unit") or "1")
-    sentences = [
+    findings = [
         *_unrestrained(folder, loop, unit),
         *_drivers(folder),
         *_layout(loop, unit),
@@ -23,7 +34,7 @@ def findings_section(folder: CampaignFolder) -> Section | None:
         *_after(loop),
         *_variants(loop, unit),
     ]
-    blocks: list[Block] = []
+    blocks: list[Block] = [_listed(findings)]
     if not loop["certified"] or loop.get("broken_by_samples"):
         blocks.append(Note(text=f"{loop['status']} Treat the worst case as a lower end.", level="poor"))
     blocks += [Note(text=f"A case could not be used: {text}", level="fair") for text in loop["failures"]]
@@ -31,17 +42,34 @@ def findings_section(folder: CampaignFolder) -> Section | None:
     return Section(
         id="findings",
         title="What was found",
-        sentences=tuple(sentences),
+        sentences=(f"Of {loop['title']}:",),
         blocks=tuple(blocks),
         numbers={"layouts": {name: kept["worst"] for name, kept in loop["layouts"].items()}},
     )
 
 
-def case_text(folder: CampaignFolder, case: Mapping[str, Any]) -> str:
-    """A case as a person reads it: what differs most between cases first is not known, so all of it."""
+def case_text(
+    folder: CampaignFolder, case: Mapping[str, Any], nominal: Mapping[str, Any] | None = None
+) -> str:
+    """A case as a person reads it: what differs from the nominal one, in the order of the study.
+
+    What the screening did not select goes last: it differs, but hardly matters.
+    """
+    names = [name for name in folder.parameters if name in case] or list(case)
+    chosen = (folder["screening"] or {}).get("selected") or []
+    names.sort(key=lambda name: name not in chosen)
+    apart = [name for name in names if nominal is None or case[name] != nominal[name]]
     return ", ".join(
-        f"{name} = {number(value, 4)}" + ("" if folder.unit_of(name) == "1" else f" {folder.unit_of(name)}")
-        for name, value in case.items()
+        f"{name} = {number(case[name], 4)}"
+        + ("" if folder.unit_of(name) == "1" else f" {folder.unit_of(name)}")
+        for name in (apart or names)
+    )
+
+
+def _listed(findings: list[str]) -> Html:
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in findings)
+    return Html(
+        id="finding-list", markup=f"<ol>{items}</ol>", text="\n".join(f"- {text}" for text in findings)
     )
 
 
@@ -53,7 +81,7 @@ def _unrestrained(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) ->
         f"Without restraints the {loop['response']} is {quantity(bare['nominal'], unit, 3)} in the nominal "
     )
     said += f"case and {quantity(bare['worst'], unit, 3)} in the worst one found"
-    return [said + f" ({case_text(folder, bare['case'])})."]
+    return [said + f" ({case_text(folder, bare['case'], loop['cases'][0])})."]
 
 
 def _drivers(folder: CampaignFolder) -> list[str]:
@@ -148,6 +176,7 @@ def _variants(loop: Mapping[str, Any], unit: str) -> list[str]:
 
 
 def _table(loop: Mapping[str, Any], unit: str) -> Table:
+    worst_first = sorted(loop["layouts"].items(), key=lambda item: -item[1]["worst"])
     return Table(
         id="findings",
         title=f"Worst {loop['response']} of every layout, by true runs",
@@ -155,5 +184,5 @@ def _table(loop: Mapping[str, Any], unit: str) -> Table:
             Column(name="layout"), Column(name="worst", unit=unit), Column(name="at nominal", unit=unit),
             Column(name="runs of its search"),
         ),
-        rows=tuple((n, k["worst"], k["nominal"], k["runs"]) for n, k in loop["layouts"].items()),
+        rows=tuple((name, kept["worst"], kept["nominal"], kept["runs"]) for name, kept in worst_first),
     )  # fmt: skip

@@ -64,7 +64,7 @@ def _rounds(
             rows=tuple(
                 (
                     k + 1, r["cases"], r["layout"], r["bound"], r["worst"], 100 * r["gap"], r["runs"],
-                    case_text(folder, r["case"]),
+                    case_text(folder, r["case"], loop["cases"][0]),
                 )
                 for k, r in enumerate(rounds)
             ),
@@ -73,7 +73,7 @@ def _rounds(
 
 
 def _cases(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> Table:
-    names = list(loop["layouts"])
+    names = sorted(loop["layouts"], key=lambda name: -loop["layouts"][name]["worst"])
     return Table(
         id="loop-cases",
         title="Every layout in every case found",
@@ -84,7 +84,7 @@ def _cases(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> Table:
             (
                 "nominal" if k == 0 else str(k),
                 *(loop["layouts"][name]["values"][k] for name in names),
-                case_text(folder, case),
+                case_text(folder, case, loop["cases"][0]),
             )
             for k, case in enumerate(loop["cases"])
         ),
