@@ -55,3 +55,22 @@ def test_the_store_is_read_as_the_how_to_says(tmp_path, monkeypatch):
     exec(second, names)
     assert names["data"]["k"].attrs["units"] == "N"
     names["db"].close()
+
+
+def test_the_robust_loop_of_the_how_to_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (model,) = snippets("close-the-robust-loop.md", "python")
+    (table,) = snippets("close-the-robust-loop.md", "toml")
+    Path("springs.py").write_text(
+        model + "\n\ndef bare(u):\n    return springs().responses((0, 0), {'u': u})\n"
+    )
+    Path("study.toml").write_text(
+        '[study]\nname = "s"\n[model]\nkind = "python"\nfunction = "springs.py:bare"\n'
+        '[[parameter]]\nname = "u"\nlower = -1\nupper = 1\n[[response]]\nname = "stretch"\nunit = "m"\n'
+        '[design]\nkind = "sobol"\nruns = 4\n[evaluate]\nengine = "inline"\n'
+        + table.replace("budget = 60", "budget = 15").replace("samples = 1000", "samples = 20")
+    )
+    with Campaign.from_file("study.toml") as campaign:
+        found = campaign.run()["robust_layout"]
+    assert found["certified"]
+    assert found["layouts"]["robust"]["worst"] < found["layouts"]["uniform"]["worst"]

@@ -1,0 +1,111 @@
+"""The occupant's study: rows in, responses out, its layout model, its motion, and the demo's copy of it."""
+
+import tomllib
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from studies.occupant import member_sites
+from studies.occupant_braking import FACTORS, LEFT, NOMINAL, braking_occupant, case_of, restraint
+from workbench.demonstration import STUDIES, copy_study
+from workbench.errors import StudyError
+from workbench.layout_model import NEEDED
+from workbench.study import load_study
+
+
+def test_responses_of_the_nominal_case_and_of_one_who_leaves():
+    held = braking_occupant(**NOMINAL)
+    assert held["peak_deviation"] < 0.15
+    assert 0.005 < held["peak_rise"] < 0.05
+    assert held["torso_acceleration"] > 7.0
+    assert (held["grip_lost"], held["grip_lost_at"]) == (0.0, 2.0)
+    thrown = braking_occupant(**{**NOMINAL, "hands": "one", "grip": 350.0, "deceleration": 9.0, "mass": 95.0})
+    assert thrown["peak_deviation"] > LEFT
+    assert thrown["grip_lost"] == 1.0
+    assert 0.5 < thrown["grip_lost_at"] < 2.0
+
+
+def test_factors_of_joints_that_turn_out_of_the_plane_change_nothing():
+    moved = {**NOMINAL, "k_shoulder_tz": 0.5, "k_hip_tz": 2.0}
+    assert braking_occupant(**moved) == braking_occupant(**NOMINAL)
+    assert braking_occupant(**{**NOMINAL, "k_knee": 2.0}) != braking_occupant(**NOMINAL)
+    assert len(FACTORS) == 8
+
+
+def test_a_case_is_refused_by_name():
+    with pytest.raises(ValueError, match=r"missing \['mass'\], unknown \['weight'\]"):
+        case_of({**{k: v for k, v in NOMINAL.items() if k != "mass"}, "weight": 80.0})
+    with pytest.raises(ValueError, match="hands needs one of none, one, both, got 'three'"):
+        case_of({**NOMINAL, "hands": "three"})
+
+
+def test_the_layout_model_has_what_the_loop_asks_for():
+    for options, members, names in (
+        ({}, 360, ("belt", "airbag")),
+        ({"airbags": 0}, 180, ("belt",)),
+        ({"budget": "shared"}, 360, ("all kinds",)),
+        ({"retractors": 2.0}, 540, ("belt", "airbag", "retractor")),
+        ({"belts": 0, "airbags": 0}, 180, ("belt",)),
+    ):
+        model = restraint(**options)
+        problem = model.problem([NOMINAL])
+        assert all(hasattr(model, name) for name in NEEDED)
+        assert model.members == problem.members == members
+        assert problem.names == names
+        assert problem.excess(problem.into_budgets(problem.start.copy())) == pytest.approx(0.0, abs=1e-12)
+    assert model.limits == {"belt": 0.0}
+
+
+def test_the_problem_minimises_the_square_of_the_response():
+    model = restraint()
+    density = np.full(360, 0.02)
+    value = float(model.problem([NOMINAL]).evaluate(density).values.max())
+    # the problem refines its peaks between the nodes
+    assert model.as_response(value) == pytest.approx(
+        model.responses(density, NOMINAL)["peak_deviation"], rel=1e-4
+    )
+
+
+def test_the_motion_has_members_on_their_sites():
+    model = restraint(airbags=0.0)
+    density = np.zeros(180)
+    density[[0, 100]] = 1.0, 0.5
+    motion = model.motion({"bare": np.zeros(180), "held": density}, NOMINAL)
+    bare, held = motion.runs
+    assert (len(bare.members), len(held.members)) == (0, 2)
+    for member, number in zip(held.members, (0, 100), strict=True):
+        site = member_sites()[number]
+        body = next(k for k, run in enumerate(held.bodies) if run.name == site.segment)
+        assert member.body_a == body
+    ends = held.segments(0)
+    for k, number in enumerate((0, 100)):
+        site = member_sites()[number]
+        # the scene looks along the vehicle: its x is the model's -x, its z the model's y
+        assert ends[k, 0, [0, 2]] == pytest.approx([-site.on_occupant[0], site.on_occupant[1]], abs=1e-6)
+        assert ends[k, 1, [0, 2]] == pytest.approx([-site.on_vehicle[0], site.on_vehicle[1]], abs=1e-6)
+        lengths = np.linalg.norm(ends[k, 0] - ends[k, 1])
+        planar = np.hypot(*np.subtract(site.on_occupant, site.on_vehicle))
+        assert lengths == pytest.approx(np.hypot(planar, site.offset), rel=1e-6)
+
+
+def test_the_demo_is_the_study_in_a_small_setting():
+    full, small = (
+        tomllib.loads((files("studies") / name).read_text())
+        for name in ("occupant_braking.toml", "occupant_demo.toml")
+    )
+    for table in ("model", "parameter", "response", "screen", "design"):
+        assert full[table] == small[table]
+    for key in ("model", "options", "nominal", "start", "tolerance", "variant"):
+        assert full["robust_layout"][key] == small["robust_layout"][key]
+    for key in ("evaluations", "budget", "rounds", "samples"):
+        assert full["robust_layout"][key] > small["robust_layout"][key]
+    assert dict(small["robust_layout"]["nominal"]) == NOMINAL
+
+
+def test_both_demonstrations_are_copied_and_load(tmp_path):
+    for name in STUDIES:
+        study = load_study(copy_study(tmp_path, name))
+        assert study.worst_case is not None
+    with pytest.raises(StudyError, match="no demonstration 'gunner'; there are occupant, welch20"):
+        copy_study(tmp_path, "gunner")
