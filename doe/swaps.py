@@ -31,7 +31,8 @@ FINEST = 2**12
 REFRESH = 2**18  # trials after which rounding errors of the products are swept out; fewer at the start,
 FIRST_CHUNK = 2**12  # where sums fall by orders of magnitude and need a finer whole scale
 STAGES = 200
-QUENCH = 0.1  # share of the trials that only go down, before the annealing
+# trials that only go down, before the annealing: one per entry of the design, within these shares of all
+QUENCH = (0.1, 0.5)
 # levels two swapped entries may be apart, as a share of n, at the start and at the end of the annealing: near
 # swaps change little and so are accepted still when the bar is low
 WIDE, NARROW = 0.3, 0.03
@@ -360,7 +361,8 @@ def anneal(
 ) -> None:
     """Go down, anneal about what was reached, go down again."""
     d, n = search.x.shape
-    quench, freeze = int(QUENCH * trials), int(FREEZE * trials)
+    least, most = QUENCH
+    quench, freeze = int(min(max(n * d, least * trials), most * trials)), int(FREEZE * trials)
     search.weigh(shares, search.values if reference is None else reference)
     search.run(quench, heat=0.0, cooled=1.0, feasible=feasible)
     search.back_to_best()

@@ -41,7 +41,7 @@ SAMPLERS: dict[str, Sampler] = {
     "CD2 swaps": lambda n, d, rng: doe.optimised_lhs(n, d, criterion="cd2", swaps=SWAPS, rng=rng),
     "MaxPro swaps": lambda n, d, rng: doe.optimised_lhs(n, d, criterion="maxpro", swaps=SWAPS, rng=rng),
     "joint swaps": lambda n, d, rng: doe.optimised_lhs(
-        n, d, criterion=("phi_p", "cd2", "correlation"), weights=(1, 8, 4), swaps=SWAPS, rng=rng
+        n, d, criterion=("phi_p", "cd2", "correlation"), weights=(8, 2, 1), swaps=SWAPS, rng=rng
     ),
 }
 SIZES = ((50, 20), (64, 8), (100, 10))
