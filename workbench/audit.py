@@ -91,7 +91,8 @@ def audit_runs(
     if corners is not None:
         corners = corners[where.allowed(corners)]
         left = np.array([tuple(np.round(c, 9)) not in run for c in corners], dtype=bool)
-        bounds = model.bound(where.features(corners[left]), BOUND_FACTOR) if left.any() else np.empty(0)
+        judge = model.cautious or model
+        bounds = judge.bound(where.features(corners[left]), BOUND_FACTOR) if left.any() else np.empty(0)
         corners_open = int((bounds > best).sum())
     monotone, share, towards = _monotonicity(where, model, sign=sign, rng=rng)
     numeric = [j for j, word in enumerate(towards) if word != 0]
@@ -166,7 +167,7 @@ def _combinations(
         points = sample.copy()
         points[:, discrete] = combination
         mine = np.all(np.abs(u[:, discrete] - combination) < 1e-9, axis=1)
-        bound = float(model.bound(where.features(points), BOUND_FACTOR).max())
+        bound = float((model.cautious or model).bound(where.features(points), BOUND_FACTOR).max())
         values = where.rows(points[:1])[0]
         out.append(
             {

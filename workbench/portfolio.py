@@ -126,9 +126,10 @@ def _best(
 ) -> np.ndarray | None:
     """The admissible point of the highest score of the proposal `name`, or None."""
     levels: list[np.ndarray | None] = list(where.levels)
-    acquisition = _acquisition(name, model.cautious if name == "cautious" and model.cautious else model)
+    judge = (model.cautious or model) if name in ("cautious", "combination") else model
+    acquisition = _acquisition(name, judge)
     if name == "combination":
-        levels = _highest_combination(where, model, pool)
+        levels = _highest_combination(where, judge, pool)
     elif name == "trust":
         levels = _trust_region(where, model, incumbent)
     elif name == "flip":

@@ -18,9 +18,9 @@ from workbench.gain import noticeable_gain
 from workbench.infill import log_expected_improvement
 from workbench.warp import Warp
 
-__all__ = ["SearchModel", "fit_search_model"]
+__all__ = ["SearchModel", "fit_rough_model", "fit_search_model"]
 
-WARP_RUNS = 8  # fewer runs cannot tell a warp from chance
+SPARE_RUNS = 6  # beyond the terms of the trend: fewer cannot tell a warp from chance
 WARP_GAIN = 2.0  # log-likelihood a warp must win to replace the identity
 NOISE_RUNS = 12
 NOISE_GAIN = 2.0  # log-likelihood that a free nugget must win
@@ -28,6 +28,8 @@ GROWTH = 1.25
 NUGGET = 1e-8  # relative to the process variance: the runs are taken as exact
 COLD_STARTS, WARM_STARTS = 5, 1
 MOST_INFLATION = 4.0
+ROUGHER, ROUGHEST_STEPS = 1.35, 12  # all theta are raised by this factor, at most so often,
+CREDIBLE = 2.0  # while the log-likelihood falls by less than this: half the 95 % point of chi^2_1
 CAUTION = 0.1  # smallest theta of the cautious model, of the mean theta
 
 
@@ -118,6 +120,26 @@ def _cautious(
     return _fit(features, v, model.trend, model.warp, seed=seed, theta=np.maximum(theta, floor))
 
 
+def fit_rough_model(features: np.ndarray, v: np.ndarray, model: SearchModel, *, seed: int) -> SearchModel:
+    """The roughest response that the runs do not refute, for bounds.
+
+    Matern 5/2 on the values as they are, a constant trend, no input inert, and all theta raised together as
+    long as the log-likelihood stays within its 95 % interval. A warp or a trend that fits the runs so far may
+    promise that nothing more is to come; this model makes no such promise.
+    """
+    nugget = max(model.kriging.nugget_, NUGGET)
+    plain = _fit(features, v, "constant", warps.IDENTITY, seed=seed, nugget=nugget)
+    theta = np.maximum(plain.kriging.theta_, CAUTION * float(plain.kriging.theta_.mean()))
+    rough = first = _fit(features, v, "constant", warps.IDENTITY, seed=seed, nugget=nugget, theta=theta)
+    for _ in range(ROUGHEST_STEPS):
+        theta = ROUGHER * theta
+        rougher = _fit(features, v, "constant", warps.IDENTITY, seed=seed, nugget=nugget, theta=theta)
+        if rougher.kriging.log_likelihood_ < first.kriging.log_likelihood_ - CREDIBLE:
+            break
+        rough = rougher
+    return rough
+
+
 def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None, seed: int) -> SearchModel:
     """Trend, warp and nugget are chosen anew when the number of runs has grown by a quarter.
 
@@ -143,7 +165,8 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
         rival = _fit(features, v, "constant", warps.IDENTITY, seed=seed)
         if _prediction_score(rival) > _prediction_score(chosen):
             chosen = rival
-    if n >= max(WARP_RUNS, p + 4):
+    terms = p + 1 if chosen.trend == "linear" else 1
+    if n - terms >= max(SPARE_RUNS, p // 2):
         chosen = _smoother(features, v, chosen, seed=seed)
         plain, bar = chosen, _likelihood_of_the_rest(chosen, v) + WARP_GAIN
         for warp in warps.candidates(v)[1:]:

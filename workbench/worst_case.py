@@ -32,7 +32,7 @@ from workbench.feasibility import Feasibility
 from workbench.gap import Gap, lipschitz_gap, remaining_gap
 from workbench.portfolio import predicted_worst, propose
 from workbench.search_ledger import FEWEST_RUNS, Ledger, Run
-from workbench.search_model import SearchModel, fit_search_model
+from workbench.search_model import SearchModel, fit_rough_model, fit_search_model
 from workbench.space import Space
 from workbench.streams import stream
 
@@ -225,16 +225,8 @@ def search_worst_case(
     while ledger.spent < budget:
         model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=model, seed=seed)
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
-        # the bound is climbed only when a cheap look at it suggests that the search is over
-        gap = remaining_gap(
-            where,
-            model,
-            u=ledger.u,
-            v=ledger.v,
-            feasibility=feasibility,
-            rng=stream(seed, "gap", replicate=ledger.spent),
-            polish=quiet >= QUIET_BATCHES,
-        )
+        # the full bound is sought only when a cheap look at it suggests that the search is over
+        gap = _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=quiet >= QUIET_BATCHES)
         if gap.kind == "enumerated":
             status = Status.EXHAUSTED
             break
@@ -268,7 +260,14 @@ def search_worst_case(
     if status is Status.CONVERGED:
         _run_corners(evaluate, ledger, budget=budget)
     return _result(
-        ledger, response=response, unit=unit, budget=budget, seed=seed, status=status, lipschitz=lipschitz
+        ledger,
+        response=response,
+        unit=unit,
+        budget=budget,
+        seed=seed,
+        status=status,
+        lipschitz=lipschitz,
+        previous=model,
     )
 
 
@@ -360,6 +359,23 @@ def _run_corners(evaluate: Evaluator, ledger: Ledger, *, budget: int) -> None:
         )
 
 
+def _gap(
+    ledger: Ledger, model: SearchModel, feasibility: Feasibility, *, seed: int, replicate: int, full: bool
+) -> Gap:
+    """The model-based gap; `full` with the roughest credible model and a climb, a cheap look without."""
+    features = ledger.where.features(ledger.u_ok)
+    return remaining_gap(
+        ledger.where,
+        model,
+        u=ledger.u,
+        v=ledger.v,
+        feasibility=feasibility,
+        rng=stream(seed, "gap", replicate=replicate),
+        rough=fit_rough_model(features, ledger.v, model, seed=seed) if full else None,
+        polish=full,
+    )
+
+
 def _result(
     ledger: Ledger,
     *,
@@ -369,19 +385,15 @@ def _result(
     seed: int,
     status: Status,
     lipschitz: float | None,
+    previous: SearchModel | None = None,
 ) -> WorstCase:
     """The record of a finished search: gap, audit and profile from a last Kriging of all runs."""
     where = ledger.where
-    model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=None, seed=seed)
+    # the search's choices are kept: the gap that is stated is the one that it stopped at
+    model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=previous, seed=seed)
     if lipschitz is None:
-        gap = remaining_gap(
-            where,
-            model,
-            u=ledger.u,
-            v=ledger.v,
-            feasibility=Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed),
-            rng=stream(seed, "gap"),
-        )
+        feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
+        gap = _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=True)
     else:
         gap = lipschitz_gap(where, u=ledger.u_ok, v=ledger.v, constant=lipschitz)
     best = ledger.best
