@@ -7,6 +7,7 @@ from typing import Any
 from workbench.atomic import read_json
 from workbench.store import Store
 from workbench.study import Study
+from workbench.validation import STAGES
 
 __all__ = ["plan_lines", "plan_study"]
 
@@ -30,11 +31,15 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
         runs["design"] = document["n"] if document else study.design.get("runs")
     if study.worst_case is not None and study.model["kind"] != "table":
         runs["worst_case"] = study.worst_case["budget"]
+    if study.robust_layout is not None:
+        table = study.robust_layout
+        # three baselines beside the rounds, and three layouts at every sample
+        runs["robust_layout"] = (table["rounds"] + 3) * table["budget"] + 3 * table["samples"]
     done = sum(n for status, n in counts.items() if status not in ("queued", "running"))
     pace = sum(walls) / len(walls) if walls else None
     most = sum(n for n in runs.values() if n)
     left = None if pace is None else max(most - done, 0) * pace / study.evaluate.get("workers", 1)
-    stages = [n for n in ("design", "screen", "worst_case") if getattr(study, n) is not None]
+    stages = [n for n in STAGES if getattr(study, n) is not None]
     return {
         "folder": str(place),
         "stages": [*stages, "report"],

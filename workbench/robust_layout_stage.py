@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.atomic import read_json, write_json
 from workbench.campaign import Campaign
+from workbench.engine.layout.purify import fractional_members
 from workbench.errors import HoldfastError, NotEnoughRuns, StudyError
 from workbench.layout_model import LayoutModel, load_layout_model
 from workbench.layout_runs import LayoutRuns
@@ -22,6 +23,7 @@ from workbench.model import ModelSpec
 from workbench.model_python import source_digest
 from workbench.robust import ReEvaluation, re_evaluate
 from workbench.robust_layout import (
+    SECOND,
     LoopSettings,
     Optimised,
     RobustLayout,
@@ -89,6 +91,7 @@ def run_robust_layout(campaign: Campaign, table: Mapping[str, Any]) -> dict[str,
         document = {
             **_document(model, found, compared, table),
             "screening": screened,
+            "second_start": _second_start(found, settings.tolerance),
             "variants": variants,
             "motion_case": moved,
             "runs": runs.counts(),
@@ -193,6 +196,22 @@ def _document(
     }
 
 
+def _second_start(found: RobustLayout, tolerance: float) -> dict[str, Any] | None:
+    """The worst of the layout from another start in all cases, and whether it agrees."""
+    if SECOND not in found.values or found.robust == SECOND:
+        others = [k for k in found.values if k.startswith("round")]
+        other = min((_largest(found.values[k]) for k in others), default=None)
+    else:
+        other = _largest(found.values[SECOND])
+    if other is None:
+        return None
+    return {"worst": other, "agrees": bool(abs(other - found.bound) <= tolerance * found.bound)}
+
+
+def _largest(values: list[float | None]) -> float:
+    return max((v for v in values if v is not None), default=float("inf"))
+
+
 def _names(found: RobustLayout) -> dict[str, str]:
     """Shown name -> name in the loop: the trivial layouts, the nominal-only one, the robust one."""
     out: dict[str, str] = {name: name for name in _TRIVIAL if name in found.layouts}
@@ -205,19 +224,18 @@ def _layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
     """`layout.json`: the robust layout in the response's terms, judged by true runs in all cases found."""
     density, source = found.layouts[found.robust], dict(found.document)
     if not source:  # a trivial layout won
-        made = model.problem(found.cases[:1])
-        source = {"history": [], "members": [], "budgets": [], "shadow_prices": {}, "verdicts": []}
-        source["budgets"] = [
-            {"name": name, "limit": float(limit), "used": float(used)}
-            for name, limit, used in zip(made.names, made.limits, made.costs @ density, strict=True)
-        ]
+        source = {"history": [], "members": [], "shadow_prices": {}, "verdicts": []}
+    problem = model.problem(found.cases[:1])
+    used = zip(problem.names, problem.limits, problem.costs @ density, strict=True)
     value = float(source.get("value", 0.0))
     slope = (model.as_response(value * 1.001) - model.as_response(value)) / (1e-3 * value) if value else 1.0
     counts: dict[str, int] = {}
     members = []
-    for member in source["members"]:
+    for member, there in zip(source["members"], density, strict=False):
         counts[member["kind"]] = counts.get(member["kind"], 0) + 1
-        members.append({**member, "name": f"{member['kind']} {counts[member['kind']]}"})
+        members.append(
+            {**member, "density": float(there), "name": f"{member['kind']} {counts[member['kind']]}"}
+        )
     drawing = getattr(model, "outlines", None)
     purified = source.get("purified")
     return {
@@ -228,6 +246,8 @@ def _layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
         "value": found.bound,
         "start_value": model.as_response(float(source.get("start_value", 0.0))),
         "density": density.tolist(),
+        "fractional": fractional_members(problem, density),
+        "budgets": [{"name": n, "limit": float(limit), "used": float(u)} for n, limit, u in used],
         "members": members,
         "outlines": [] if drawing is None else drawing(),
         "history": [

@@ -8,6 +8,8 @@ from workbench.study import Study
 
 __all__ = ["check_study"]
 
+STAGES = ("design", "screen", "worst_case", "layout", "robust", "robust_layout")
+
 
 def check_study(study: Study) -> dict[str, Any]:
     """Open the model (in a process of its own when it is code) and check that the tables fit together.
@@ -32,10 +34,21 @@ def check_study(study: Study) -> dict[str, Any]:
         )
     if kind not in ("table", "ask"):
         _open_elsewhere(spec)
-    stages = [name for name in ("design", "screen", "worst_case") if getattr(study, name) is not None]
+    if study.robust_layout is not None:
+        _check_layout_model(study)
+    stages = [name for name in STAGES if getattr(study, name) is not None]
     d = study.space.dimension
     summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {', '.join(stages)}"
     return {"valid": True, "summary": summary, **study.to_dict()}
+
+
+def _check_layout_model(study: Study) -> None:
+    from workbench.layout_model import load_layout_model
+
+    table = study.robust_layout or {}
+    for options in (table["options"], *({**table["options"], **v["options"]} for v in table["variant"])):
+        model = load_layout_model(table["model"], options, folder=study.folder)
+        study.response(model.response)
 
 
 def _open_elsewhere(spec: Any) -> None:

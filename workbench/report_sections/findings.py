@@ -109,6 +109,13 @@ def _layout(loop: Mapping[str, Any], unit: str) -> list[str]:
             f"{quantity(kept['nominal'], unit, 4)} instead of "
             f"{quantity(others['nominal only']['nominal'], unit, 4)} with the one made for that case alone."
         )
+    second = loop.get("second_start")
+    if second is not None:
+        agrees = "agrees" if second["agrees"] else "does not agree"
+        said.append(
+            f"A layout optimised from another start reaches {quantity(second['worst'], unit, 4)} in the same "
+            f"cases: it {agrees} within {100 * loop['tolerance']:.3g} %."
+        )
     return [*said, str(loop["status"])]
 
 
