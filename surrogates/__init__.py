@@ -21,6 +21,7 @@ _PUBLIC: dict[str, str] = {
     "morris_points": "surrogates.morris",
     "morris_effects": "surrogates.morris",
     "MorrisEffects": "surrogates.morris",
+    "selected_kriging": "surrogates.metamodel",
     "selection_stability": "surrogates.stability",
     "ScreeningDiagnosis": "surrogates.verdict",
     "ScreeningStep": "surrogates.screening",

@@ -15,7 +15,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from surrogates import Kriging, KrigingScreener, main_effects, selection_stability, sobol_indices
+from surrogates import (
+    Kriging,
+    KrigingScreener,
+    main_effects,
+    selected_kriging,
+    selection_stability,
+    sobol_indices,
+)
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome
 from workbench.parameter import Response
@@ -42,14 +49,15 @@ class Screening:
         response, unit: what was screened.   method, criterion, rule: how, in words.
         n_runs, n_left_out: runs used, and runs without a value.
         path: one mapping per step: step, selected, added, theta_common, theta, sigma2, nugget,
-        log_likelihood,
-            gain, accepted. theta is per unit of the [0, 1] scale of each parameter, squared.
+            log_likelihood, gain, accepted. theta is per unit of the [0, 1] scale of each parameter, squared.
         selected, ranking: names, most active first.
         theta: of the selected set, by name.
         verdict, advice: whether it is resolved, and what to do if not.
         stability: share of delete-a-tenth resamples that select the parameter, by name; empty for "welch".
-        kriging, leave_one_out, main_effects, sobol: of the Kriging with the selected parameters; empty if
-        none. diagnosis: facts about the search and the runs.
+        kriging, leave_one_out, main_effects, sobol: of the Kriging with the selected parameters (see
+            `surrogates.selected_kriging`); empty if none. kriging["interval_factor"] says how much wider than
+            plug-in its intervals had to be made.
+        diagnosis: facts about the search and the runs.
     """
 
     response: str
@@ -106,9 +114,8 @@ def screen(
     ('k',)
 
     Args:
-        rows: runs as outcomes of a campaign, mappings of parameters and response, a DataFrame or a
-        Dataset. Runs
-            that failed or have no finite response are left out and counted.
+        rows: runs as outcomes of a campaign, mappings of parameters and response, a DataFrame or a Dataset.
+            Runs that failed or have no finite response are left out and counted.
         method: "default", "forward" (as published) or "welch".
         seed: of the starts, the resamples and the draws.
         n_selected: how many parameters to select, instead of deciding it.
@@ -179,19 +186,8 @@ class _Model:
     def fit(
         cls, screener: KrigingScreener, x: np.ndarray, y: np.ndarray, ids: list[str], seed: int
     ) -> "_Model":
-        columns = screener.selected_.tolist()
-        labels = [i for i, k in enumerate(columns) if k in set(screener.categorical)]
-        start = np.maximum(screener.theta_[columns], 1e-8)
-        # the nugget that the screening found, so that noise is not interpolated
-        kriging = Kriging(
-            correlation="gaussian",
-            nugget=screener.nugget_,
-            theta_start=start,
-            n_starts=4,
-            categorical=labels or None,
-            seed=seed,
-        )
-        return cls(columns, kriging.fit(x[:, columns], y, run_ids=ids), x, seed)
+        columns = screener.get_support(indices=True).tolist()
+        return cls(columns, selected_kriging(screener, x, y, run_ids=ids), x, seed)
 
     def _by_name(self, values: np.ndarray, names: Sequence[str]) -> dict[str, float]:
         return {names[k]: float(v) for k, v in zip(self.columns, values, strict=True)}
@@ -206,6 +202,7 @@ class _Model:
             "nugget": float(k.nugget_),
             "beta": [float(b) for b in np.ravel(k.beta_)],
             "log_likelihood": float(k.log_likelihood_),
+            "interval_factor": float(k.interval_factor_),
         }
 
     def leave_one_out(self) -> dict[str, Any]:

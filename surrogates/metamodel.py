@@ -1,0 +1,55 @@
+"""The Kriging of the inputs that a screening selected: what prediction, effects and intervals rest on."""
+
+from collections.abc import Hashable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from sklearn.utils.validation import check_is_fitted
+
+from .errors import TooFewRuns
+from .kriging import Kriging
+from .screening import KrigingScreener
+
+__all__ = ["selected_kriging"]
+
+STARTS = 4  # the screening has found the maximum already
+# ten refits of larger designs take long, and there plug-in intervals are hardly too narrow
+CALIBRATED_RUNS = 300
+
+
+def selected_kriging(
+    screener: KrigingScreener, X: ArrayLike, y: ArrayLike, *, run_ids: Sequence[Hashable] | None = None
+) -> Kriging:
+    """A Kriging of the selected columns of the runs X (n, d), y (n,) that the screener was fitted to.
+
+    It starts from the theta of the screening. Up to 300 runs the nugget is chosen anew from a ladder (noise
+    is not interpolated, and the floor of the screening does not blur what is smooth) and the intervals are
+    widened by cross-validation (see `surrogates.calibration`): `interval_factor_` says by how much. Larger
+    designs keep the nugget of the screening and plug-in intervals. Predict with
+    `model.predict(screener.transform(X))`; a new run scatters by nugget_ * sigma2_ more than that.
+
+    Raises TooFewRuns when nothing was selected.
+
+    >>> x = np.random.default_rng(1).random((30, 6))
+    >>> y = np.sin(5 * x[:, 2]) + x[:, 4] ** 2
+    >>> model = selected_kriging(KrigingScreener().fit(x, y), x, y)
+    >>> model.n_features_in_, bool(model.diagnosis_.q2 > 0.99)
+    (2, True)
+    """
+    check_is_fitted(screener)
+    columns = [int(k) for k in screener.get_support(indices=True)]
+    if not columns:
+        raise TooFewRuns("no input was selected, so there is nothing to model: add runs and screen again")
+    labels = {int(k) % screener.n_features_in_ for k in screener.categorical}
+    small = len(np.asarray(y)) <= CALIBRATED_RUNS
+    model = Kriging(
+        correlation="gaussian" if screener.eta == 2.0 else "power_exponential",
+        eta=screener.eta,
+        nugget="ladder" if small else screener.nugget_,
+        theta_start=np.maximum(screener.theta_[columns], 1e-8),
+        n_starts=STARTS,
+        categorical=[i for i, k in enumerate(columns) if k in labels] or None,
+        calibration="cross_validation" if small else "none",
+        seed=screener.seed,
+    )
+    return model.fit(screener.transform(X), y, run_ids=run_ids)

@@ -1,0 +1,75 @@
+"""The Kriging of the selected inputs: what it takes over, and whether its intervals keep their promise."""
+
+import numpy as np
+import pytest
+
+from studies.screening_functions import FUNCTIONS
+from surrogates import KrigingScreener, TooFewRuns, selected_kriging
+
+# of new runs, nominal 0.95, mean over six samples: between them its standard error is about 0.01
+LOWEST, HIGHEST = 0.90, 0.99
+
+CASES = {
+    "welch": (64, 20, FUNCTIONS["welch"].evaluate, 0.0),
+    "friedman": (64, 20, FUNCTIONS["friedman"].evaluate, 0.0),
+    "noisy welch": (100, 20, FUNCTIONS["welch"].evaluate, 0.1),
+    "ratio": (
+        50,
+        5,
+        lambda x: (1 + x[:, 0]) / (1 + x[:, 1]) + x[:, 2] * x[:, 3] * x[:, 4],
+        0.0,
+    ),
+}
+
+
+def sample(n, d, rng):
+    return (np.argsort(rng.random((d, n)), axis=1).T + rng.random((n, d))) / n
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_intervals_hold_new_runs(name):
+    n, d, f, noise = CASES[name]
+    held = []
+    for seed in range(6):
+        rng = np.random.default_rng([seed, n, d])
+        x = sample(n, d, rng)
+        y = f(x)
+        scatter = noise * y.std()
+        y = y + scatter * rng.standard_normal(n)
+        screener = KrigingScreener().fit(x, y)
+        model = selected_kriging(screener, x, y)
+        points = rng.random((1000, d))
+        mean, std = model.predict(screener.transform(points), return_std=True)
+        half = 1.96 * np.sqrt(std**2 + model.nugget_ * model.sigma2_)
+        held.append(np.mean(np.abs(f(points) + scatter * rng.standard_normal(1000) - mean) < half))
+    assert LOWEST < np.mean(held) < HIGHEST, held
+
+
+def test_labels_and_names_of_runs_come_along():
+    rng = np.random.default_rng(3)
+    x = rng.random((40, 5))
+    x[:, 3] = rng.integers(0, 3, 40)
+    y = np.array([2.0, 0.0, 5.0])[x[:, 3].astype(int)] + x[:, 1]
+    screener = KrigingScreener(categorical=[3]).fit(x, y)
+    model = selected_kriging(screener, x, y, run_ids=[f"r{i}" for i in range(40)])
+    assert model.categorical == [1]
+    assert model.leave_one_out().run_ids[0] == "r0"
+    assert model.interval_factor_ >= 1.0
+
+
+def test_large_designs_keep_the_nugget_of_the_screening():
+    rng = np.random.default_rng(4)
+    x = rng.random((310, 2))
+    y = np.sin(5 * x[:, 0]) + 0.2 * rng.standard_normal(310)
+    screener = KrigingScreener().fit(x, y)
+    model = selected_kriging(screener, x, y)
+    assert model.nugget_ == pytest.approx(screener.nugget_)
+    assert model.interval_factor_ == 1.0
+
+
+def test_nothing_selected_is_refused():
+    rng = np.random.default_rng(5)
+    x, y = rng.random((30, 4)), np.full(30, 2.0)
+    with pytest.raises(TooFewRuns, match="no input was selected, so there is nothing to model: add runs"):
+        selected_kriging(KrigingScreener().fit(x, y), x, y)
