@@ -115,11 +115,27 @@ def tell(
 
 
 @app.command()
-def screen(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+def screen(
+    study: StudyFile,
+    folder: Folder = None,
+    method: Annotated[
+        str | None,
+        typer.Option(help="Look again by another method: default, forward, welch, rivals, morris or hybrid."),
+    ] = None,
+    trajectories: Annotated[int, typer.Option(min=1, help="Of Morris, each d + 1 runs.")] = 4,
+    json_: Json = False,
+) -> None:
     """Which parameters matter, from the runs that are stored."""
     from workbench.stages import screen as stage
     from workbench.summaries import screening_lines
 
+    if method is not None:
+        from workbench.other_screenings import other_screening, other_screening_lines
+
+        with _campaign(study, folder) as campaign:
+            other = other_screening(campaign, method, trajectories=trajectories)
+        _finish(other, json_, lambda: _print(other_screening_lines(other)))
+        return
     with _campaign(study, folder) as campaign:
         document = stage(campaign)
     _finish(document, json_, lambda: _print(screening_lines(document)))
@@ -205,8 +221,33 @@ def validate(
 
 
 @app.command()
-def plan(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
-    """What `run` would do: stages, runs, runs already made, and how long that takes at the pace so far."""
+def plan(
+    study: Annotated[Path | None, typer.Argument(help="The study file.", metavar="[STUDY]")] = None,
+    folder: Folder = None,
+    factors: Annotated[
+        int | None, typer.Option(min=1, help="How many runs does a screening of so many parameters need?")
+    ] = None,
+    actives: Annotated[int | None, typer.Option(min=1, help="About how many matter [default: 6].")] = None,
+    noise: Annotated[
+        float, typer.Option(min=0.0, help="Standard deviation of the noise over that of the response.")
+    ] = 0.0,
+    target: Annotated[float, typer.Option(help="Share of screenings that should be exactly right.")] = 0.9,
+    trials: Annotated[int, typer.Option(min=1, help="Simulated screenings per number of runs.")] = 20,
+    json_: Json = False,
+) -> None:
+    """What `run` would do: stages, runs, runs already made, and how long that takes at the pace so far.
+
+    With --factors: how many runs to plan for a screening, by simulation.
+    """
+    if factors is not None:
+        from workbench.run_planning import plan_runs, run_plan_lines
+
+        active = min(6, factors) if actives is None else actives
+        found = plan_runs(factors, active, noise=noise, target=target, trials=trials).to_dict()
+        _finish(found, json_, lambda: _print(run_plan_lines(found)))
+        return
+    if study is None:
+        raise typer.BadParameter("give a study file, or --factors for the runs of a screening")
     from workbench.planning import plan_lines, plan_study
     from workbench.study import load_study
 

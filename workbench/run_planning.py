@@ -12,7 +12,7 @@ from surrogates import Recovery, recovery
 from workbench.errors import StudyError
 from workbench.streams import stream
 
-__all__ = ["RunPlan", "plan_runs"]
+__all__ = ["RunPlan", "plan_runs", "run_plan_lines"]
 
 DEFAULT_ACTIVE = 6
 MOST_INPUTS = 60  # a simulated screening of more takes many seconds
@@ -119,3 +119,19 @@ def plan_runs(
         runs=reached,
         advice=advice,
     )
+
+
+def run_plan_lines(document: dict[str, Any]) -> list[str]:
+    """The plan for a person: recovery by number of runs, then the advice."""
+    noise = f", noise {document['noise']:.0%} of the response" if document["noise"] else ""
+    lines = [f"{document['inputs']} parameters, about {document['active']} of them active{noise}"]
+    lines.append("  runs   exactly right (95 % interval)   missed   false   resolved")
+    for row in document["table"]:
+        low, high = row["exact_interval"]
+        lines.append(
+            f"  {row['n']:4d}   {row['exact']:13.0%} ({low:.0%} to {high:.0%})".ljust(41)
+            + f"{row['missed']:6.2f}   {row['false']:5.2f}   {row['resolved']:8.0%}"
+        )
+    tried = document["table"][0]["trials"]
+    lines.append(f"from {tried} simulated screenings of smooth functions on Latin hypercubes per line")
+    return [*lines, document["advice"]]

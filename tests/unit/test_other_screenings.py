@@ -1,0 +1,144 @@
+"""Other looks at the runs of a campaign: `holdfast screen --method`, and `holdfast plan --factors`."""
+
+import json
+import textwrap
+
+import pytest
+
+from workbench.campaign import Campaign
+from workbench.errors import StudyError
+from workbench.other_screenings import OTHER_METHODS, other_screening, other_screening_lines
+from workbench.stages import design, evaluate
+
+STUDY = """
+[study]
+name = "bracket"
+seed = 4
+
+[model]
+kind = "python"
+function = "bracket.py:deflection"
+
+[[parameter]]
+name = "force"
+lower = 0
+upper = 2
+unit = "kN"
+
+[[parameter]]
+name = "length"
+lower = 1
+upper = 3
+unit = "m"
+
+[[parameter]]
+name = "paint"
+lower = 0
+upper = 1
+
+[[parameter]]
+name = "grease"
+lower = 0
+upper = 1
+
+[[response]]
+name = "deflection"
+unit = "mm"
+
+[design]
+kind = "lhs"
+runs = 24
+
+[screen]
+response = "deflection"
+"""
+MODEL = """
+def deflection(force, length, paint, grease):
+    {body}return force * length**3
+"""
+
+
+def campaign_of(folder, body=""):
+    (folder / "bracket.py").write_text(textwrap.dedent(MODEL).format(body=body))
+    (folder / "study.toml").write_text(STUDY)
+    campaign = Campaign.from_file(folder / "study.toml")
+    design(campaign)
+    evaluate(campaign)
+    return campaign
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    with campaign_of(tmp_path) as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("method", OTHER_METHODS)
+def test_every_method_gives_a_document_with_names(campaign, method):
+    document = other_screening(campaign, method)
+    json.dumps(document, allow_nan=False)
+    lines = other_screening_lines(document)
+    assert max(map(len, lines)) < 200
+    if method == "rivals":
+        assert {one["method"] for one in document["rankings"]} >= {"default", "forest", "sobol"}
+        first = next(one for one in document["rankings"] if one["method"] == "default")
+        assert set(first["selected"]) == {"force", "length"}
+    elif method in ("forward", "welch"):
+        # as published, the inert inputs may leave the pool first: the active two share the common theta then
+        assert set(document["ranking"]) == {"force", "length", "paint", "grease"}
+    else:
+        assert set(document["ranking"][:2]) == {"force", "length"}
+    # the study's own screening is not touched
+    assert not (campaign.folder / "screening.json").exists()
+
+
+def test_morris_makes_its_runs_once_and_beside_the_design(campaign):
+    before = len(campaign.runs())
+    first = other_screening(campaign, "morris", trajectories=2)
+    assert first["n_runs"] == 2 * 5
+    assert len(campaign.runs()) == before + 10
+    assert other_screening(campaign, "morris", trajectories=2) == first
+    assert len(campaign.runs()) == before + 10
+    assert first["mu_star"]["paint"] == 0.0
+
+
+def test_hybrid_reads_morris_and_stored_runs_together(campaign):
+    document = other_screening(campaign, "hybrid")
+    assert (document["n_runs"], document["stored_runs"]) == (4 * 5, 24)
+    assert set(document["selected"]) == set(document["agreed"]) == {"force", "length"}
+    assert document["disputed"] == []
+
+
+def test_a_failed_run_takes_its_trajectory_with_it(tmp_path):
+    broken = "\n    if paint > 0.3 and grease < 0.7 and force > 1.9:\n        raise ValueError('torn')\n    "
+    with campaign_of(tmp_path, broken) as campaign:
+        document = other_screening(campaign, "morris", trajectories=6)
+    assert document["n_runs"] + document["n_left_out"] == 6 * 5
+    assert document["n_left_out"] % 5 == 0
+
+
+def test_bad_requests_are_refused_with_a_cure(campaign):
+    with pytest.raises(StudyError, match=r"one of default, forward, .*hybrid, got 'magic'"):
+        other_screening(campaign, "magic")
+
+
+def test_command_line(campaign, capsys):
+    from tests.unit.test_cli import in_process
+
+    campaign.close()
+    study = campaign.folder.parent / "study.toml"
+    code, out, _ = in_process("screen", study, "--method", "morris", "--json", capsys=capsys)
+    assert code == 0
+    assert json.loads(out)["ranking"][0] in {"force", "length"}
+    code, out, err = in_process("screen", study, "--method", "magic", capsys=capsys)
+    assert code == 2
+    assert "got 'magic'" in err
+    code, out, _ = in_process("plan", "--factors", 5, "--actives", 2, "--trials", 4, capsys=capsys)
+    assert code == 0
+    assert "5 parameters, about 2 of them active" in out
+    code, _, err = in_process("plan", capsys=capsys)
+    assert code == 2
+    assert "--factors" in err
+    code, _, err = in_process("plan", "--factors", 3, "--actives", 5, capsys=capsys)
+    assert code == 2
+    assert "1 <= active <= inputs" in err
