@@ -31,6 +31,7 @@ from scipy.stats import qmc
 import doe
 from studies.screening_functions import FUNCTIONS
 from surrogates import KrigingScreener, wilson_interval
+from surrogates.backward import alone
 from surrogates.canonical import canonical_runs
 from surrogates.forward import split
 from surrogates.landscape import landscape_of
@@ -100,6 +101,20 @@ SETTINGS: dict[str, tuple[list[tuple[str, str, int, str]], int]] = {
         ),
         12,
     ),
+    "rates": (
+        _cells(["welch"], SAMPLERS, [50, 64, 80], ["default"])
+        + _cells(["welch"], ["ihs"], [40], ["default"]),
+        100,
+    ),
+    "functions": (
+        _cells(
+            [f for f in FUNCTIONS if f != "welch"],
+            ["lhs", "ihs", "d_optimal"],
+            [40, 64],
+            ["forward", "default"],
+        ),
+        25,
+    ),
     "welch": (
         _cells(["welch"], SAMPLERS, [50], ["forward", "default"])
         + _cells(["welch"], ["lhs", "ihs", "d_optimal"], [40, 64], ["forward", "default"])
@@ -163,10 +178,12 @@ def _failure(screener: KrigingScreener, x: Array, y: Array, active: set[int]) ->
     bounds = screener.diagnosis_.nugget_bounds
 
     def best(members: Iterable[int]) -> float:
-        partition = split(ground.n_units, tuple(place[k] for k in members))
+        units = tuple(place[k] for k in members)
+        # the published search lets the other inputs share a theta, the default gives them none
+        partition = alone(units) if screener.method == "default" else split(ground.n_units, units)
+        common = [-8.0] * (len(partition) - len(units))
         starts = [
-            np.array([*[own] * (len(partition) - 1), -8.0, np.log(bounds[0])])
-            for own in (-4, -3, -2, -1, 0, 1)
+            np.array([*[own] * len(units), *common, np.log(bounds[0])]) for own in (-4, -3, -2, -1, 0, 1)
         ]
         ends = [
             ground.climb(partition, s, nugget=bounds, tolerance=1e-3, max_evaluations=100).value
