@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from workbench.errors import StudyError
 
-__all__ = ["Evaluator", "FunctionEvaluator", "Outcome", "Reading", "response_reader"]
+__all__ = ["Evaluator", "FunctionEvaluator", "Outcome", "Reading", "response_name", "response_reader"]
 
 Reading = Callable[[Mapping[str, float]], float]
 
@@ -71,6 +71,11 @@ class FunctionEvaluator:
         if not all(isfinite(value) for value in outputs.values()):
             return Outcome(parameters=row, status="nonfinite", key=key, error=f"the model returned {outputs}")
         return Outcome(parameters=row, status="ok", outputs=outputs, key=key)
+
+
+def response_name(response: str | Reading | None) -> str:
+    """How the searched number is called in documents."""
+    return response if isinstance(response, str) else "y" if response is None else "combination"
 
 
 def response_reader(response: str | Reading | None) -> Reading:

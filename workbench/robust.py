@@ -14,7 +14,7 @@ given).
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,12 +22,14 @@ from scipy.stats import binom
 
 import doe
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import Evaluator, FunctionEvaluator, Reading, response_reader
+from workbench.evaluator import Evaluator, FunctionEvaluator, Reading, response_name, response_reader
 from workbench.space import Space
 from workbench.streams import stream
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from workbench.rescreening import Rescreening
 
 __all__ = ["ReEvaluation", "Summary", "re_evaluate", "wilson"]
 
@@ -69,6 +71,8 @@ class ReEvaluation:
     sense: str
     limit: float | None
     unit: str
+    response: str = "y"
+    screenings: "tuple[Rescreening, ...]" = ()
 
     def frame(self) -> "pd.DataFrame":
         """One row per scenario: its parameters, then one column per design."""
@@ -83,6 +87,7 @@ class ReEvaluation:
         """The document `robust.json`."""
         return {
             "designs": list(self.designs),
+            "response": self.response,
             "sense": self.sense,
             "unit": self.unit,
             "limit": self.limit,
@@ -93,6 +98,7 @@ class ReEvaluation:
                 for j, name in enumerate(self.designs)
             },
             "paired": {name: list(interval) for name, interval in self.paired.items()},
+            "screenings": [screening.to_dict() for screening in self.screenings],
             "summaries": [
                 {
                     "design": s.design,
@@ -143,6 +149,7 @@ def re_evaluate(
     nominal: Mapping[str, Any] | None = None,
     extra_scenarios: Sequence[Mapping[str, Any]] = (),
     evaluators: Mapping[str, Evaluator] | None = None,
+    screened: int = 0,
 ) -> ReEvaluation:
     """Run every design at the same `samples` points of the uncertainty and compare.
 
@@ -161,6 +168,8 @@ def re_evaluate(
             enter the
             worst value and the regret, not the mean, the quantiles or the share beyond the limit.
         evaluators: name -> evaluator that stores its runs; the function is called in this process otherwise.
+        screened: how many of the samples to screen for every design, at least 10, which tells which
+            parameters matter to it and what changed; 0 does not screen.
 
     Raises:
         StudyError: no design, fewer than 10 samples, an extra scenario or nominal point outside the space.
@@ -176,6 +185,8 @@ def re_evaluate(
         raise StudyError("re_evaluate needs at least one design, got none")
     if samples < FEWEST:
         raise StudyError(f"samples needs at least {FEWEST}, got {samples}")
+    if screened and not FEWEST <= screened <= samples:
+        raise StudyError(f"screened needs 0 or {FEWEST} to samples={samples}, got {screened}")
     if sense not in ("max", "min"):
         raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
     read = response_reader(response)
@@ -195,9 +206,17 @@ def re_evaluate(
         evaluate = evaluators[name] if evaluators is not None else FunctionEvaluator(with_design)
         outcomes = evaluate(rows, purpose=f"robust {name}")
         values[:, j] = [read(o.outputs) if o.status == "ok" else np.nan for o in outcomes]
-    return _compared(
+    result = _compared(
         names, rows, values, n_drawn=len(drawn), sense=sense, unit=unit, limit=limit, nominal=nominal
     )
+    result = replace(result, response=response_name(response))
+    if not screened:
+        return result
+    from workbench.rescreening import re_screen  # brings pandas and xarray
+
+    kept = min(screened, len(drawn))
+    by_design = {name: values[:kept, j] for j, name in enumerate(names)}
+    return replace(result, screenings=re_screen(drawn[:kept], by_design, uncertainty, seed=seed))
 
 
 def _scenarios(uncertainty: Space, samples: int, seed: int) -> list[dict[str, Any]]:

@@ -27,7 +27,7 @@ import doe
 from workbench.audit import Audit, audit_runs
 from workbench.baselines import Baseline, predicted_baselines
 from workbench.errors import StudyError
-from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading
+from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading, response_name
 from workbench.feasibility import Feasibility
 from workbench.gap import Gap, lipschitz_gap, remaining_gap
 from workbench.portfolio import predicted_worst, propose
@@ -398,7 +398,7 @@ def _result(
         gap = lipschitz_gap(where, u=ledger.u_ok, v=ledger.v, constant=lipschitz)
     best = ledger.best
     return WorstCase(
-        response=response if isinstance(response, str) else "y" if response is None else "combination",
+        response=response_name(response),
         unit=unit,
         sense="max" if ledger.sign > 0 else "min",
         value=float(best.value if best.value is not None else np.nan),

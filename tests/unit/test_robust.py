@@ -121,3 +121,27 @@ def test_shares_stay_inside_their_intervals_over_seeds():
         hits += low <= 0.25 <= high
     assert hits >= 36  # 95 % nominal; a Latin hypercube only narrows the spread
     assert np.isfinite(hits)
+
+
+def test_a_design_that_silences_one_parameter_is_told():
+    """The new design does without the force: only g is left to matter."""
+    designs = {"old": {"k": 3.0}, "new": {"k": 0.0}}
+    result = re_evaluate(response, designs, U, samples=60, seed=2, screened=40, response=None)
+    old, new = result.screenings
+    assert set(old.selected) == {"f", "g"}
+    assert old.appeared == old.vanished == ()
+    assert new.selected == ("g",)
+    assert new.vanished == ("f",)
+    assert new.sentence == "new: g (f no longer matters)"
+    assert result.to_dict()["screenings"][1]["vanished"] == ["f"]
+
+
+def test_the_document_names_its_response():
+    result = re_evaluate(lambda x, u: {"peak": u["f"]}, {"a": {}}, U, samples=20, response="peak")
+    assert result.to_dict()["response"] == "peak"
+    assert result.to_dict()["screenings"] == []
+
+
+def test_screening_more_than_was_drawn_is_refused():
+    with pytest.raises(StudyError, match="screened needs 0 or 10 to samples=20, got 30"):
+        re_evaluate(response, DESIGNS, U, samples=20, screened=30)

@@ -44,6 +44,9 @@ def robust_section(folder: CampaignFolder) -> Section | None:
             f"{number(low, 4)} to "
             f"{number(high, 4)}."
         )
+    screenings = list(robust.get("screenings") or [])
+    if screenings:
+        sentences.append("What matters to each design: " + "; ".join(s["sentence"] for s in screenings) + ".")
     failed = sum(int(s.get("failed") or 0) for s in summaries)
     blocks: list[Block] = []
     if failed:
@@ -63,7 +66,8 @@ def robust_section(folder: CampaignFolder) -> Section | None:
         sentences=tuple(sentences),
         blocks=tuple(blocks),
         numbers={
-            key: robust.get(key) for key in ("designs", "samples", "limit", "unit", "paired", "summaries")
+            key: robust.get(key)
+            for key in ("designs", "samples", "limit", "unit", "paired", "summaries", "screenings")
         },
     )
 
