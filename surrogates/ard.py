@@ -32,6 +32,7 @@ LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
 SPARE = 3  # units beyond the chosen set that are climbed on all runs
 MOST_TAKEN_IN = 10  # units that all runs may add to what the search runs showed
+LENIENT = 0.5  # of the threshold: what orders the units beyond the chosen set
 
 
 def threshold_for(n_units: int, risk: float = 0.1) -> float:
@@ -55,6 +56,8 @@ class ArdScreening:
     Attributes:
         chain: nested sets through the chosen one.
         chosen: index of the chosen set in the chain.
+        next_in_line: units beyond the chosen set, most promising first: those of the set that is best when
+            the threshold is halved.
         search: the multi-start.
         rivals: the best other set of each other maximum, with its score below the chosen one's.
         margin: the smallest such fall to a set that misses a unit of the chosen one.
@@ -65,6 +68,7 @@ class ArdScreening:
 
     chain: Chain
     chosen: int
+    next_in_line: tuple[int, ...]
     search: Search
     rivals: tuple[tuple[tuple[int, ...], float], ...]
     margin: float
@@ -119,6 +123,7 @@ def ard_screening(
         if set(most_active(ground, optimum, k)) == set(best.sets[chosen])
     )
     rivals, margin = _rivals(best, chosen, chains, threshold)
+    line = _entering(max([best, *chains], key=lambda c: c.score(LENIENT * threshold)), LENIENT * threshold)
     if rows is not None:
         best = _on_all_runs(
             runs,
@@ -134,6 +139,7 @@ def ard_screening(
     return ArdScreening(
         chain=best,
         chosen=chosen,
+        next_in_line=line,
         search=search,
         rivals=rivals,
         margin=margin,
@@ -142,6 +148,14 @@ def ard_screening(
         agreeing=agreeing,
         search_runs=ground.n_runs,
     )
+
+
+def _entering(chain: Chain, threshold: float) -> tuple[int, ...]:
+    """The units of a chain's best set, the last to be taken out first."""
+    order: list[int] = []
+    for members in reversed(chain.sets[chain.best(threshold) :]):
+        order += [u for u in members if u not in order]
+    return tuple(order)
 
 
 def _starts_affordable(n_starts: int, n_units: int, n_runs: int) -> int:

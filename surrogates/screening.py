@@ -84,6 +84,7 @@ class _Found:
     evaluations: int = 0
     margin: float = float("inf")
     rest_gain: float = float("nan")
+    next_in_line: tuple[int, ...] = ()
     rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
 
 
@@ -214,7 +215,10 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         order: list[int] = []
         if found is not None:
             steps, base = self._steps(runs, found, d)
-            order = [k for step in steps for k in step.added]
+            order = [k for step in steps if step.accepted for k in step.added]
+            for u in found.next_in_line:
+                order += [k for k in runs.given(u) if k not in order]
+            order += [k for step in steps for k in step.added if k not in order]
             best = found.optima[found.accepted]
             landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
             q2 = left_out_q2(landscape, best)
@@ -429,6 +433,7 @@ def _default(
         rivals=result.rivals,
         margin=result.margin,
         rest_gain=result.rest_gain,
+        next_in_line=result.next_in_line,
     )
 
 

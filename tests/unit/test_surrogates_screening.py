@@ -75,6 +75,22 @@ def test_pure_noise_is_not_resolved():
     assert screener.diagnosis_.advice
 
 
+def test_ranking_goes_on_beyond_the_selection():
+    """Too few runs for the weak inputs to be selected: they should still stand before the inert ones."""
+    first = selected = 0
+    for seed in range(6):
+        x = np.random.default_rng(seed).random((24, 10))
+        y = np.sin(5 * x[:, 3]) + x[:, 7] + 0.35 * x[:, 1] + 0.35 * x[:, 9]
+        screener = KrigingScreener(threshold=6.0).fit(x, y)
+        k = len(screener.selected_)
+        assert list(screener.ranking_[:k]) == list(screener.selected_)
+        assert sorted(screener.ranking_) == list(range(10))
+        selected += set(screener.selected_) >= {1, 3, 7, 9}
+        first += set(screener.ranking_[:4]) == {1, 3, 7, 9}
+    assert first >= 5
+    assert first >= selected
+
+
 def test_grouped_inputs_enter_together():
     x, _ = data(50)
     y = np.sin(5 * x[:, 2]) + np.cos(4 * x[:, 0]) + 2 * x[:, 1]
