@@ -98,9 +98,10 @@ class Ledger:
                 std=None if std is None else float(std[i]),
             )
             if run.value is not None and not np.isfinite(run.value):
+                # the outputs are finite: a reading such as `within` leaves this run out
                 run = Run(
                     key=run.key, number=run.number, proposal=run.proposal, parameters=run.parameters,
-                    status="nonfinite", value=None,
+                    status="excluded", value=None,
                 )  # fmt: skip
             self.runs.append(run)
             self._u.append(np.asarray(point, dtype=float))

@@ -1,0 +1,70 @@
+"""Worst cases of several responses: of each, of a weighted sum, of one within limits of another."""
+
+import numpy as np
+import pytest
+
+from workbench.errors import StudyError
+from workbench.readings import weighted, within
+from workbench.space import Parameter, Space
+from workbench.worst_case import worst_case
+from workbench.worst_cases import worst_cases
+
+BOX = Space([Parameter("a", lower=0.0, upper=2.0), Parameter("b", lower=0.0, upper=1.0)])
+
+
+def model(a, b):
+    return {"load": a * (1 + b), "travel": a * a + b}
+
+
+def test_every_response_has_its_worst_case_and_the_runs_are_shared():
+    calls = []
+
+    def counted(a, b):
+        calls.append((a, b))
+        return model(a, b)
+
+    found = worst_cases(counted, BOX, {"load": "max", "travel": "min"}, budget=24, seed=1)
+    assert found["load"].value == pytest.approx(4.0)
+    assert found["travel"].value == pytest.approx(0.0, abs=1e-3)
+    assert len(calls) <= 24
+    # the second search began with all runs of the first and drew no start design of its own
+    assert sum(run.number == 0 for run in found["travel"].runs) == found["load"].evaluations
+    assert not any(run.proposal == "start" for run in found["travel"].runs)
+
+
+def test_a_weighted_sum_is_searched():
+    found = worst_case(model, BOX, response=weighted({"load": 1.0, "travel": -2.0}), budget=30, seed=0)
+    # a (1 + b) - 2 (a^2 + b): b pays only where a > 2, so b = 0 and a = 1/4
+    assert found.value == pytest.approx(0.125, abs=1e-3)
+    assert found.parameters["b"] == pytest.approx(0.0, abs=1e-2)
+
+
+def test_runs_outside_the_limits_are_excluded_and_counted():
+    found = worst_case(model, BOX, response=within("load", {"travel": (None, 2.0)}), budget=45, seed=0)
+    # a (1 + b) with a^2 + b = 2: a (3 - a^2) is largest at a = 1, b = 1
+    assert found.value == pytest.approx(2.0, rel=0.01)
+    assert set(found.failures) == {"excluded"}
+    for run in found.runs:
+        assert (run.status == "excluded") == (model(**run.parameters)["travel"] > 2.0)
+
+
+def test_limits_are_inclusive_and_open_sides_are_open():
+    read = within("a", {"b": (1.0, None)})
+    assert read({"a": 5.0, "b": 1.0}) == 5.0
+    assert np.isnan(read({"a": 5.0, "b": 0.999}))
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda: weighted({}), "weighted needs at least one response with its weight, got none"),
+        (lambda: within("a", {}), r"within\('a', ...\) needs at least one limit, got none"),
+        (lambda: within("a", {"b": (2.0, 1.0)}), r"limits of 'b' need low <= high, got \(2, 1\)"),
+        (lambda: weighted({"z": 1.0})(model(1, 1)), "response 'z' is not among the model's outputs"),
+        (lambda: within("load", {"z": (0, 1)})(model(1, 1)), "response 'z' is not among the model's outputs"),
+        (lambda: worst_cases(model, BOX, {}), "worst_cases needs at least one response with 'max' or 'min'"),
+    ],
+)
+def test_bad_input_is_named(make, match):
+    with pytest.raises(StudyError, match=match):
+        make()

@@ -1,0 +1,84 @@
+"""What is searched when a model has several responses: a weighted sum, or one within limits of the others.
+
+    weighted({"chest": 1.0, "head": 0.5})            sum of w_k y_k
+    within("chest", {"travel": (None, 250.0)})       chest, of those runs whose travel is at most 250
+
+Both are given to a search as `response=`. A run outside the limits is a run without a value: it is counted
+as "excluded", and the search learns where such runs lie as it learns where runs fail.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf, nan
+
+from workbench.errors import StudyError
+
+__all__ = ["Weighted", "Within", "weighted", "within"]
+
+Limits = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weighted:
+    """A sum of responses with weights in 1/unit of each."""
+
+    weights: Mapping[str, float]
+
+    def __call__(self, outputs: Mapping[str, float]) -> float:
+        """The sum."""
+        _present(self.weights, outputs)
+        return sum(weight * outputs[name] for name, weight in self.weights.items())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Within:
+    """One response where others keep their limits, NaN elsewhere."""
+
+    response: str
+    limits: Mapping[str, Limits]
+
+    def __call__(self, outputs: Mapping[str, float]) -> float:
+        """The response, or NaN outside the limits."""
+        _present([self.response, *self.limits], outputs)
+        for name, (low, high) in self.limits.items():
+            if not (-inf if low is None else low) <= outputs[name] <= (inf if high is None else high):
+                return nan
+        return outputs[self.response]
+
+
+def weighted(weights: Mapping[str, float]) -> Weighted:
+    """The weighted sum of responses; weights by name.
+
+    >>> weighted({"a": 2.0, "b": -1.0})({"a": 3.0, "b": 4.0})
+    2.0
+
+    Raises:
+        StudyError: no weight.
+    """
+    if not weights:
+        raise StudyError("weighted needs at least one response with its weight, got none")
+    return Weighted(weights=dict(weights))
+
+
+def within(response: str, limits: Mapping[str, Limits]) -> Within:
+    """`response`, of the runs whose other responses lie between (low, high); None leaves a side open.
+
+    >>> read = within("a", {"b": (None, 5.0)})
+    >>> read({"a": 3.0, "b": 4.0}), read({"a": 3.0, "b": 6.0})
+    (3.0, nan)
+
+    Raises:
+        StudyError: no limits, or low above high.
+    """
+    if not limits:
+        raise StudyError(f"within({response!r}, ...) needs at least one limit, got none")
+    for name, (low, high) in limits.items():
+        if low is not None and high is not None and low > high:
+            raise StudyError(f"limits of {name!r} need low <= high, got ({low:g}, {high:g})")
+    return Within(response=response, limits=dict(limits))
+
+
+def _present(names: "Mapping[str, float] | list[str]", outputs: Mapping[str, float]) -> None:
+    missing = [name for name in names if name not in outputs]
+    if missing:
+        raise StudyError(f"response {missing[0]!r} is not among the model's outputs {sorted(outputs)}")
