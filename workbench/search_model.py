@@ -22,6 +22,7 @@ __all__ = ["SearchModel", "fit_rough_model", "fit_search_model"]
 
 SPARE_RUNS = 6  # beyond the terms of the trend: fewer cannot tell a warp from chance
 WARP_GAIN = 2.0  # log-likelihood a warp must win to replace the identity
+Q2_LOSS = 0.1  # share of the warped values' variance that leave-one-out may explain less than of the plain
 NOISE_RUNS = 12
 NOISE_GAIN = 2.0  # log-likelihood that a free nugget must win
 GROWTH = 1.25
@@ -174,7 +175,7 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
                 features, v, plain.trend, warp, seed=seed, previous=plain, correlation=plain.correlation
             )
             score = _likelihood_of_the_rest(rival, v)
-            if score > bar:
+            if score > bar and rival.q2 > plain.q2 - Q2_LOSS:
                 bar, chosen = score, rival
         if chosen is not plain:
             # ranges and smoothness of the plain response say little about those of the warped one
