@@ -18,6 +18,8 @@ from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Evaluator, Outcome
 from workbench.space import Space
 from workbench.store import Evaluation
+from workbench.streams import stream
+from workbench.thinning import spread_runs
 
 __all__ = [
     "design",
@@ -34,6 +36,9 @@ __all__ = [
 ]
 
 FEWEST_RUNS = 3
+# runs with a value that a screening and the start of a search take; of more, those that spread most
+MOST_SCREENED = 2_000
+MOST_SEARCHED = 500
 FINGERPRINTS = "stages.json"
 
 
@@ -130,7 +135,7 @@ def screen(campaign: Campaign) -> dict[str, Any]:
     """Which parameters matter: `screening.json`."""
     table = _required(campaign.study.screen, "screen")
     response = campaign.study.response(table["response"])
-    runs = _enough(screening_runs(campaign), response.name)
+    runs = _thinned(campaign, _enough(screening_runs(campaign), response.name), response.name, MOST_SCREENED)
     from workbench.screening import screen as screening
 
     used = sum(row.status == "ok" for row in runs)
@@ -154,7 +159,7 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
     from workbench.worst_case import search_worst_case, surrogate_worst_case
 
     response = study.response(table["response"])
-    runs = screening_runs(campaign)
+    runs = _thinned(campaign, screening_runs(campaign), response.name, MOST_SEARCHED)
     start = [outcome(row) for row in runs]
     campaign.progress.stage("worst_case", f"{table['sense']} {response.name} from {len(runs)} runs")
     if study.model["kind"] == "table":
@@ -295,6 +300,17 @@ def _enough(runs: list[Evaluation], response: str) -> list[Evaluation]:
             f"response {response!r} is {values[0]:g} in all {len(values)} runs; there is nothing to explain"
         )
     return runs
+
+
+def _thinned(campaign: Campaign, runs: list[Evaluation], response: str, most: int) -> list[Evaluation]:
+    """The runs, or of very many those that spread most over the box; it is said when some are left out."""
+    if sum(row.status == "ok" for row in runs) <= most:
+        return runs
+    chosen = spread_runs(
+        campaign.study.space, runs, response, most=most, rng=stream(campaign.study.seed, "thinning")
+    )
+    campaign.progress.note(f"{len(chosen)} of {len(runs)} runs are used: those that spread most over the box")
+    return chosen
 
 
 def _required(table: Mapping[str, Any] | None, name: str) -> Mapping[str, Any]:

@@ -1,6 +1,7 @@
 """What ran: counts by status, the responses in the order run, failures and where in the box they lie."""
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from workbench.report_sections.folder import CampaignFolder, Run
 __all__ = ["runs_section"]
 
 MOST_PARAMETERS = 8  # shown in the map of failures: those whose failed runs stand most apart
+MOST_SHOWN = 2_000  # runs drawn and listed; all are in results.csv
+MOST_MESSAGES = 50
 STATUS_WORDS = {
     "ok": "gave a value",
     "failed": "ended with an error",
@@ -87,7 +90,8 @@ def runs_section(folder: CampaignFolder) -> Section | None:
 
 def _responses(folder: CampaignFolder) -> Figure | None:
     response = folder.main_response
-    finished = folder.finished
+    finished = _thinned(folder.finished, response)
+    shown = "every run" if len(finished) == len(folder.finished) else f"{len(finished)} of the runs"
     values = [r.outputs.get(response) if response and r.status == "ok" else None for r in finished]
     known = [v for v in values if isinstance(v, (int, float))]
     if response is None or not known:
@@ -96,7 +100,7 @@ def _responses(folder: CampaignFolder) -> Figure | None:
     stages = [STAGE_WORDS.get(run.batch, run.batch) for run in finished]
     return Figure(
         id="responses",
-        title=f"{response} of every run",
+        title=f"{response} of {shown}",
         alt=f"{response} of {len(known)} runs in the order run, from {number(min(known))} to "
         f"{number(max(known))}.",
         read_off="Circles are the design. A search that works climbs away from the cloud of the design.",
@@ -109,7 +113,7 @@ def _responses(folder: CampaignFolder) -> Figure | None:
         ),
         table=Table(
             id="responses",
-            title=f"{response} of every run",
+            title=f"{response} of {shown}",
             columns=(
                 Column(name="run"),
                 Column(name="key"),
@@ -123,6 +127,17 @@ def _responses(folder: CampaignFolder) -> Figure | None:
             ),
         ),
     )
+
+
+def _thinned(runs: Sequence[Run], response: str | None) -> list[Run]:
+    """Every so many of very many runs, with those of the smallest and the largest value."""
+    if len(runs) <= MOST_SHOWN:
+        return list(runs)
+    chosen = {runs[k].key for k in np.linspace(0, len(runs) - 1, MOST_SHOWN - 2).astype(int)}
+    good = [run for run in runs if run.status == "ok" and isinstance(run.outputs.get(response or ""), float)]
+    if response is not None and good:
+        chosen |= {end(good, key=lambda run: run.outputs[response]).key for end in (min, max)}
+    return [run for run in runs if run.key in chosen]
 
 
 def _failures(folder: CampaignFolder, failures: list[Run]) -> list[Block]:
@@ -155,11 +170,12 @@ def _failures(folder: CampaignFolder, failures: list[Run]) -> list[Block]:
                         if r.status == status and (r.error.strip().splitlines() or [""])[-1] == message
                     ),
                 )
-                for (status, message), count in messages.most_common()
+                for (status, message), count in messages.most_common(MOST_MESSAGES)
             ),
         )
     ]
-    good = [run for run in folder.finished if run.status == "ok"]
+    good = _thinned([run for run in folder.finished if run.status == "ok"], None)
+    failures = _thinned(failures, None)
     if not numeric or not good:
         return blocks
     passed, failed = (_unit(folder, runs, numeric) for runs in (good, failures))
