@@ -30,7 +30,7 @@ class Audit:
     `corners` is None when there are too many to count out (more than 4096). `corners_open` are corners that
     were not run and whose upper bound exceeds the worst run. `monotone` maps a parameter to "rising",
     "falling" or "mixed" in the response's own sign, `monotone_share` to the share of probes where that sign
-    is credible.
+    is credible. `gradient_signs` are the same words from the model's own gradients at `gradient_runs` runs.
     """
 
     corners: int | None
@@ -41,6 +41,8 @@ class Audit:
     monotone_share: Mapping[str, float] = field(default_factory=dict)
     combinations: tuple[Mapping[str, Any], ...] = ()
     corner_consistent: bool = False
+    gradient_signs: Mapping[str, str] = field(default_factory=dict)
+    gradient_runs: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """For the JSON document."""
@@ -63,6 +65,12 @@ class Audit:
             out.append(
                 "the worst run is the corner that the signs of all slopes point to (monotone, model-based)"
             )
+        if self.gradient_runs:
+            one = [name for name, word in self.gradient_signs.items() if word != "mixed"]
+            several = [name for name, word in self.gradient_signs.items() if word == "mixed"]
+            text = f"the model's own gradients at {self.gradient_runs} runs have one sign for "
+            text += ", ".join(one) or "no parameter"
+            out.append(text + (f" and both signs for {', '.join(several)}" if several else ""))
         open_combinations = [c for c in self.combinations if c["open"]]
         if self.combinations:
             out.append(
@@ -81,8 +89,12 @@ def audit_runs(
     sign: float,
     incumbent: np.ndarray,
     rng: np.random.Generator,
+    slopes: np.ndarray | None = None,
 ) -> Audit:
-    """Audit runs u (n, d) with signed values v (n,) around the worst run `incumbent` (d,)."""
+    """Audit runs u (n, d) with signed values v (n,) around the worst run `incumbent` (d,).
+
+    `slopes` (m, d) are dv/du of the runs that brought a gradient.
+    """
     corners = where.corners()
     run = {tuple(np.round(point, 9)) for point in u}
     best = float(v.max())
@@ -108,7 +120,18 @@ def audit_runs(
         monotone_share=share,
         combinations=_combinations(where, model, u=u, v=v, sign=sign, rng=rng),
         corner_consistent=consistent,
+        gradient_signs={} if slopes is None or not len(slopes) else _gradient_signs(where, slopes * sign),
+        gradient_runs=0 if slopes is None else len(slopes),
     )
+
+
+def _gradient_signs(where: SearchSpace, slopes: np.ndarray) -> dict[str, str]:
+    """Words per continuous parameter from slopes (m, d) in the response's own sign."""
+    words = {}
+    for name, column, grid in zip(where.space.names, slopes.T, where.levels, strict=True):
+        if grid is None:
+            words[name] = "rising" if (column >= 0).all() else "falling" if (column <= 0).all() else "mixed"
+    return words
 
 
 def _is_corner(where: SearchSpace, point: np.ndarray) -> bool:

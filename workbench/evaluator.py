@@ -23,6 +23,9 @@ class Outcome:
     parameters: Mapping[str, Any]
     status: str  # ok | failed | timeout | killed | nonfinite
     outputs: Mapping[str, float] = field(default_factory=dict)
+    # response -> parameter -> derivative, where the model offers them: unit of the response per unit of the
+    # parameter
+    gradients: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     key: str = ""  # the run's key in the store, or its running number
     error: str = ""
 
@@ -39,6 +42,8 @@ class FunctionEvaluator:
     """Calls a plain function in this process; equal rows are run once.
 
     The function takes the parameters by name and returns a float or a mapping of response name to float.
+    A model with gradients returns a pair: that, and the derivatives by parameter (of a float) or by response
+    and parameter (of a mapping).
     """
 
     function: Callable[..., Any]
@@ -59,18 +64,22 @@ class FunctionEvaluator:
             answer = self.function(**row)
         except Exception as exc:  # a model may raise anything; the run becomes data
             return Outcome(parameters=row, status="failed", key=key, error=f"{type(exc).__name__}: {exc}")
+        slopes: Mapping[str, Any] = {}
+        if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], Mapping):
+            answer, slopes = answer
         if not isinstance(answer, Mapping):
-            answer = {"y": answer}
+            answer, slopes = {"y": answer}, {"y": slopes} if slopes else {}
         try:
             outputs = {name: float(value) for name, value in answer.items()}
-        except (TypeError, ValueError) as exc:
+            gradients = {r: {p: float(g) for p, g in by.items()} for r, by in slopes.items()}
+        except (AttributeError, TypeError, ValueError) as exc:
             text = (
                 f"the model returned {answer!r}; a number or a mapping of names to numbers is needed ({exc})"
             )
             return Outcome(parameters=row, status="failed", key=key, error=text)
         if not all(isfinite(value) for value in outputs.values()):
             return Outcome(parameters=row, status="nonfinite", key=key, error=f"the model returned {outputs}")
-        return Outcome(parameters=row, status="ok", outputs=outputs, key=key)
+        return Outcome(parameters=row, status="ok", outputs=outputs, gradients=gradients, key=key)
 
 
 def response_name(response: str | Reading | None) -> str:

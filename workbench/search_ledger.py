@@ -16,6 +16,7 @@ from workbench.space import Space
 __all__ = ["Ledger", "Run"]
 
 FEWEST_RUNS = 3
+SLOPE_STEP = 1e-5  # of the unit interval
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,11 +36,17 @@ class Run:
 
 @dataclass(slots=True, kw_only=True)
 class Ledger:
-    """Runs so far; v = +value or -value is what the search maximises."""
+    """Runs so far; v = +value or -value is what the search maximises.
+
+    `slopes`: number of the run -> dv/du (d,) in the unit cube, NaN where a coordinate has none.
+    """
 
     where: SearchSpace
     sign: float
     read: Reading
+    response: str | None = None
+    is_combination: bool = False
+    slopes: dict[int, np.ndarray] = field(default_factory=dict)
     progress: Callable[[Run, float], None] | None = None
     runs: list[Run] = field(default_factory=list)
     _u: list[np.ndarray] = field(default_factory=list)
@@ -59,6 +66,8 @@ class Ledger:
             raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
         where = SearchSpace.of(space)
         ledger = cls(where=where, sign=1.0 if sense == "max" else -1.0, read=response_reader(response))
+        ledger.response = None if callable(response) else response
+        ledger.is_combination = callable(response)
         given = [run if isinstance(run, Outcome) else _outcome(run, space) for run in start]
         if given:
             rows = [{k: v for k, v in o.parameters.items() if k in space.names} for o in given]
@@ -105,8 +114,30 @@ class Ledger:
                 )  # fmt: skip
             self.runs.append(run)
             self._u.append(np.asarray(point, dtype=float))
+            slope = self._slope(outcome, self._u[-1]) if run.value is not None else None
+            if slope is not None:
+                self.slopes[len(self.runs) - 1] = slope
             if self.progress is not None:
                 self.progress(run, self.best_value)
+
+    def _slope(self, outcome: Outcome, point: np.ndarray) -> np.ndarray | None:
+        """dv/du (d,) of a run that brought the gradient of the searched response; None otherwise."""
+        if self.is_combination or not outcome.gradients:
+            return None
+        response = self.response if self.response is not None else next(iter(outcome.outputs))
+        given = outcome.gradients.get(response)
+        if given is None:
+            return None
+        slope = np.full(self.where.dimension, np.nan)
+        for j, (name, grid) in enumerate(zip(self.where.space.names, self.where.levels, strict=True)):
+            if grid is None and name in given:
+                # dx/du: not constant where the scale of a parameter is logarithmic
+                low, high = np.repeat(point[None], 2, axis=0)
+                low[j], high[j] = max(point[j] - SLOPE_STEP, 0.0), min(point[j] + SLOPE_STEP, 1.0)
+                a, b = self.where.rows(np.array([low, high]))
+                slope[j] = self.sign * given[name] * (b[name] - a[name]) / (high[j] - low[j])
+        free = [j for j, grid in enumerate(self.where.levels) if grid is None]
+        return slope if np.isfinite(slope[free]).all() else None
 
     @property
     def spent(self) -> int:

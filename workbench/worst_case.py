@@ -6,7 +6,8 @@ The search reuses the runs it is given, starts with d + 2 space-filling points w
 runs the model where a Kriging of all runs so far predicts the worst (`predicted`), where an improvement is
 most expected (`ei`), at single changes of the worst point (`flip`), inside a trust region around it
 (`trust`), in the discrete combination whose upper bound is highest (`combination`), and, after a stall,
-where the bound still exceeds the best run (`explore`). What is reported as worst is always a true run. The
+where the bound still exceeds the best run (`explore`). Where the model gives gradients, the last runs of the
+budget climb by them (`gradient`). What is reported as worst is always a true run. The
 remaining gap is an upper credible bound of the Kriging, stated as model-based, unless the space was
 enumerated or a Lipschitz constant was given.
 
@@ -30,6 +31,7 @@ from workbench.errors import StudyError
 from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading, response_name
 from workbench.feasibility import Feasibility
 from workbench.gap import Gap, lipschitz_gap, remaining_gap
+from workbench.polish import polish, reserve
 from workbench.portfolio import predicted_worst, propose
 from workbench.search_ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search_model import SearchModel, fit_rough_model, fit_search_model
@@ -157,7 +159,8 @@ def worst_case(
     """Search the worst case of `function(**parameters)` over `space`.
 
     Args:
-        function: takes the parameters by name, returns a float or a mapping of response names to floats.
+        function: takes the parameters by name, returns a float or a mapping of response names to floats; a
+            model with gradients returns a pair, see `workbench.evaluator.FunctionEvaluator`.
         space: names, bounds, units and kinds of the uncertain parameters.
         response: a name, or a function of the mapping of outputs; not needed when there is one response.
         sense: "max" when large is bad, "min" when small is bad.
@@ -222,7 +225,8 @@ def search_worst_case(
         ledger.add(evaluate(where.rows(points), purpose="start"), points, proposals=["start"] * len(points))
     ledger.require_values(FEWEST_RUNS)
     model, status, quiet = None, Status.BUDGET, 0
-    while ledger.spent < budget:
+    searched = budget - reserve(ledger, budget)
+    while ledger.spent < searched:
         model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=model, seed=seed)
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
         # the full bound is sought only when a cheap look at it suggests that the search is over
@@ -242,8 +246,8 @@ def search_worst_case(
             feasibility=feasibility,
             iteration=ledger.spent - len(points),
             stalled=ledger.since_improvement > max(2 * where.dimension, 6),
-            finishing=budget - ledger.spent <= FINISHING_RUNS and ledger.since_improvement > FINISHING_RUNS,
-            size=min(workers, budget - ledger.spent),
+            finishing=searched - ledger.spent <= FINISHING_RUNS and ledger.since_improvement > FINISHING_RUNS,
+            size=min(workers, searched - ledger.spent),
             rng=stream(seed, "worst case", replicate=ledger.spent),
         )
         if not len(batch.u):
@@ -257,6 +261,8 @@ def search_worst_case(
             predicted=ledger.sign * batch.predicted,
             std=batch.std,
         )
+    if ledger.slopes and status is not Status.EXHAUSTED:
+        polish(evaluate, ledger, budget=budget)
     if status is Status.CONVERGED:
         _run_corners(evaluate, ledger, budget=budget)
     return _result(
@@ -420,6 +426,7 @@ def _result(
             sign=ledger.sign,
             incumbent=ledger.incumbent,
             rng=stream(seed, "audit"),
+            slopes=np.array(list(ledger.slopes.values())).reshape(-1, where.dimension),
         ),
         profile=_profile(ledger, model, ledger.incumbent),
         baselines=predicted_baselines(
