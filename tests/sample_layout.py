@@ -46,6 +46,9 @@ class TwoMembers:
             function, start=np.full(2, self.budget / 2), budgets=[(np.ones(2), self.budget)], names=("all",)
         )
 
+    def places(self):
+        return ["left", "right"], ["wall"], [(0, 0), (1, 0)]
+
     def as_response(self, objective):
         return objective
 

@@ -7,9 +7,10 @@
         def responses(self, density, uncertain): ...  # one true run: named responses
 
 The loop knows nothing else of the model. `problem` may minimise any stand-in of the response (its square, a
-norm); what counts and is reported are true runs by `responses`. Two optional methods serve the report:
-`motion(layouts, uncertain)` gives a `workbench.motion.Motion` of named layouts in one case, and `outlines()`
-closed lines behind the drawing of the members.
+norm); what counts and is reported are true runs by `responses`. Three optional methods serve the report:
+`motion(layouts, uncertain)` gives a `workbench.motion.Motion` of named layouts in one case, `outlines()`
+closed lines behind the drawing of the members, `places()` the layout matrix: names of its rows and columns,
+and the (row, column) of every member.
 """
 
 from collections.abc import Mapping, Sequence

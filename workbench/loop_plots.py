@@ -21,6 +21,7 @@ __all__ = [
     "plot_differences",
     "plot_distributions",
     "plot_history",
+    "plot_layout_matrix",
     "plot_members",
     "plot_rounds",
 ]
@@ -92,6 +93,30 @@ def plot_rounds(
     ax.set_xlim(0.5, len(rounds) + 0.5)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.legend(loc="best")
+    return ax
+
+
+def plot_layout_matrix(
+    density: np.ndarray,
+    *,
+    rows: Sequence[str],
+    columns: Sequence[str],
+    largest: float = 1.0,
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Densities (rows, columns) as squares whose area is the density; NaN where no member may be.
+
+    Areas and a dot for an empty place read in grey print as well as on a screen.
+    """
+    ax = _axes(ax)
+    there = np.argwhere(~np.isnan(density))
+    size = np.array([density[i, j] for i, j in there]) / (largest or 1.0)
+    ax.scatter(there[:, 1], there[:, 0], s=2, c=GREY, marker=".", linewidths=0)
+    ax.scatter(there[:, 1], there[:, 0], s=60 * size, c="#1b1f24", marker="s", linewidths=0)
+    ax.set_yticks(range(len(rows)), rows, fontsize=7)
+    ax.set_xticks(range(len(columns)), columns, fontsize=6, rotation=90)
+    ax.set(xlim=(-0.7, len(columns) - 0.3), ylim=(len(rows) - 0.3, -0.7))
+    ax.grid(visible=False)
     return ax
 
 

@@ -236,7 +236,7 @@ def _layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
         members.append(
             {**member, "density": float(there), "name": f"{member['kind']} {counts[member['kind']]}"}
         )
-    drawing = getattr(model, "outlines", None)
+    drawing, places = getattr(model, "outlines", None), getattr(model, "places", None)
     purified = source.get("purified")
     return {
         **source,
@@ -250,6 +250,9 @@ def _layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
         "budgets": [{"name": n, "limit": float(limit), "used": float(u)} for n, limit, u in used],
         "members": members,
         "outlines": [] if drawing is None else drawing(),
+        "matrix": None if places is None else dict(
+            zip(("rows", "columns", "cells"), places(), strict=True)
+        ),
         "history": [
             {
                 **h, "value": model.as_response(h["value"]),

@@ -110,6 +110,9 @@ def test_the_report_puts_the_findings_first(tmp_path):
     text = (folder / "report.md").read_text()
     assert "below the layout made for the nominal case alone" in text
     assert "Half of it:" in text
+    matrix = (folder / "tables" / "layout-matrix.csv").read_text().splitlines()
+    assert matrix[1].startswith("member,left,wall,0.8")
+    assert len(matrix) == 3
 
 
 def test_bad_input_is_refused_with_its_reason(tmp_path):

@@ -8,6 +8,7 @@
     history [{evaluation, value, best}]
     members [{name, kind, density, a, b}]         ends (x, y) or (x, y, z) in length_unit at the start
     outlines [[[x, y], ...]]       bodies behind the drawing, optional
+    matrix {rows, columns, cells}  names of the ends, and per member its (row, column), optional
     budgets [{name, limit, used}], purified {value, ...}     optional
     shadow_prices {limit: price}   improvement of the objective per unit of a limit
     scenarios [{name, value, parameters}]         value of the layout in each scenario
@@ -19,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.loop_plots import plot_convergence, plot_members
+from workbench.loop_plots import plot_convergence, plot_layout_matrix, plot_members
 from workbench.plots import plot_baselines
 from workbench.report_sections.blocks import (
     Block,
@@ -69,6 +70,8 @@ def layout_section(folder: CampaignFolder) -> Section | None:
     blocks: list[Block] = [Note(text=str(text)) for text in layout.get("verdicts") or ()]
     if members and all(m.get("a") and m.get("b") for m in members):
         blocks.append(_drawing(layout, members))
+    if layout.get("matrix") and members:
+        blocks.append(_matrix(layout["matrix"], members))
     if layout.get("history"):
         blocks.append(_convergence(layout, response, unit))
     if layout.get("baselines"):
@@ -130,6 +133,44 @@ def _drawing(layout: Mapping[str, Any], used: list[dict[str, Any]]) -> Figure:
                 Column(name="from", unit=length), Column(name="to", unit=length),
             ),
             rows=tuple((m["name"], m["kind"], m["density"], _point(m["a"]), _point(m["b"])) for m in used),
+        ),
+    )  # fmt: skip
+
+
+def _matrix(matrix: Mapping[str, Any], members: list[dict[str, Any]]) -> Figure:
+    """A panel per kind: which end on one side is tied to which on the other, and how densely."""
+    rows, columns = list(matrix["rows"]), list(matrix["columns"])
+    tables: dict[str, Any] = {}
+    for member, (i, j) in zip(members, matrix["cells"], strict=True):
+        table = tables.setdefault(str(member["kind"]), np.full((len(rows), len(columns)), np.nan))
+        table[i, j] = np.nansum([table[i, j], float(member["density"])])
+    largest = max(float(np.nanmax(table)) for table in tables.values())
+    used = [
+        (kind, rows[i], columns[j], float(table[i, j]))
+        for kind, table in tables.items()
+        for i, j in np.argwhere(table > 1e-3)
+    ]
+
+    def panel(kind: str, table: Any) -> Panel:
+        return Panel(
+            draw=lambda ax: plot_layout_matrix(table, rows=rows, columns=columns, largest=largest, ax=ax),
+            width=1.4 + 0.14 * len(columns), height=1.2 + 0.2 * len(rows), title=kind,
+        )  # fmt: skip
+
+    return Figure(
+        id="layout-matrix",
+        title="The layout as a matrix",
+        alt=f"Densities of {', '.join(tables)} by their ends; {len(used)} of {len(members)} are there.",
+        read_off="Each dot is a place for a member between the point of its row and the point of its column; "
+        "the area of a square is the density.",
+        panels=tuple(panel(kind, table) for kind, table in tables.items()),
+        table=Table(
+            id="layout-matrix",
+            title="Members that are there",
+            columns=(
+                Column(name="kind"), Column(name="from"), Column(name="to"), Column(name="density"),
+            ),
+            rows=tuple(used),
         ),
     )  # fmt: skip
 
