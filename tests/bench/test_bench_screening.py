@@ -4,6 +4,7 @@ per question.
 CPU seconds on one core with one BLAS thread; compare rows of one table only, machines and loads differ.
 """
 
+import importlib.util
 import resource
 import time
 import warnings
@@ -14,8 +15,10 @@ from threadpoolctl import threadpool_limits
 
 from studies.screening_functions import FUNCTIONS
 from surrogates import KrigingScreener, morris_effects, morris_points, profiled_log_likelihood
+from surrogates.backward import alone
 from surrogates.canonical import canonical_runs
-from surrogates.landscape import landscape_of
+from surrogates.landscape import HIGHEST, LOWEST, landscape_of
+from surrogates.search import ALIVE
 
 pytestmark = pytest.mark.bench
 
@@ -85,6 +88,10 @@ def smt(x, y):
 
 
 def openturns(x, y):
+    return np.argsort(openturns_scale(x, y)).tolist()
+
+
+def openturns_scale(x, y):
     import openturns as ot
 
     d = x.shape[1]
@@ -95,7 +102,7 @@ def openturns(x, y):
         ot.ConstantBasisFactory(d).build(),
     )
     fitter.run()
-    return np.argsort(np.array(fitter.getResult().getCovarianceModel().getScale())).tolist()
+    return np.array(fitter.getResult().getCovarianceModel().getScale())
 
 
 def test_given_data_50_by_20():
@@ -148,6 +155,75 @@ def test_own_runs_beside_given_runs(noise):
         return np.argsort(-np.asarray(found["mu_star"])).tolist()
 
     own_runs("SALib Morris", salib)
+
+
+def penalised(screener, x, y, theta):
+    """l - threshold x (inputs alive) of a peer's theta (d,), at the best nugget the screener may take, and of
+    the screener itself."""
+    runs = canonical_runs(x, y)
+    ground = landscape_of(runs)
+    facts = screener.diagnosis_
+    everyone = tuple((u,) for u in range(ground.n_units))
+    with np.errstate(divide="ignore"):
+        phi = np.clip(np.log(theta[runs.columns] * runs.span**2), LOWEST, HIGHEST)
+    low, high = np.log(facts.nugget_bounds)
+    best = max(ground.value(everyone, np.append(phi, g)) for g in np.linspace(low, high, 40))
+    alive = int((phi + np.log(ground.reach) > ALIVE).sum())
+    ours = screener.log_likelihood_ + (len(y) - 1) * np.log(runs.scale)
+    return best - facts.threshold * alive, ours - facts.threshold * len(screener.selected_)
+
+
+def true_set(screener, x, y, active):
+    """Maximum for the active inputs from six starts, penalised alike."""
+    runs = canonical_runs(x, y)
+    ground = landscape_of(runs)
+    place = {int(k): u for u, k in enumerate(runs.columns)}
+    units = tuple(place[k] for k in sorted(active))
+    bounds = screener.diagnosis_.nugget_bounds
+    ends = [
+        ground.climb(
+            alone(units),
+            np.array([*[own] * len(units), np.log(bounds[0])]),
+            nugget=bounds,
+            tolerance=1e-4,
+            max_evaluations=100,
+        ).value
+        for own in (-4.0, -3.0, -2.0, -1.0, 0.0, 1.0)
+    ]
+    return max(ends) - screener.diagnosis_.threshold * len(units)
+
+
+@pytest.mark.parametrize("n", [40, 50, 64])
+def test_likelihood_reached(n):
+    """Is there a set, or a fit by a peer, that the search should have found instead?"""
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel
+
+    lower = {"the true set": [], "scikit-learn, 2 restarts": [], "OpenTURNS": []}
+    with threadpool_limits(1), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for seed in range(100, 125):
+            x, y, active = sample(n, 20, seed)
+            screener = KrigingScreener().fit(x, y)
+            kernel = ConstantKernel(1.0, (1e-3, 1e5)) * RBF(np.ones(20), (1e-2, 1e3))
+            model = GaussianProcessRegressor(
+                kernel, alpha=1e-4, normalize_y=True, n_restarts_optimizer=2, random_state=0
+            ).fit(x, y)
+            theta = {"scikit-learn, 2 restarts": 0.5 / model.kernel_.k2.length_scale**2}
+            if importlib.util.find_spec("openturns"):
+                theta["OpenTURNS"] = 0.5 / openturns_scale(x, y) ** 2
+            _, ours = penalised(screener, x, y, np.zeros(20))
+            lower["the true set"].append(true_set(screener, x, y, active) - ours)
+            for name, value in theta.items():
+                lower[name].append(penalised(screener, x, y, value)[0] - ours)
+    print()
+    for name, gaps in lower.items():
+        if gaps:
+            fell = int(np.sum(np.array(gaps) > 0.01))
+            print(
+                f"{name:28s} {n:4d} x 20   better by more than 0.01 on {fell:3d} of {len(gaps)} seeds, "
+                f"at most {max(gaps):8.2f}, median {np.median(gaps):8.2f}"
+            )
 
 
 def test_large_designs():
