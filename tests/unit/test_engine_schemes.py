@@ -28,6 +28,7 @@ from workbench.engine import (
     convergence,
     gradient,
     locate_peak,
+    parameter_gradient,
     simulate,
 )
 
@@ -141,6 +142,17 @@ def test_schemes_refuse_what_they_cannot_treat():
         simulate(free_mass(Spring(k=1e8)), [1.0], 10.0, 100, scheme=RungeKutta8())
     with pytest.raises(NotSupported, match="refined already"):
         locate_peak(simulate(free_mass(), [1.0], 0.1, 10), Maximum(quantity=Deviation(bodies=("mass",))))
+
+
+def test_parameter_gradient_refuses_runs_it_cannot_differentiate():
+    objective = Maximum(quantity=Deviation(bodies=("mass",)))
+    for scheme, name in ((BDF2(), "BDF2"), (RungeKutta8(), "RungeKutta8")):
+        run = simulate(free_mass(), [1.0], 0.1, 10, scheme=scheme)
+        with pytest.raises(NotSupported, match=f"GeneralisedAlpha or VelocityVerlet, got one of {name}"):
+            parameter_gradient(run, objective)
+    own = free_mass(UserLaw(force=lambda delta, rate, t: 10.0 * delta))
+    with pytest.raises(NotSupported, match=r"members\[0\] has a UserLaw. Take gradient\(\)"):
+        parameter_gradient(simulate(own, [1.0], 0.1, 10), objective)
 
 
 def test_choice_of_scheme_gives_its_reason():

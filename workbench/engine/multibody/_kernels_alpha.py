@@ -20,6 +20,7 @@ from ._kernels_equations import evaluate, pair_covector
 from ._kernels_options import CAREFUL, ENTRY, INNER
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
+KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are
 
 
 @njit(**INNER)
@@ -39,12 +40,51 @@ def fill_matrix(T, W, hc, h2c, shift, matrix):
         matrix[n + r, n + r] = -shift
 
 
+@njit(**INNER)
+def extrapolated(x, step, i):
+    """The polynomial through the six nodes before `step`, there."""
+    return (
+        6.0 * (x[step - 1, i] + x[step - 5, i]) - 15.0 * (x[step - 2, i] + x[step - 4, i])
+        + 20.0 * x[step - 3, i] - x[step - 6, i]
+    )  # fmt: skip
+
+
+@njit(**INNER)
+def keep_tangents(W, k, c, j):
+    """Copy K, C and Phi_q out of the work space."""
+    n, m = k.shape[0], j.shape[0]
+    for a in range(n):
+        for b in range(n):
+            k[a, b] = W.k[a, b]
+            c[a, b] = W.c[a, b]
+        for r in range(m):
+            j[r, a] = W.phi_q[r, a]
+
+
+@njit(**INNER)
+def recall_tangents(W, k, c, j):
+    """Copy K, C and Phi_q back into the work space."""
+    n, m = k.shape[0], j.shape[0]
+    for a in range(n):
+        for b in range(n):
+            W.k[a, b] = k[a, b]
+            W.c[a, b] = c[a, b]
+        for r in range(m):
+            W.phi_q[r, a] = j[r, a]
+
+
 @njit(**CAREFUL)
-def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info):
+def alpha_forward(
+    T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info, keep_k, keep_c, keep_j
+):
     """Integrate from node 0 (all of whose arrays are set) to the end of q (steps + 1, n).
 
-    settings: tolerance, most iterations, shift, reuse of factors.  info: status, step, Newton iterations,
-    last update, factorisations.
+    settings: tolerance, most iterations, shift, reuse of factors, 1 when tangents depend on velocities.
+    info: status, step, Newton iterations, last update, factorisations.
+    keep_k, keep_c (steps + 1, n, n), keep_j (steps + 1, m, n): tangents at the converged states, for the
+    adjoint; empty to keep none. Where the motion is smooth, accelerations extrapolated to sixth order leave
+    an update of rounding size: one full Newton iteration then solves the step, and its tangents are those of
+    the converged state. Elsewhere the second iteration evaluates them in passing, or a last evaluation does.
     """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
     steps, n = q.shape[0] - 1, q.shape[1]
@@ -58,11 +98,19 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
     for i in range(n):
         largest = max(largest, abs(w[0, i]))
     fresh = False
+    keep = keep_k.shape[0] > 0
+    strongest = 0.0
+    smooth, attempts = False, 4  # rounding of the joints may hide a smooth motion: then it is given up
+    if shift.real > 0.0:
+        attempts = 0  # multipliers of redundant joints have no unique value to extrapolate
     for step in range(1, steps + 1):
         q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
         for i in range(n):
             # exact for straight lines and for the alternation that rho = 1 leaves in w and lambda
-            w1[i] = w[step - 1, i] + w[step - 2, i] - w[step - 3, i] if step > 2 else w[step - 1, i]
+            if smooth:
+                w1[i] = extrapolated(w, step, i)
+            else:
+                w1[i] = w[step - 1, i] + w[step - 2, i] - w[step - 3, i] if step > 2 else w[step - 1, i]
             known = (af * w[step - 1, i] - am * acc[i]) / (1.0 - am)
             a1 = known + c * w1[i]
             q1[i] = q[step - 1, i] + h * v[step - 1, i] + h * h * ((0.5 - beta) * acc[i] + beta * a1)
@@ -70,13 +118,17 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
             acc[i] = known  # completed with c w1 after the iteration
         for r in range(m):
             l1[r] = lam[step - 1, r]
-            if step > 2:
+            if smooth:
+                l1[r] = extrapolated(lam, step, r)
+            elif step > 2:
                 l1[r] += lam[step - 2, r] - lam[step - 3, r]
         old, theta = -1.0, 1.0
         done = False
-        refresh = (not reuse) or (not fresh)
+        refresh = (not reuse) or (not fresh) or smooth
+        seen = settled = False  # whether W holds tangents of this iteration; whether its update is rounding
         for iteration in range(most):
-            evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, refresh)
+            seen = refresh or (keep and iteration > 0)
+            evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, seen)
             info[2] += 1
             if refresh:
                 fill_matrix(T, W, hc, h2c, shift, matrix)
@@ -90,7 +142,7 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
             for r in range(m):
                 rhs[n + r] = -W.phi[r] / h2c
             lu_solve(matrix, pivot, rhs)
-            size, level, extent = 0.0, 0.0, 1.0
+            size, level, extent, quickest = 0.0, 0.0, 1.0, 0.0
             for i in range(n):
                 w1[i] += rhs[i]
                 q1[i] += h2c * rhs[i]
@@ -98,12 +150,23 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
                 size = max(size, abs(rhs[i]))
                 level = max(level, abs(w1[i]))
                 extent = max(extent, abs(q1[i]))
+                quickest = max(quickest, abs(v1[i]))
+            change = 0.0
             for r in range(m):
                 l1[r] += rhs[n + r]
+                change = max(change, abs(rhs[n + r]))
+                strongest = max(strongest, abs(l1[r]))
             info[3] = size
             if not size < 1e200:
                 break
             level = max(level, largest)
+            settled = abs(h2c) * size <= KEPT * extent and change <= 1e-11 * strongest
+            if settings[4].real > 0.0 and abs(hc) * size > KEPT * quickest:
+                settled = False
+            if smooth and refresh and settled:
+                theta = 0.0
+                done = True
+                break
             if old > 0.0:
                 theta = size / old
             # error left ~ size theta/(1 - theta); where it no longer shrinks, rounding is reached, and near
@@ -120,11 +183,23 @@ def alpha_forward(T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivo
         if not done:
             info[0], info[1] = STALLED, step
             return
+        if smooth and theta > 0.0:
+            attempts -= 1
         if theta > 0.05:
             fresh = False
+        if keep:
+            if not (seen and settled):
+                evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, True)
+            keep_tangents(W, keep_k[step], keep_c[step], keep_j[step])
         for i in range(n):
             acc[i] += c * w1[i]
             largest = max(largest, abs(w1[i]))
+        smooth = keep and step > 6 and attempts > 0
+        if smooth:
+            for i in range(n):
+                off = abs(h2c) * abs(w1[i] - extrapolated(w, step, i))
+                if off > 10.0 * KEPT * extent:
+                    smooth = False
         for e in range(z.shape[1]):
             z[step, e] = W.z[e]
             zdot[step, e] = W.zdot[e]
@@ -168,11 +243,12 @@ def refine(matrix, keep, pivot, rhs, right, n, m, shift):
 @njit(**ENTRY)
 def alpha_adjoint(
     T, W, scheme, h, last, q, v, lam, z, zdot, seed_q, seed_v, seed_w, seed_l, seed_z,
-    matrix, keep, rhs, right, pivot, shift, costate, damage, mu,
+    matrix, keep, rhs, right, pivot, shift, costate, damage, mu, keep_k, keep_c, keep_j,
 ):  # fmt: skip
     """Fill mu (steps + 1, n), the adjoint of the equations of motion at every node up to `last`.
 
     Seeds are dG/d(node state). The gradient is the sum over the nodes of (dr/dparameter)^T mu.
+    keep_k, keep_c, keep_j: the tangents that the forward run kept, or empty to evaluate them again.
     """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
     n, m, bushings = q.shape[1], lam.shape[1], z.shape[1]
@@ -188,7 +264,10 @@ def alpha_adjoint(
         ahead2 = 0.0 if first else h * h * beta
         share = 1.0 if first else c
         before = step if first else step - 1
-        evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, back >= 0)
+        if first or keep_k.shape[0] == 0:
+            evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, back >= 0)
+        else:
+            recall_tangents(W, keep_k[step], keep_c[step], keep_j[step])
         for i in range(n):
             lq[i] += seed_q[step, i]
             lv[i] += seed_v[step, i]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ._kernels_equations import contract, energy_by_scale, evaluate, place
+from ._kernels_equations import contract, energy_by_scale, evaluate
 from .compiled import compiled
 from .tables import Tables, Work, work_space
 from .trajectory import Trajectory
@@ -106,9 +106,16 @@ def scale_slope(trajectory: Trajectory) -> Array:
 
 def in_member_order(trajectory: Trajectory, by_scale: Array) -> Array:
     """Turn slopes by scale in segment order into slopes by density in member order."""
-    out = np.empty_like(by_scale)
-    out[compiled(trajectory.system).order] = by_scale * scale_slope(trajectory)
-    return out
+    if "member_order" not in trajectory.memo:
+        parts = compiled(trajectory.system)
+        inverse = np.argsort(parts.order)
+        plain = (parts.power == 1.0).all()
+        trajectory.memo["member_order"] = inverse, None if plain else scale_slope(trajectory)[inverse]
+    inverse, slope = trajectory.memo["member_order"]
+    by_density = by_scale[inverse]
+    if slope is not None:
+        by_density *= slope
+    return np.asarray(by_density)
 
 
 _EMPTY = np.zeros(0)
@@ -133,7 +140,9 @@ class StoredEnergy:
             trajectory.memo["elastic"] = fresh, work_space(fresh)
         tables, work = trajectory.memo["elastic"]
         q, v = full_state(trajectory, node)
-        evaluate(tables, work, node, q, v, _EMPTY, _EMPTY, _EMPTY, 0.0, tangent)
+        if trajectory.memo.get("elastic_at") != node:  # else the work space holds this node with its tangents
+            evaluate(tables, work, node, q, v, _EMPTY, _EMPTY, _EMPTY, 0.0, tangent)
+            trajectory.memo["elastic_at"] = node if tangent else None
         return tables, work, v
 
     def rates(self, trajectory: Trajectory, nodes: Array) -> Array:
@@ -146,7 +155,7 @@ class StoredEnergy:
 
     def slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node."""
-        tables, work, _ = self._at(trajectory, node, tangent=False)
+        tables, work, _ = self._at(trajectory, node, tangent=True)  # the rate's slopes are asked for next
         explicit = np.zeros(len(trajectory.density))
         energy_by_scale(tables, work, node, explicit, 1.0)
         n = trajectory.position.shape[1]
@@ -159,8 +168,7 @@ class StoredEnergy:
         n = trajectory.position.shape[1]
         by_position = (v @ work.k)[:n]
         force = work.force[:n].copy()
-        place(tables, work, node, *full_state(trajectory, node))
-        contract(tables, work, node, v, explicit)
+        contract(tables, work, node, v, explicit)  # at the state that the evaluation left
         return Slopes(position=by_position, velocity=force, density=in_member_order(trajectory, explicit))
 
 

@@ -18,7 +18,8 @@ class GeneralisedAlpha:
         alpha_m = (2 rho - 1)/(rho + 1),  alpha_f = rho/(rho + 1)
         gamma = 1/2 - alpha_m + alpha_f,  beta = (1/2 + gamma)^2/4
 
-    rho: spectral radius at infinity, 0 (strongest damping) to 1 (none).
+    rho: spectral radius at infinity, 0 (strongest damping) to 1 (none). With joints keep to rho <= 0.99: at 1
+    accelerations and joint forces have the eigenvalue -1 twice, and their alternation grows in long runs.
     tolerance: relative error left in the accelerations of a step.  iterations: the most Newton steps per
     step.
 

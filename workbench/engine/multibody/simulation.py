@@ -13,13 +13,15 @@ from .schemes import BDF2, GeneralisedAlpha, RungeKutta8, Scheme, VelocityVerlet
 from .start import Redundancy, accelerations_from, check_start, initial_accelerations, redundancy
 from .stepping import alpha_loop, bdf2_loop
 from .system import System
-from .tables import Tables, work_space
-from .trajectory import Diagnosis, Trajectory
+from .tables import SpringTables, Tables, work_space
+from .trajectory import Diagnosis, Tangents, Trajectory
 
 __all__ = ["simulate"]
 
 Array = np.ndarray[Any, Any]
 
+KEEP = 32e6  # bytes of tangents that a run keeps for its adjoint; beyond, the adjoint evaluates them again
+UNDAMPED = 0.99  # above it the alternation of the joint forces may grow: eigenvalue -1, twice, at rho = 1
 SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
 
 
@@ -103,17 +105,19 @@ def _implicit(
         raise _failure(parts, alpha, times, scheme, run.info)
     return _record(
         parts, alpha, times, scheme, tables, run.q, run.v, run.w, run.lam, run.z, run.zdot, found,
-        int(run.info[2]), int(run.info[4]),
+        int(run.info[2]), int(run.info[4]), run.tangents,
     )  # fmt: skip
 
 
 def _record(
     parts: Compiled, alpha: Array, times: Array, scheme: Scheme, tables: Tables, q: Array, v: Array, w: Array,
     lam: Array, z: Array, zdot: Array, found: Redundancy, newton: int, factorisations: int,
+    tangents: Tangents | None = None,
 ) -> Trajectory:  # fmt: skip
     return Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=q, velocity=v,
         acceleration=w, multiplier=lam, damage=z, damage_rate=zdot, tables=tables,
+        tangents=tangents,
         diagnosis=Diagnosis(
             newton_iterations=newton, factorisations=factorisations, redundant_rows=found.rows,
             reason=f"{type(scheme).__name__} as asked",
@@ -131,13 +135,19 @@ def _start_with_laws(parts: Compiled, tables: Tables, q0: Array, v0: Array) -> t
 class Run:
     """Arrays of one integration, and the kernel's account of it."""
 
-    __slots__ = ("info", "lam", "q", "v", "w", "z", "zdot")
+    __slots__ = ("info", "lam", "q", "tangents", "v", "w", "z", "zdot")
 
     def __init__(self, nodes: int, n: int, m: int, bushings: int) -> None:
         self.q, self.v, self.w = np.zeros((nodes, n)), np.zeros((nodes, n)), np.zeros((nodes, n))
         self.lam = np.zeros((nodes, m))
         self.z, self.zdot = np.zeros((nodes, bushings)), np.zeros((nodes, bushings))
         self.info = np.zeros(5)
+        # bushings carry states of their own: their adjoint needs more than the tangents
+        small = bushings == 0 and 8 * nodes * n * (2 * n + m) <= KEEP
+        kept = nodes if small else 0
+        self.tangents = Tangents(
+            stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), jacobian=np.empty((kept, m, n))
+        )
 
 
 def proximal(tables: Tables, *, redundant: bool) -> float:
@@ -163,11 +173,14 @@ def integrate(
     run.zdot[0] = work.zdot
     total = n + m
     # 1: factors are kept from step to step until Newton slows down; forces alone are cheaper than tangents
-    settings = np.array([scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), 1.0])
+    settings = np.array([
+        scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), 1.0,
+        0.0 if isinstance(tables, SpringTables) else 1.0,
+    ])  # fmt: skip
     alpha_forward(
         tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), run.q, run.v, run.w, run.lam,
         run.z, run.zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
-        settings, run.info,
+        settings, run.info, run.tangents.stiffness, run.tangents.damping, run.tangents.jacobian,
     )  # fmt: skip
     return run
 
@@ -183,6 +196,13 @@ def _failure(
         else f"{scheme.iterations} Newton steps left an acceleration update of {info[3]:.2g} "
         f"(tolerance {scheme.tolerance:.0e} relative)"
     )
+    if isinstance(scheme, GeneralisedAlpha) and scheme.rho > UNDAMPED and parts.row_names:
+        return NotConverged(
+            f"GeneralisedAlpha stopped at t = {times[step]:.6g} s (step {h:.3g} s): {cause}. With joints "
+            f"rho={scheme.rho:g} leaves the joint forces alternating undamped from step to step; take "
+            f"rho <= {UNDAMPED}, which keeps the energy as well",
+            float(times[step]),
+        )
     advice = f"No step down to {h / 64:.3g} s works: look at the forces near that time"
     for halvings in (1, 2, 3, 4, 5, 6):
         count = min(step + 5, len(times) - 1) * 2**halvings

@@ -9,9 +9,9 @@ import numpy as np
 from ._kernels_equations import evaluate, member_energy_series, place, torsion_energy_sum
 from .schemes import Scheme
 from .system import System
-from .tables import Tables, work_space
+from .tables import Tables, Work, work_space
 
-__all__ = ["Diagnosis", "Status", "Trajectory"]
+__all__ = ["Diagnosis", "Status", "Tangents", "Trajectory"]
 
 Array = np.ndarray[Any, Any]
 
@@ -30,6 +30,19 @@ class Diagnosis:
     factorisations: int
     redundant_rows: tuple[str, ...]
     reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Tangents:
+    """Tangents at the converged states of a run, kept for its adjoint.
+
+    stiffness, damping: (steps + 1, n, n) dF/dq with the geometric term, dF/dv.  jacobian: (steps + 1, m, n)
+    Phi_q. Node 0 is empty. Arrays of length 0 when nothing was kept.
+    """
+
+    stiffness: Array
+    damping: Array
+    jacobian: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +66,7 @@ class Trajectory:
     damage_rate: Array
     diagnosis: Diagnosis
     tables: Tables
+    tangents: Tangents | None = None
     status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)  # derived series, computed once
 
@@ -64,6 +78,13 @@ class Trajectory:
     def step(self) -> float:
         """Length of a step, s."""
         return float(self.times[1] - self.times[0])
+
+    @property
+    def work(self) -> Work:
+        """Work arrays of the kernels on this run's tables, made once."""
+        if "work" not in self.memo:
+            self.memo["work"] = work_space(self.tables)
+        return self.memo["work"]  # type: ignore[no-any-return]
 
     def of(self, body: str) -> Array:
         """(steps + 1, 3) position of a body, free or prescribed."""
@@ -80,14 +101,13 @@ class Trajectory:
         """(steps + 1,) energy stored in the members, J."""
         if "stored_energy" not in self.memo:
             energy = np.zeros(len(self.times))
-            work = work_space(self.tables)
-            member_energy_series(self.tables, work, self.position, self.velocity, energy)
+            member_energy_series(self.tables, self.work, self.position, self.velocity, energy)
             self.memo["stored_energy"] = energy
         return np.array(self.memo["stored_energy"])
 
     def spring_energy(self) -> Array:
         """(steps + 1,) energy stored in the joint springs, J."""
-        work = work_space(self.tables)
+        work = self.work
         energy = np.zeros(len(self.times))
         for step in range(len(self.times)):
             place(self.tables, work, step, self.position[step], self.velocity[step])
@@ -104,7 +124,7 @@ class Trajectory:
 
     def joint_residuals(self) -> Array:
         """(steps + 1, m) Phi at every node: how well the joints hold, m or rad."""
-        work = work_space(self.tables)
+        work = self.work
         out = np.zeros((len(self.times), len(self.tables.row)))
         for step in range(len(self.times)):
             z = self.damage[step]

@@ -23,7 +23,6 @@ from ..multibody.runge_kutta import runge_kutta_adjoint
 from ..multibody.schemes import BDF2, GeneralisedAlpha, RungeKutta8, VelocityVerlet
 from ..multibody.simulation import proximal
 from ..multibody.stepping import alpha_adjoint_loop, bdf2_adjoint_loop
-from ..multibody.tables import work_space
 from ..multibody.trajectory import Trajectory
 from .seeds import Seeds, seeds
 
@@ -67,12 +66,24 @@ def parameter_gradient(trajectory: Trajectory, objective: Objective) -> ByParame
     """The same sweep, contracted with every parameter of members, springs, bushings and bodies.
 
     The objective's explicit dependence on a parameter other than density (stored energy on k, say) is not
-    included.
+    included. Raises NotSupported for runs of BDF2 and RungeKutta8 and for systems with a UserLaw.
     """
+    if not isinstance(trajectory.scheme, GeneralisedAlpha | VelocityVerlet):
+        raise NotSupported(
+            f"parameter_gradient needs a run of GeneralisedAlpha or VelocityVerlet, got one of "
+            f"{type(trajectory.scheme).__name__}; simulate again with GeneralisedAlpha, or take gradient() "
+            "for the densities alone"
+        )
+    parts = compiled(trajectory.system)
+    if not parts.fused:
+        first = int(parts.order[parts.user[0].first])
+        raise NotSupported(
+            f"parameter_gradient knows the parameters of the engine's own laws only; members[{first}] has a "
+            "UserLaw. Take gradient() for the densities, or differences for the parameters of that law"
+        )
     start = seeds(trajectory, objective)
-    gradient, parts = _sweep(trajectory, start, detailed=True)
-    law, length, spring, bushing, mass = parts
-    order = np.argsort(compiled(trajectory.system).order)
+    gradient, (law, length, spring, bushing, mass) = _sweep(trajectory, start, detailed=True)
+    order = np.argsort(parts.order)
     return ByParameter(
         density=in_member_order(trajectory, gradient) + start.density,
         law=law[:, order],
@@ -104,6 +115,14 @@ def _looped(trajectory: Trajectory, start: Seeds) -> Array:
     return alpha_adjoint_loop(equations, r.scheme, r.step, r, start)
 
 
+def _kept(trajectory: Trajectory, n: int, m: int) -> tuple[Array, Array, Array]:
+    """The tangents that the forward run kept; empty arrays when it kept none."""
+    kept = trajectory.tangents
+    if kept is None:
+        return np.empty((0, n, n)), np.empty((0, n, n)), np.empty((0, m, n))
+    return kept.stiffness, kept.damping, kept.jacobian
+
+
 def _sweep(trajectory: Trajectory, start: Seeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:
     scheme = trajectory.scheme
     if not isinstance(scheme, GeneralisedAlpha | VelocityVerlet):
@@ -116,7 +135,7 @@ def _sweep(trajectory: Trajectory, start: Seeds, *, detailed: bool) -> tuple[Arr
     spring = np.zeros((6, len(tables.torsion_pair)))
     bushing, mass = np.zeros((5, bushings)), np.zeros(n)
     shift = proximal(tables, redundant=len(r.diagnosis.redundant_rows) > 0)
-    work = work_space(tables)
+    work = r.work
     mu = np.zeros_like(r.position)
     alpha_adjoint(
         tables, work, scheme.numbers, r.step, start.last,
@@ -124,6 +143,7 @@ def _sweep(trajectory: Trajectory, start: Seeds, *, detailed: bool) -> tuple[Arr
         start.position, start.velocity, start.acceleration, start.multiplier, start.damage,
         np.zeros((total, total)), np.zeros((total, total) if shift else (0, 0)), np.zeros(total),
         np.zeros(2 * total), np.zeros(total, np.int64), shift, np.zeros((4, n)), np.zeros((2, bushings)), mu,
+        *_kept(r, n, m),
     )  # fmt: skip
     contract_history(tables, work, start.last, r.position, r.velocity, mu, gradient)
     if detailed:
