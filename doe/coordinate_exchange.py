@@ -69,23 +69,22 @@ def coordinate_exchange(
 ) -> Floats:
     """The points (n, d) in [0, 1] of an optimal design for a regression model.
 
-        Args:
-            model: linear | interactions | quadratic, or a table of exponents. A named model leaves out the
-            square of
-                a factor with two levels, which equals the constant.
-            criterion: D | A | I, as for `exchange`.
-            levels: None for continuous factors; a number of even levels for all; or one entry per factor:
-                None, a number, or the values in [0, 1].
-            existing: (m, d) runs already made: they count and are not handed back.
-            starts: random designs to begin from; by default 2 to 100, the fewer the larger the design.
-            polish: whether continuous coordinates leave the 11 levels of the search.
+    Args:
+        model: linear | interactions | quadratic, or a table of exponents. A named model leaves out the
+            square of a factor with two levels, which equals the constant.
+        criterion: D | A | I, as for `exchange`.
+        levels: None for continuous factors; a number of even levels for all; or one entry per factor:
+            None, a number, or the values in [0, 1].
+        existing: (m, d) runs already made: they count and are not handed back.
+        starts: random designs to begin from; by default 2 to 100, the fewer the larger the design.
+        polish: whether continuous coordinates leave the 11 levels of the search.
 
-        >>> points = coordinate_exchange(6, 2, rng=np.random.default_rng(0))
-        >>> from doe.models import d_efficiency
-        >>> round(d_efficiency(points, model="quadratic"), 4)
-        0.4231
+    >>> points = coordinate_exchange(6, 2, rng=np.random.default_rng(0))
+    >>> from doe.models import d_efficiency
+    >>> round(d_efficiency(points, model="quadratic"), 4)
+    0.4231
 
-        Raises: ValueError when n is less than the model's terms, or the levels cannot estimate it.
+    Raises: ValueError when n is less than the model's terms, or the levels cannot estimate it.
     """
     if n < 1 or d < 1:
         raise ValueError(f"n and d need whole numbers >= 1, got n={n} and d={d}")
