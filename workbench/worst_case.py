@@ -24,10 +24,8 @@ from typing import Any
 
 import numpy as np
 
-import doe
 from workbench.audit import Audit, audit_runs
 from workbench.baselines import Baseline, predicted_baselines
-from workbench.errors import StudyError
 from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading, response_name
 from workbench.feasibility import Feasibility
 from workbench.gap import Gap, lipschitz_gap, remaining_gap
@@ -35,6 +33,7 @@ from workbench.polish import polish, reserve
 from workbench.portfolio import predicted_worst, propose
 from workbench.search_ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search_model import SearchModel, fit_rough_model, fit_search_model
+from workbench.search_start import start_points
 from workbench.space import Space
 from workbench.streams import stream
 
@@ -43,7 +42,6 @@ __all__ = ["Status", "WorstCase", "search_worst_case", "surrogate_worst_case", "
 Progress = Callable[[Run, float], None]
 
 QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the search stops
-START_TRIES = 200
 FINISHING_RUNS = 3
 PROFILE_POINTS = 41
 
@@ -220,7 +218,7 @@ def search_worst_case(
     """`worst_case` on an evaluator, which stores runs and repeats none; see there for the arguments."""
     ledger = Ledger.opened(space, response=response, sense=sense, start=start, progress=progress)
     where = ledger.where
-    points = _start_points(ledger, budget=budget, seed=seed)
+    points = start_points(ledger, budget=budget, seed=seed)
     if len(points):
         ledger.add(evaluate(where.rows(points), purpose="start"), points, proposals=["start"] * len(points))
     ledger.require_values(FEWEST_RUNS)
@@ -320,35 +318,6 @@ def surrogate_worst_case(
         predicted_std=float(std[0]),
         profile=_profile(ledger, model, worst[0]),
     )
-
-
-def _start_points(ledger: Ledger, *, budget: int, seed: int) -> np.ndarray:
-    """Space-filling points that bring the usable runs up to d + 2; none when there are enough."""
-    where = ledger.where
-    wanted = max(where.n_features + 2, FEWEST_RUNS)
-    needed = max(wanted - int(ledger.ok.sum()), 0)
-    if where.is_finite:
-        needed = int(min(needed, where.size))
-    if needed and budget < needed:
-        raise StudyError(
-            f"budget={budget} is below the start design of {needed} runs for {where.dimension} parameters. "
-            f"Raise the budget to at least {needed + 1}, or give runs already made with start="
-        )
-    if needed == 0:
-        return np.empty((0, where.dimension))
-    rng = stream(seed, "worst case start")
-    drawn = where.snap(doe.optimised_lhs(needed, where.dimension, criterion="phi_p", swaps=20_000, rng=rng))
-    allowed = drawn[where.allowed(drawn)]
-    tries = 0
-    while len(np.unique(allowed, axis=0)) < needed and tries < START_TRIES:
-        more = where.snap(rng.random((max(200, 10 * needed), where.dimension)))
-        allowed = np.vstack([allowed, more[where.allowed(more)]])
-        tries += 1
-    first = np.sort(np.unique(allowed, axis=0, return_index=True)[1])[:needed]
-    if not len(first):
-        raise StudyError("no point of the space meets its constraints: loosen them or widen the bounds")
-    points: np.ndarray = allowed[first]
-    return points
 
 
 def _run_corners(evaluate: Evaluator, ledger: Ledger, *, budget: int) -> None:

@@ -1,0 +1,67 @@
+"""Quantiles of a response over the uncertainty, from few runs."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from workbench.errors import StudyError
+from workbench.space import Distribution, Parameter, Space
+from workbench.worst_quantile import worst_quantile
+
+BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
+
+
+def test_the_quantile_of_a_sum_of_uniforms():
+    found = worst_quantile(lambda a, b: a + b, BOX, share=0.9, budget=20, seed=3)
+    assert found.value == pytest.approx(2 - np.sqrt(0.2), abs=0.01)  # 1 - (2 - t)^2 / 2 = 0.9
+    assert found.lower <= 2 - np.sqrt(0.2) <= found.upper
+    assert found.evaluations <= 20
+
+
+def test_the_interval_holds_the_quantile_of_a_curved_response():
+    def response(a, b):
+        return float(np.exp(2 * a) * np.sin(2.5 * b))
+
+    sample = np.random.default_rng(9).random((200_000, 2))
+    known = np.quantile(np.exp(2 * sample[:, 0]) * np.sin(2.5 * sample[:, 1]), 0.95)
+    found = worst_quantile(response, BOX, share=0.95, budget=30, seed=0)
+    assert found.lower <= known <= found.upper
+    assert found.upper - found.lower < 0.15 * known
+    assert found.value == pytest.approx(known, rel=0.02)
+
+
+def test_distributions_are_respected_and_small_may_be_bad():
+    law = Distribution("norm", {"loc": 10.0, "scale": 1.0})
+    space = Space([Parameter("m", lower=5.0, upper=15.0, unit="kg", distribution=law), BOX.parameters[0]])
+    found = worst_quantile(lambda m, a: m + 0 * a, space, share=0.95, sense="min", budget=15, seed=1)
+    assert found.value == pytest.approx(10 + norm.ppf(0.05), abs=0.05)
+    assert found.lower <= found.value <= found.upper
+    assert "lies below" in found.sentence
+
+
+def test_the_run_that_is_named_is_a_true_run():
+    found = worst_quantile(lambda a, b: a * b, BOX, budget=15, seed=0)
+    assert found.run_value == pytest.approx(found.parameters["a"] * found.parameters["b"])
+    assert found.to_dict()["run_key"].startswith("run ")
+
+
+def test_failing_runs_are_counted_and_gone_round():
+    def brittle(a, b):
+        if a + b > 1.8:
+            raise RuntimeError("diverged")
+        return a - b
+
+    found = worst_quantile(brittle, BOX, share=0.9, budget=30, seed=2)
+    assert found.value == pytest.approx(1 - np.sqrt(0.2), abs=0.03)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.995])
+def test_a_share_that_a_sample_cannot_tell_is_refused(share):
+    with pytest.raises(StudyError, match=f"share needs a chance from 0.5 to 0.99, got {share}; beyond"):
+        worst_quantile(lambda a, b: a, BOX, share=share)
+
+
+def test_constraints_that_leave_too_little_are_named():
+    space = Space(BOX.parameters, constraints=("a + b <= 0.2",))
+    with pytest.raises(StudyError, match="of 4000 samples meet the constraints of the space"):
+        worst_quantile(lambda a, b: a, space, budget=10)
