@@ -38,6 +38,7 @@ FEWEST_RUNS = 3
 FORWARD_THRESHOLD = 1.92
 DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
 FORWARD_NUGGET = 1e-8
+NOTHING = 0.01  # gain in l of a step that is not worth a line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,7 +230,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
                 order += [k for k in runs.given(int(u)) if k not in order]
         order += [k for k in range(d) if k not in order]
         accepted = [s for s in steps if s.accepted]
-        self.path_ = steps
+        self.path_ = _told(steps) if self.method == "default" else steps
         self.selected_ = np.array(accepted[-1].selected if accepted else (), dtype=np.intp)
         self.ranking_ = np.array(order, dtype=np.intp)
         last = accepted[-1] if accepted else None
@@ -393,6 +394,12 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         twice = [k for k in set(flat) if flat.count(k) > 1]
         if twice:
             raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
+
+
+def _told(steps: list[ScreeningStep]) -> list[ScreeningStep]:
+    """The accepted steps, the first rejected one, and what is more as long as it brings anything."""
+    last = max((s.step for s in steps if s.accepted or s.gain > NOTHING), default=0)
+    return steps[: max(last, sum(s.accepted for s in steps) + 1)]
 
 
 def _default(
