@@ -11,7 +11,7 @@ all cases found. The lower end is that of a local optimiser, the upper end that 
 as found, not proven.
 
 The loop is a function of the study and of the runs' answers. Runs are kept by `LayoutRuns`, optimised layouts
-in `rounds/`, so after a kill the same call goes on: it repeats at most one optimisation.
+and ended searches in `rounds/`, so after a kill the same call goes on: it repeats at most one optimisation.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ from workbench.engine.layout.purify import purify
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Evaluator
 from workbench.layout import check_gradient, layout_document
-from workbench.layout_model import LayoutModel
+from workbench.layout_model import LayoutModel, layout_name
 from workbench.space import Space
 from workbench.worst_case import search_worst_case
 
@@ -82,7 +82,7 @@ class Found:
     case: Case
     runs: int
     status: str
-    open_gap: float
+    open_gap: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -259,7 +259,18 @@ class _Loop:
 
     def search(self, name: str) -> Found:
         """The worst case of a layout over the whole uncertainty; the known cases count as runs made."""
-        density = self.layouts[name]
+        parts = (self.identity, self.space.hash, layout_name(self.layouts[name]), self.cases, self.settings)
+        text = repr(parts)
+        place = self.folder / "rounds" / f"search-{_digest(text)}.json"
+        found = read_json(place)
+        if found is None:
+            found = self._searched(self.layouts[name])
+            place.parent.mkdir(parents=True, exist_ok=True)
+            write_json(place, found)
+        self.worst[name] = Found(**found)
+        return self.worst[name]
+
+    def _searched(self, density: Array) -> dict[str, Any]:
         evaluate = self.evaluator(density)
         found = search_worst_case(
             evaluate,
@@ -272,14 +283,13 @@ class _Loop:
             workers=BATCH,
             tolerance=self.settings.tolerance / 4,
         )
-        self.worst[name] = Found(
-            value=found.value,
-            case=dict(found.parameters),
-            runs=found.evaluations,
-            status=found.status.value,
-            open_gap=float(found.gap.width),
-        )
-        return self.worst[name]
+        return {
+            "value": found.value,
+            "case": dict(found.parameters),
+            "runs": found.evaluations,
+            "status": found.status.value,
+            "open_gap": float(found.gap.width) if np.isfinite(found.gap.width) else None,
+        }
 
     def second_start(self) -> None:
         """The last layout once more, from the start of the problem; searched when it looks better."""
@@ -306,7 +316,7 @@ class _Loop:
                 self.worst[name] = Found(
                     value=known[name], case=self.cases[k], runs=before.runs if before else 0,
                     status=before.status if before else "judged in the cases of the others alone",
-                    open_gap=before.open_gap if before else float("nan"),
+                    open_gap=before.open_gap if before else None,
                 )  # fmt: skip
         last = self.rounds[-1]
         # a layout that was chosen in the end without being the last one searched has to stand its own search
@@ -335,8 +345,7 @@ def optimise_for_cases(
 ) -> Optimised | str:
     """The engine's layout for these cases, made once and kept in `folder`; a sentence when there is none."""
     text = repr((identity, [dict(case) for case in cases], evaluations))
-    digest = blake2b(text.encode() + (b"" if start is None else start.tobytes()), digest_size=8)
-    place = folder / f"{digest.hexdigest()}.json"
+    place = folder / f"{_digest(text + ('' if start is None else layout_name(start)))}.json"
     document = read_json(place)
     if document is None:
         document = _optimise(model, cases, start, evaluations)
@@ -378,6 +387,10 @@ def _largest(values: Sequence[float | None]) -> float:
     if not there:
         raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
     return max(there)
+
+
+def _digest(text: str) -> str:
+    return blake2b(text.encode(), digest_size=8).hexdigest()
 
 
 def _distinct(cases: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -185,7 +185,7 @@ def _document(
                 "case": dict(found.worst[name].case),
                 "runs": found.worst[name].runs,
                 "search": found.worst[name].status,
-                "open_gap": _finite(found.worst[name].open_gap),
+                "open_gap": found.worst[name].open_gap,
                 "nominal": found.values[name][0],
                 "values": found.values[name],
             }
