@@ -48,6 +48,7 @@ SIZES = ((50, 20), (64, 8), (100, 10))
 DIMENSIONS = (2, 3, 4, 6, 8, 9, 10, 12, 16, 20, 30, 50)
 CURVE_RUNS = 50
 CURVES = ("random LHS", "IHS published", "IHS auto", "phi_p swaps")
+HEADINGS = ("min d", "mean nn d", "phi_p", "CD2", "max corr", "D-eff")
 METRICS: dict[str, Callable[[Floats], float]] = {
     "min_distance": doe.min_distance,
     "nearest_mean": lambda x: float(doe.nearest_distances(x).mean()),
@@ -112,7 +113,7 @@ def table(ds: xr.Dataset) -> str:
     """The medians as text, 80 columns."""
     lines = []
     for size in ds.size.values:
-        lines += [f"{size}", f"  {'sampler':<15}" + "".join(f"{m[:10]:>11}" for m in ds.metric.values)]
+        lines += [f"{size}", f"  {'sampler':<15}" + "".join(f"{name:>11}" for name in HEADINGS)]
         for name in ds.sampler.values:
             row = ds.quality.sel(sampler=name, size=size).values
             lines.append(f"  {name:<15}" + "".join(f"{v:>11.4g}" for v in row))
@@ -146,6 +147,8 @@ def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
         ax.axvline(1.0, color="k", linewidth=0.8)
         ax.set(xlabel=f"{label} over that of a random LHS (1), lower is better")
         ax.set_yticks(place + 0.4 - height / 2, list(ds.sampler.values))
+    axes[1].set_xscale("log")
+    axes[1].xaxis.set_major_formatter("{x:g}")
     axes[0].invert_yaxis()
     axes[1].legend(title="runs x factors")
     return {"nearest": curve, "criteria": bars}
