@@ -90,6 +90,31 @@ def test_an_interrupted_search_repeats_no_run():
     assert len(calls) == resumed.evaluations + 1  # the interrupted one, and none twice
 
 
+def test_a_batch_interrupted_in_the_middle_is_finished_and_not_drawn_anew():
+    calls = []
+
+    def counted(a, b):
+        calls.append((a, b))
+        if len(calls) == 6:  # the second of the first batch of three
+            raise KeyboardInterrupt
+        return bump(a, b)
+
+    evaluate = FunctionEvaluator(counted)
+    with pytest.raises(KeyboardInterrupt):
+        search_worst_case(evaluate, BOX, budget=13, seed=2, workers=3, tolerance=-1)
+    interrupted = calls[5]
+    resumed = search_worst_case(evaluate, BOX, budget=13, seed=2, workers=3, tolerance=-1)
+    assert calls[6] == interrupted
+    assert len(calls) == 13 + 1
+    plain = search_worst_case(FunctionEvaluator(bump), BOX, budget=13, seed=2, workers=3, tolerance=-1)
+    assert [r.parameters for r in resumed.runs] == [r.parameters for r in plain.runs]
+
+
+def test_an_uncertainty_without_parameters_is_refused():
+    with pytest.raises(StudyError, match="a space needs at least one parameter"):
+        worst_case(bowl, Space([]))
+
+
 def test_given_runs_cost_nothing_and_are_used():
     rng = np.random.default_rng(0)
     rows = BOX.rows(rng.random((12, 2)))
