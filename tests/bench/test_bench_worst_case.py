@@ -2,8 +2,8 @@
 
 `pytest -m bench tests/bench/test_bench_worst_case.py -s` prints one row per problem; HOLDFAST_BENCH_SEEDS
 sets the number of seeds (3). Every method starts with d + 2 points and may spend the same budget;
-differential evolution may spend 20,000. A dash means: not within the budget. Times are not compared here,
-runs are.
+differential evolution and dual annealing may spend 20,000, DIRECT ten times the budget. A dash means: not
+within the budget. Times are not compared here, runs are.
 """
 
 import contextlib
@@ -100,6 +100,24 @@ def differential_evolution(problem: Problem, budget: int, seed: int) -> np.ndarr
     return np.array(record.values)
 
 
+def direct(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """scipy's DIRECT, which draws nothing."""
+    from scipy.optimize import direct as solver
+
+    record = Recorder(problem)
+    solver(record, [(0.0, 1.0)] * problem.space.dimension, maxfun=10 * budget)
+    return np.array(record.values)
+
+
+def dual_annealing(problem: Problem, budget: int, seed: int) -> np.ndarray:
+    """scipy's dual annealing with its local search, 20,000 runs at most."""
+    from scipy.optimize import dual_annealing as solver
+
+    record = Recorder(problem)
+    solver(record, [(0.0, 1.0)] * problem.space.dimension, rng=seed, maxfun=20_000)
+    return np.array(record.values)
+
+
 METHODS = {
     "ours": ours,
     "egobox": egobox,
@@ -107,6 +125,8 @@ METHODS = {
     "SMT EGO": smt,
     "corners": corners,
     "diff. evolution": differential_evolution,
+    "DIRECT": direct,
+    "dual annealing": dual_annealing,
 }
 
 
