@@ -213,6 +213,8 @@ class Site:
     """Where a candidate member may sit: row of Table C.3, segment and end points in the vehicle frame (m)."""
 
     number: int
+    occupant_point: int  # of Table C.2
+    vehicle_point: int  # of Table C.1
     segment: str
     on_occupant: tuple[float, float]
     on_vehicle: tuple[float, float]
@@ -242,6 +244,8 @@ def member_sites() -> tuple[Site, ...]:
         sites.append(
             Site(
                 number=int(row["member"]),
+                occupant_point=int(row["gunner_point"]),
+                vehicle_point=int(row["vehicle_point"]),
                 segment=o["segment"],
                 on_occupant=on_occupant,
                 on_vehicle=(1e-3 * float(v["x_use"]), 1e-3 * float(v["z_use"])),

@@ -178,6 +178,22 @@ class OccupantRestraint:
         """The occupant behind a drawing of the layout: closed lines in the vehicle frame, m."""
         return outlines()
 
+    def places(self) -> tuple[list[str], list[str], list[tuple[int, int]]]:
+        """The layout matrix: points of Table C.2 by those of C.1, floor last, and every member's cell."""
+        sites = member_sites()
+        rows = {site.occupant_point: f"{site.segment.split()[0]} {site.side}" for site in sites}
+        columns = sorted({(site.layer, site.vehicle_point) for site in sites})
+        order = sorted(rows)
+        cells = [
+            (order.index(site.occupant_point), columns.index((site.layer, site.vehicle_point)))
+            for site in sites
+        ]
+        return (
+            [f"{number} {rows[number]}" for number in order],
+            [f"{point}, layer {layer}" for layer, point in columns],
+            cells * len(self.kinds),
+        )
+
 
 def restraint(
     *, belts: float = 6.0, airbags: float = 6.0, retractors: float = 0.0, budget: str = "each"

@@ -89,6 +89,15 @@ def test_the_motion_has_members_on_their_sites():
         assert lengths == pytest.approx(np.hypot(planar, site.offset), rel=1e-6)
 
 
+def test_the_layout_matrix_has_a_cell_for_every_member():
+    rows, columns, cells = restraint().places()
+    assert (len(rows), len(columns), len(cells)) == (12, 40, 360)
+    assert len(set(cells[:180])) == 180
+    assert cells[:180] == cells[180:]
+    assert rows[0] == "1 upper front"
+    assert columns[-1].endswith("layer 5")
+
+
 def test_the_demo_is_the_study_in_a_small_setting():
     full, small = (
         tomllib.loads((files("studies") / name).read_text())
