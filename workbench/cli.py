@@ -68,13 +68,20 @@ def design(
     csv: Annotated[
         Path | None, typer.Option(help="Write the rows to run, with their keys, to this CSV.")
     ] = None,
+    quality: Annotated[
+        bool, typer.Option("--quality", help="All figures of merit, and design_quality.png in the folder.")
+    ] = False,
+    compare: Annotated[
+        str | None, typer.Option(help="Other kinds to put beside it, such as lhs,ihs,optimised_lhs.")
+    ] = None,
     json_: Json = False,
 ) -> None:
     """Make the design and put its rows in the queue."""
     from workbench.atomic import write_text
+    from workbench.design_stage import compared_designs
     from workbench.stages import design as stage
     from workbench.stages import queue_design
-    from workbench.summaries import design_lines
+    from workbench.summaries import comparison_lines, design_lines
     from workbench.telling import asked_csv
 
     with _campaign(study, folder) as campaign:
@@ -84,9 +91,16 @@ def design(
             text = asked_csv(asked, campaign.study.space.names, list(campaign.study.reductions))
             write_text(csv, text)
         where = campaign.folder
+        others = None if compare is None else compared_designs(document, compare.split(","))
     what = f"{document['n']} runs of {document['d']} parameters ({document['algorithm']})"
     lines = [f"{what}, {len(asked)} without an answer"]
-    lines += design_lines(document)
+    lines += design_lines(document, whole=quality) if others is None else comparison_lines(others)
+    if quality:
+        from workbench.design import Design
+        from workbench.design_plots import plot_design
+
+        plot_design(Design.from_dict(document)).savefig(where / "design_quality.png", dpi=120)
+        lines.append(f"pairs, correlations and distances drawn in {where / 'design_quality.png'}")
     lines.append(f"written to {csv or where / 'design.json'}")
     _finish(document, json_, lambda: _print(lines))
 

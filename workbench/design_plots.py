@@ -10,8 +10,9 @@ from workbench.errors import StudyError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["plot_correlations", "plot_distances", "plot_pair", "plot_pairs"]
+__all__ = ["plot_correlations", "plot_design", "plot_distances", "plot_pair", "plot_pairs"]
 
 MOST_STRATA = 60
 MOST_PAIRS = 12
@@ -85,6 +86,7 @@ def plot_pairs(design: Design, *, ax: "Axes | None" = None) -> "Axes":
     ax.set_xticks([k * gap + 0.5 for k in range(d)], design.space.names, rotation=45, ha="right")
     ax.set_yticks([(d - 1 - k) * gap + 0.5 for k in range(d)], design.space.names)
     ax.tick_params(length=0)
+    ax.grid(False)
     ax.set_frame_on(False)
     ax.set_aspect("equal")
     return ax
@@ -96,6 +98,7 @@ def plot_correlations(design: Design, *, ax: "Axes | None" = None) -> "Axes":
     matrix = doe.correlations(design.unit)
     shown = np.ma.masked_where(np.eye(len(matrix), dtype=bool), matrix)
     picture = ax.imshow(shown, cmap="RdBu_r", vmin=-1, vmax=1)
+    ax.grid(False)
     names = design.space.names
     ax.set_xticks(range(len(names)), names, rotation=45, ha="right")
     ax.set_yticks(range(len(names)), names)
@@ -135,3 +138,20 @@ def plot_distances(design: Design, *, seed: int = 0, ax: "Axes | None" = None) -
     ax.set_ylabel("runs")
     ax.legend(frameon=False)
     return ax
+
+
+def plot_design(design: Design) -> "Figure":
+    """All pairs (of at most 12 parameters), the correlation map and the distances in one figure."""
+    from matplotlib import style
+    from matplotlib.figure import Figure
+
+    pairs = design.space.dimension <= MOST_PAIRS
+    with style.context("workbench.style"):
+        figure = Figure(figsize=(13.0 if pairs else 9.0, 4.6), layout="constrained")
+        axes = list(figure.subplots(1, 3 if pairs else 2))
+        if pairs:
+            plot_pairs(design, ax=axes.pop(0)).set_title("pairs, unit coordinates")
+        plot_correlations(design, ax=axes[0]).set_title("correlations")
+        if len(design) > 1:
+            plot_distances(design, ax=axes[1]).set_title("nearest runs")
+    return figure

@@ -1,13 +1,16 @@
 """The points of a study: from a kind of design, from a file, or from a table of runs made elsewhere."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from workbench.campaign import Campaign
 from workbench.errors import StudyError
 from workbench.model_table import TableModel, read_table
 
-__all__ = ["design_from_file", "design_of_kind", "design_of_table"]
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["compared_designs", "design_from_file", "design_of_kind", "design_of_table"]
 
 
 def design_of_table(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
@@ -69,3 +72,15 @@ def design_of_kind(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, l
         options=DesignOptions(**options),
     )
     return made, made.rows()
+
+
+def compared_designs(document: Mapping[str, Any], kinds: Sequence[str]) -> "pd.DataFrame":
+    """The design of `design.json` beside others with as many runs: see `workbench.compare`."""
+    from workbench.design import Design, compare, make_design
+
+    own = Design.from_dict(document)
+    designs = {own.algorithm: own}
+    for kind in (kind.strip() for kind in kinds):
+        made = make_design(own.space, kind, len(own), seed=own.seed)
+        designs[kind if kind != own.algorithm else f"{kind} (defaults)"] = made
+    return compare(designs)

@@ -1,10 +1,15 @@
 """What the stages found, in words and tables of 80 columns."""
 
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = [
+    "comparison_lines",
     "design_lines",
     "format_number",
     "layout_lines",
@@ -28,11 +33,11 @@ def format_number(value: float | None, digits: int = 5) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
 
 
-def design_lines(document: Mapping[str, Any]) -> list[str]:
-    """How good the design is, each measure beside random Latin hypercubes of the same size."""
+def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[str]:
+    """How good the design is, each measure beside random Latin hypercubes of the same size; some, or all."""
     quality = document.get("quality") or {}
     rows = []
-    for name in QUALITIES:
+    for name in quality if whole else QUALITIES:
         entry = quality.get(name)
         if entry is None or entry["value"] is None or entry["percentile"] is None:
             continue
@@ -41,6 +46,23 @@ def design_lines(document: Mapping[str, Any]) -> list[str]:
     if not rows:
         return []
     return table_lines(("design quality", "of random Latin hypercubes", "value"), rows)
+
+
+def comparison_lines(frame: "pd.DataFrame") -> list[str]:
+    """The table of `workbench.compare`: value, and share of random Latin hypercubes beaten, per design."""
+    designs = list(dict.fromkeys(frame.columns.get_level_values(0)))
+    rows = []
+    for metric, row in frame.iterrows():
+        cells = [str(metric).replace("_", " ")]
+        for name in designs:
+            value, beaten = row[name, "value"], row[name, "better than"]
+            share = "" if math.isnan(beaten) else f" ({beaten:.0f} %)"
+            cells.append(
+                "-" if value is None or math.isnan(value) else format_number(float(value), 4) + share
+            )
+        rows.append(tuple(cells))
+    lines = table_lines(("design quality", *designs), rows)
+    return [*lines, "in brackets: share of random Latin hypercubes that the design is better than"]
 
 
 def screening_lines(document: Mapping[str, Any]) -> list[str]:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -141,6 +142,29 @@ def test_design_tell_and_plan_on_a_model_of_somebody_else(tmp_path, capsys):
     assert "2 ok, 1 queued" in out
     code, out, err = in_process("plan", path, "--json", capsys=capsys)
     assert json.loads(out)["stored"] == {"ok": 2, "queued": 1}
+
+
+def test_design_tells_its_quality_and_compares(tmp_path, capsys):
+    (tmp_path / "m.py").write_text("def f(**k):\n    return 0.0\n")
+    path = tmp_path / "study.toml"
+    parameters = "".join(f'[[parameter]]\nname = "p{k}"\nlower = 0\nupper = 1\n' for k in range(3))
+    path.write_text(
+        '[study]\nname = "q"\n[model]\nkind = "python"\nfunction = "m.py:f"\n'
+        f'{parameters}[[response]]\nname = "y"\n[design]\nkind = "optimised_lhs"\nruns = 12\n'
+    )
+    code, out, _ = in_process("design", path, "--quality", capsys=capsys)
+    assert code == 0
+    assert re.search(r"phi p +better than 100 % +\d", out)
+    assert re.search(r"wd2 +better than", out)
+    assert max(map(len, out.splitlines())) <= 80 + len(str(tmp_path)) + 40
+    assert (tmp_path / "study.holdfast" / "design_quality.png").read_bytes()[:4] == b"\x89PNG"
+    code, out, _ = in_process("design", path, "--compare", "lhs,ihs", capsys=capsys)
+    assert code == 0
+    assert re.search(r"design quality +optimised_lhs +lhs +ihs", out)
+    assert re.search(r"min distance +0\.\d+ \(100 %\) +0\.\d+ \(\d+ %\)", out)
+    code, _, err = in_process("design", path, "--compare", "lhx", capsys=capsys)
+    assert code == 2
+    assert "design kind needs one of lhs, optimised_lhs" in err
 
 
 def test_a_store_that_cannot_be_used_is_five(tmp_path, capsys):
