@@ -10,8 +10,10 @@ from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
 from workbench.campaign import Campaign
 from workbench.errors import Interrupted, StudyError
 from workbench.layout_model import load_layout_model
+from workbench.planning import plan_study
 from workbench.report import write_report
 from workbench.study import parse_study
+from workbench.validation import check_study
 
 NEAR = 0.02  # the loop's own tolerance
 VARIANT = '\n[[robust_layout.variant]]\nname = "half of it"\noptions = { budget = 0.5 }\n'
@@ -143,3 +145,15 @@ def test_densities_outside_their_range_are_refused():
         restraint(budget="none")
     with pytest.raises(ValueError, match="airbags needs a budget >= 0, got -1"):
         restraint(airbags=-1)
+
+
+def test_plan_and_validate_know_the_stage(tmp_path):
+    plan = plan_study(study(tmp_path))
+    assert plan["stages"][-2:] == ["robust_layout", "report"]
+    assert plan["runs"]["robust_layout"] == (5 + 3) * 20 + 3 * 30
+    assert "robust_layout" in check_study(study(tmp_path))["summary"]
+    wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
+    with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):
+        check_study(study(tmp_path, wrong))
+    with pytest.raises(StudyError, match="no response 'push'"):
+        check_study(study(tmp_path, STUDY.replace('"push"', '"pull"')))
