@@ -20,7 +20,7 @@ from .problem import Evaluation, InvalidLayout, LayoutProblem
 from .quadratic import BoundState, NewtonSystem
 from .record import Recorder
 
-__all__ = ["follow_central_path", "has_interior"]
+__all__ = ["follow_central_path", "has_interior", "strictly_inside"]
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def has_interior(problem: LayoutProblem) -> bool:
     return bool((problem.limits[used] > floor[used] * (1 + 1e-9) + 1e-300).all())
 
 
-def _inside(problem: LayoutProblem) -> Array:
+def strictly_inside(problem: LayoutProblem) -> Array:
     """The start moved strictly inside bounds and budgets."""
     lower, upper, free = problem.lower, problem.upper, problem.free
     x = np.where(free, np.clip(problem.start, lower, upper), lower)
@@ -58,7 +58,7 @@ def follow_central_path(
     lower, upper, A = problem.lower[free], problem.upper[free], problem.costs[:, free]
     limits = problem.limits - problem.costs[:, ~free] @ problem.lower[~free]
     n, m = int(free.sum()), problem.budgets
-    x = _inside(problem)
+    x = strictly_inside(problem)
     evaluation = problem.checked(x)
     values, G, W = _rows(problem, evaluation, free)
     r, q = len(values), len(values) + m

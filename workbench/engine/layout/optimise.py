@@ -5,6 +5,7 @@ The default `gsao` picks by what the objective can tell:
 | the objective | what is done |
 |---|---|
 | convex rows with second derivatives, budgets only | Newton steps along the central path |
+| convex rows with gradients only, budgets only | the same path, curvature learnt from the gradients |
 | a history in time, several rows, or second-order factors; budgets only | min-max trust region, corners |
 | one smooth row, or further constraints | two-point separable approximations, globalised by a filter |
 """
@@ -35,6 +36,7 @@ from .peaks import local_peaks
 from .problem import Evaluation, InvalidLayout, LayoutProblem
 from .record import Recorder
 from .result import HistoryEntry, LayoutResult, LayoutStatus
+from .secant_path import follow_secant_path
 from .transient import Scenario, transient_problem
 from .verdicts import verdicts
 
@@ -52,7 +54,7 @@ _PRESETS: dict[str, tuple[Preset, bool]] = {  # preset, globalised
     "slp": (LinearProgramme(), False),
     "dsqp": (DiagonalQuadratic(), False),
 }
-METHODS = ("gsao", *_PRESETS, "central_path", "trust_region")
+METHODS = ("gsao", *_PRESETS, "central_path", "secant_path", "trust_region")
 
 _SETTLED = 1e-5  # relative promise below which a run that stopped elsewhere has converged
 _BLIND = 1e-13  # of the value: what all densities together may change in a row that does not see them
@@ -157,13 +159,15 @@ def _solve(
     if method == "gsao":
         if problem.convex and curved and budgets_only and values.shape[1] == 1 and has_interior(problem):
             method, why = "central_path", "convex rows with second derivatives"
+        elif problem.convex and budgets_only and values.shape[1] == 1 and has_interior(problem):
+            method, why = "secant_path", "convex rows with gradients only"
         elif budgets_only and (values.size > 1 or curved) and peaks != "single":
             method, why = "trust_region", f"{values.size} rows compete"
         else:
             method, why = "gsao_two_point", "one smooth row or further constraints"
     else:
         why = "as asked"
-    if method in ("central_path", "trust_region") and not budgets_only:
+    if method in ("central_path", "secant_path", "trust_region") and not budgets_only:
         raise InvalidLayout(
             f"method '{method}' takes budgets only; use 'gsao' or a preset for further constraints"
         )
@@ -174,6 +178,13 @@ def _solve(
             )
         done = follow_central_path(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
         return done, False, f"Newton steps along the central path: {why}"
+    if method == "secant_path":
+        if values.shape[1] > 1 or not problem.convex or not has_interior(problem):
+            raise InvalidLayout(
+                "method 'secant_path' needs convex static rows (convex=True) and room above the bounds"
+            )
+        done = follow_secant_path(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
+        return done, False, f"barrier steps with curvature from gradients: {why}"
     if method == "trust_region":
         run = min_max(
             problem, recorder, max_evaluations=allowed, tolerance=tolerance, multi_start=multi_start

@@ -72,7 +72,9 @@ class NewtonSystem:
     """The factorised Newton system at one state; solves for several right-hand sides.
 
     curvature: (n, k) columns whose outer products make the Hessian    jacobian: (q, n) rows, then budgets
-    n_rows: number of rows that carry -t    primal, dual: residuals of the constraints and of stationarity
+    n_rows: number of rows that carry -t    residual: of the constraints
+    diagonal (n,), signs (k,), slope (n,): a Hessian diag + curvature diag(signs) curvature', and its product
+    with the step so far; without them the columns alone, all positive, of a Hessian at the present point.
     """
 
     def __init__(
@@ -84,6 +86,10 @@ class NewtonSystem:
         jacobian: Array,
         n_rows: int,
         residual: Array,
+        *,
+        diagonal: Array | None = None,
+        signs: Array | None = None,
+        slope: Array | None = None,
     ) -> None:
         q = len(jacobian)
         self.state, self.jacobian, self.n_rows, self.residual = state, jacobian, n_rows, residual
@@ -91,14 +97,18 @@ class NewtonSystem:
         self.unit = np.r_[np.ones(n_rows), np.zeros(q - n_rows)]
         self.dual_residual = jacobian.T @ state.y - state.zl + state.zu
         self.weight = state.zl / self.below + state.zu / self.above
+        if slope is not None:
+            self.dual_residual += slope
+        if diagonal is not None:
+            self.weight += diagonal
         self.low_rank = np.hstack([curvature, jacobian.T])
         self.first = curvature.shape[1]
         self.scaled = self.low_rank / self.weight[:, None]
         size = self.first + q + 1
         matrix = np.zeros((size, size))
         matrix[:-1, :-1] = self.low_rank.T @ self.scaled
-        diagonal = np.arange(self.first)
-        matrix[diagonal, diagonal] += 1
+        first = np.arange(self.first)
+        matrix[first, first] += 1.0 if signs is None else signs
         self.last = np.arange(self.first, size - 1)
         matrix[self.last, self.last] += state.s / state.y
         matrix[self.last, -1] = matrix[-1, self.last] = self.unit
