@@ -1,5 +1,6 @@
 """optimise_layout: the strategies, the verdicts, bad input."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from studies import trusses
 from studies.two_body import layout_problem
 from workbench.engine.layout.aggregate import aggregated
+from workbench.engine.layout.continuation import raise_power
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
 from workbench.engine.layout.pareto import hypervolume, knee_point, pareto_filter
 from workbench.engine.layout.peaks import local_peaks, rows_with_neighbours
@@ -97,6 +99,101 @@ def test_trusses_without_second_derivatives_reach_one_per_cent_of_the_optimum():
     problem = trusses.problem(truss, second_order=False, lower=1e-7)
     result = optimise_layout(problem, max_evaluations=150)
     assert result.value <= 1.01 * trusses.plastic_optimum(truss)
+
+
+def test_learnt_curvature_solves_convex_rows_that_are_no_trusses():
+    # rows that rise, bend more than their slope tells, and compete: the prior of a falling row is wrong there
+    rng = np.random.default_rng(3)
+    n = 30
+    roots = rng.normal(size=(3, n, n)) / np.sqrt(n)
+    centre = rng.uniform(0.0, 0.6, (3, n))
+
+    def rows(x):
+        moved = np.einsum("rij,rj->ri", roots, x - centre)
+        return 1 + (moved**2).sum(1), 2 * np.einsum("rij,ri->rj", roots, moved)
+
+    def problem(second):
+        factors = np.sqrt(2) * roots
+        return static_problem(
+            (lambda x: (*rows(x), factors)) if second else rows, start=np.full(n, 0.2), convex=True,
+            budgets=[(np.ones(n), 0.25 * n)],
+        )  # fmt: skip
+
+    exact = optimise_layout(problem(True), max_evaluations=100, tolerance=1e-9)
+    learnt = optimise_layout(problem(False), max_evaluations=150, tolerance=1e-7)
+    assert "curvature from gradients" in learnt.strategy
+    assert learnt.value == pytest.approx(exact.value, rel=1e-5)
+    assert learnt.excess <= 1e-9
+
+
+def test_learnt_curvature_keeps_fixed_members_and_refuses_what_it_cannot_do():
+    truss = trusses.ground_structure(
+        columns=4, rows=3, width=3.0, height=2.0, loads=((((0, -1), (3.0, 1.0)),),)
+    )
+    open_, total = trusses.problem(truss, second_order=False), truss.lengths.sum()
+    held = np.where(np.arange(open_.members) == 3, 0.5 / total, 0.0)
+    upper = np.where(held > 0, held, open_.upper)
+    result = optimise_layout(replace(open_, lower=held, upper=upper), max_evaluations=40)
+    assert result.density[3] == 0.5 / total
+    assert result.value < 0.8 * result.start_value
+    with pytest.raises(InvalidLayout, match="'secant_path' needs convex static rows"):
+        optimise_layout(replace(open_, convex=False), "secant_path")
+
+
+def quadratic_objectives(centres):
+    def one(c):
+        return static_problem(
+            lambda a: (float(1 + ((a - c) ** 2).sum()), 2 * (a - c)), start=np.full(3, 0.4), lower=0.0,
+            budgets=[(np.ones(3), 3.0)],
+        )  # fmt: skip
+
+    return [one(np.array(c)) for c in centres]
+
+
+def test_a_front_of_three_objectives_by_normal_constraints():
+    # distances from the corners of an equilateral triangle: the Pareto set is the triangle itself
+    corners = np.array([[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]])
+    found = front(
+        quadratic_objectives(corners), points=10, method="normal_constraint", max_evaluations=40,
+        tolerance=1e-8,
+    )  # fmt: skip
+    assert found.values.shape == (10, 3)
+    assert found.kept.all()
+    for density, x in zip(found.densities, found.weights, strict=True):
+        inside = np.linalg.solve(corners.T, density)
+        assert inside.min() > -2e-3  # in the triangle
+        assert inside.sum() == pytest.approx(1.0, abs=2e-3)
+        assert x.sum() == pytest.approx(1.0)
+    # points of the simplex that lie apart give layouts that lie apart
+    apart = np.linalg.norm(found.densities[:, None] - found.densities[None], axis=2)
+    assert apart[np.triu_indices(10, 1)].min() > 0.1
+    # a point between two anchors, X = (1/3, 2/3, 0), has no component of the third
+    for density, x in zip(found.densities, found.weights, strict=True):
+        if x.max() < 0.9 and x.min() == 0:
+            assert np.linalg.solve(corners.T, density)[np.argmin(x)] == pytest.approx(0.0, abs=5e-3)
+
+
+def test_the_power_is_raised_in_steps():
+    w = np.linspace(1, 4, 12)
+
+    def build(power):
+        def value(a):
+            stiff = 0.05 + a**power
+            return float((w / stiff).sum()), -w * power * a ** (power - 1) / stiff**2
+
+        return static_problem(value, start=np.full(12, 0.3), lower=1e-3, budgets=[(np.ones(12), 4.0)])
+
+    path = raise_power(build, powers=(1.0, 2.0, 4.0), max_evaluations=90)
+    gray = [result.grayness for result in path.results]
+    assert gray[2] < gray[1] < gray[0]
+    assert gray[2] < 0.6 * gray[0]
+    assert path.evaluations <= 90
+    assert all(result.excess <= 1e-9 for result in path.results)
+    assert path.last.value <= build(4.0).evaluate(path.results[0].density).values.max()
+    with pytest.raises(InvalidLayout, match=r"powers need to be positive and to rise, got \(2.0, 1.0\)"):
+        raise_power(build, powers=(2.0, 1.0))
+    with pytest.raises(InvalidLayout, match="at least 3 per power, 12 here, got 10"):
+        raise_power(build, max_evaluations=10)
 
 
 def test_an_idle_budget_is_named():
@@ -401,7 +498,7 @@ def test_fronts_refuse_what_they_cannot_do():
         front([problem])
     with pytest.raises(InvalidLayout, match="objective 1 has other lower than objective 0"):
         front([problem, other])
-    with pytest.raises(InvalidLayout, match="method needs to be 'boundary' or 'weighted'"):
+    with pytest.raises(InvalidLayout, match="'boundary', 'normal_constraint' or 'weighted', got 'random'"):
         front([problem, problem], method="random")
     with pytest.raises(InvalidLayout, match="needs at least 3 points, got 2"):
         front([problem, problem], points=2)

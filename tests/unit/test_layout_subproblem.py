@@ -56,6 +56,32 @@ def random_model(rng, n=12, m=2):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_budgets_that_share_no_member_are_solved_one_by_one(seed):
+    rng = np.random.default_rng(seed)
+    n, m = 40, 3
+    x = rng.uniform(0.1, 0.9, n)
+    owner = rng.integers(-1, m, n)  # -1: in no budget
+    gradients = np.vstack(
+        [rng.normal(size=n), rng.uniform(0.2, 2.0, (m, n)) * (owner == np.arange(m)[:, None])]
+    )
+    values = np.r_[1.0, -rng.uniform(0.0, 0.5, m)]
+    model = SeparableModel.build(
+        x, values, gradients, lower=np.full(n, 0.02), upper=np.ones(n), distances=x,
+        exponents=np.vstack([np.full(n, -1.0), np.ones((m, n))]),
+    )  # fmt: skip
+    apart = solve_subproblem(model)
+    assert kkt_residual(model, apart) <= 1e-9
+    # a fourth constraint that sees everything and never binds sends it to the general solver
+    loose = SeparableModel.build(
+        x, np.r_[values, -1e4], np.vstack([gradients, np.ones(n)]), lower=np.full(n, 0.02), upper=np.ones(n),
+        distances=x, exponents=np.vstack([np.full(n, -1.0), np.ones((m + 1, n))]),
+    )  # fmt: skip
+    general = solve_subproblem(loose)
+    assert apart.x == pytest.approx(general.x, abs=1e-6)
+    assert apart.multipliers == pytest.approx(general.multipliers[:m], rel=1e-5, abs=1e-7)
+
+
 @pytest.mark.parametrize("seed", range(10))
 def test_the_kernel_agrees_with_its_twin(seed):
     rng = np.random.default_rng(seed)

@@ -66,6 +66,9 @@ def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSo
         return _linear(model, caps, size)
     if m == 1:
         return _one_constraint(model, float(caps[0]), float(size[0]))
+    seen = (model.gradients[1:] != 0) | (model.curvatures[1:] != 0)
+    if seen.sum(axis=0).max() <= 1:
+        return _apart(model, caps, size, seen)
     return _several(model, caps, size)
 
 
@@ -115,6 +118,17 @@ def _one_constraint(model: SeparableModel, cap: float, size: float) -> Subproble
         share = _bracket(lambda a: float(model.at(outside + a * move)[0][1]), 0.0, 1.0, 0.0)[1]
         inside = outside + share * move
     return _solution(model, inside, np.array([high]))
+
+
+def _apart(model: SeparableModel, caps: Array, size: Array, seen: NDArray[np.bool_]) -> SubproblemSolution:
+    """Constraints that share no variable (budgets of domains, (7.18)): one root each."""
+    x = model.minimiser(np.r_[1.0, np.zeros(model.constraints)])[0]
+    prices = np.zeros(model.constraints)
+    for j in range(model.constraints):
+        one = _one_constraint(model.part(j, seen[j]), float(caps[j]), float(size[j]))
+        x[seen[j]] = one.x
+        prices[j] = one.multipliers[0]
+    return _solution(model, x, prices)
 
 
 def _bracket(

@@ -117,6 +117,19 @@ class SeparableModel:
         values, g, s, p, q = (np.ascontiguousarray(np.delete(t, constraints + 1, axis=0)) for t in tables)
         return replace(self, values=values, gradients=g, distances=s, exponents=p, curvatures=q)
 
+    def part(self, constraint: int, variables: NDArray[np.bool_]) -> "SeparableModel":
+        """The objective and one constraint (counted from 0), seen by some of the variables alone."""
+        rows = np.array([0, constraint + 1])
+        g, s, p, q = (
+            np.ascontiguousarray(t[rows][:, variables])
+            for t in (self.gradients, self.distances, self.exponents, self.curvatures)
+        )
+        point, lower, upper = (t[variables] for t in (self.point, self.lower, self.upper))
+        return replace(
+            self, point=point, values=self.values[rows], gradients=g, distances=s, exponents=p, curvatures=q,
+            lower=lower, upper=upper,
+        )  # fmt: skip
+
     def stiffened(self, rows: Array) -> "SeparableModel":
         """The model with curvature added: rows (m + 1, n) or broadcastable, >= 0."""
         return replace(self, curvatures=np.ascontiguousarray(self.curvatures + rows))

@@ -9,12 +9,12 @@ stands in.
     weighted    U = sum_i w_i [ (G_i - G_i°)/(G_i^max - G_i°) ]^p      (7.15) with (7.16) inside the power
     boundary    min t  subject to  (G_i - G_i°)/(G_i^max - G_i°) <= X_i + t       X on the simplex of the
     anchors
+    normal      min G_k  subject to  (G^k - G^i).(G - X) <= 0 for every other anchor i, all normalised
 
-The second is normal boundary intersection (Das and Dennis 1998) with inequalities; for two objectives the
-subproblem of the normalised normal constraint (Messac, Ismail-Yahaya and Mattson 2003) is the same. It is a
-min-max over rows, so the peaks of all objectives enter with their neighbours, and non-convex parts of a
-front are
-reached.
+The second is normal boundary intersection (Das and Dennis 1998) with inequalities: a min-max over rows, so
+the peaks of all objectives enter with their neighbours, and non-convex parts of a front are reached. The
+third is the normalised normal constraint (Messac, Ismail-Yahaya and Mattson 2003), whose planes stand on the
+anchors' plane; each objective enters with its largest row. For two objectives both cut the same front.
 """
 
 import itertools
@@ -29,7 +29,9 @@ from .optimise import optimise_layout
 from .pareto import hypervolume, knee_point, pareto_filter
 from .problem import Evaluation, InvalidLayout, LayoutProblem, TabulatedRows
 
-__all__ = ["Front", "boundary_problem", "front", "simplex_points", "weighted_problem"]
+__all__ = [
+    "Front", "boundary_problem", "front", "normal_constraint_problem", "simplex_points", "weighted_problem",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -146,6 +148,40 @@ def boundary_problem(objectives: Sequence[LayoutProblem], shift: Array, scale: A
     return replace(objectives[0], evaluate=evaluate, convex=all(p.convex for p in objectives))
 
 
+def normal_constraint_problem(
+    objectives: Sequence[LayoutProblem], pay_off: Array, weights: Array
+) -> LayoutProblem:
+    """Minimise the last objective behind planes that stand on the anchors' plane at X = weights' pay-off.
+
+    pay_off: (k, k) row i holds the values of anchor i    weights: (k,) on the simplex
+    Values are normalised by the pay-off table, so that its diagonal is 0 and its column maxima are 1.
+    """
+    _check(objectives)
+    utopia = np.diag(pay_off).copy()
+    span = np.maximum(pay_off.max(axis=0) - utopia, 1e-300)
+    anchors = (pay_off - utopia) / span
+    on_plane = weights @ anchors
+    normals = anchors[-1] - anchors[:-1]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+
+    def evaluate(density: Array) -> Evaluation:
+        values, slopes = [], []
+        for problem, low, width in zip(objectives, utopia, span, strict=True):
+            part = problem.evaluate(density)
+            row = np.array([int(np.argmax(part.values))])
+            values.append((float(np.ravel(part.values)[row[0]]) - low) / width)
+            slopes.append(part.gradients(row)[0] / width)
+        table = np.array(slopes)
+        return TabulatedRows(
+            values=np.array([[values[-1]]]),
+            gradient_table=table[-1:],
+            constraints=normals @ (np.array(values) - on_plane),
+            constraint_gradients=normals @ table,
+        )
+
+    return replace(objectives[0], evaluate=evaluate, convex=False, times=None)
+
+
 def weighted_problem(
     objectives: Sequence[LayoutProblem], weights: Any, *, power: float, utopia: Array, nadir: Array
 ) -> LayoutProblem:
@@ -220,7 +256,7 @@ def front(
     objectives: Sequence[LayoutProblem],
     *,
     points: int = 15,
-    method: Literal["boundary", "weighted"] = "boundary",
+    method: Literal["boundary", "normal_constraint", "weighted"] = "boundary",
     power: float = 1.0,
     max_evaluations: int = 25,
     tolerance: float = 1e-5,
@@ -233,8 +269,10 @@ def front(
     Raises InvalidLayout when the objectives do not share members and budgets, or do not conflict.
     """
     _check(objectives)
-    if method not in ("boundary", "weighted"):
-        raise InvalidLayout(f"method needs to be 'boundary' or 'weighted', got '{method}'")
+    if method not in ("boundary", "normal_constraint", "weighted"):
+        raise InvalidLayout(
+            f"method needs to be 'boundary', 'normal_constraint' or 'weighted', got '{method}'"
+        )
     k = len(objectives)
     if points < k + 1:
         raise InvalidLayout(f"a front of {k} objectives needs at least {k + 1} points, got {points}")
@@ -261,6 +299,8 @@ def front(
         if method == "boundary":
             # X on the simplex of the anchors: objective i has the value 1 - X_i there
             target = boundary_problem(objectives, utopia + (1 - weights[index]) * span, span)
+        elif method == "normal_constraint":
+            target = normal_constraint_problem(objectives, pay_off, weights[index])
         else:
             target = weighted_problem(objectives, weights[index], power=power, utopia=utopia, nadir=nadir)
         result = optimise_layout(
