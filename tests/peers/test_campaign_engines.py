@@ -34,6 +34,30 @@ class Oscillator(Fmi2Slave):
             self.x += self.v * step / n
         return True
 """
+UNIT3 = """
+from pythonfmu3 import Fmi3Causality, Fmi3Slave, Fmi3Variability, Float64
+
+class Oscillator(Fmi3Slave):
+    def __init__(self, **options):
+        super().__init__(**options)
+        self.time, self.k, self.m, self.x, self.v = 0.0, 100.0, 1.0, 0.1, 0.0
+        continuous, tunable = Fmi3Variability.continuous, Fmi3Variability.tunable
+        for name, causality, variability in (
+            ("time", Fmi3Causality.independent, continuous),
+            ("k", Fmi3Causality.parameter, tunable),
+            ("m", Fmi3Causality.parameter, tunable),
+            ("x", Fmi3Causality.output, continuous),
+            ("v", Fmi3Causality.output, continuous),
+        ):
+            self.register_variable(Float64(name, causality=causality, variability=variability))
+
+    def do_step(self, time, step):
+        n = 50
+        for _ in range(n):
+            self.v -= self.k / self.m * self.x * step / n
+            self.x += self.v * step / n
+        return True
+"""
 STUDY = """
 [study]
 name = "osc"
@@ -69,19 +93,21 @@ timeout = 60.0
 """
 
 
-@pytest.fixture(scope="module")
-def unit(tmp_path_factory):
-    pytest.importorskip("fmpy")
-    pytest.importorskip("pythonfmu")
+@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def unit(tmp_path_factory, request):
+    fmpy = pytest.importorskip("fmpy")
+    builder, code = {"2.0": ("pythonfmu", UNIT), "3.0": ("pythonfmu3", UNIT3)}[request.param]
+    pytest.importorskip(builder)
     folder = tmp_path_factory.mktemp("unit")
-    (folder / "oscillator.py").write_text(UNIT)
+    (folder / "oscillator.py").write_text(code)
     subprocess.run(
-        [sys.executable, "-m", "pythonfmu", "build", "-f", "oscillator.py"],
+        [sys.executable, "-m", builder, "build", "-f", "oscillator.py"],
         cwd=folder,
         check=True,
         capture_output=True,
     )
     (path,) = folder.glob("*.fmu")
+    assert fmpy.read_model_description(str(path)).fmiVersion == request.param
     return path
 
 
