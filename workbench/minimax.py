@@ -7,21 +7,19 @@ Each cycle
 
     1. fits a Kriging to all runs near the present design, in design and uncertainty together;
     2. master: x = argmin max over the accumulated scenarios of the prediction; the oracle on the prediction
-    adds
-       scenarios until none is worse (Mutapcic and Boyd 2009, cutting sets with a pessimising oracle);
+       adds scenarios until none is worse (Mutapcic and Boyd 2009, cutting sets with a pessimising oracle);
     3. oracle: the true f is run at x in the predicted worst scenarios until the prediction finds nothing
-    worse
-       than the worst true run there: the upper bound of this x;
+       worse than the worst true run there: the upper bound of this x;
     4. prints the lower bound (the master's value, model-based) and the upper bound (true runs), and zooms the
        design box around x when prediction and truth agree.
 
-Scenarios are accumulated, never replaced. The returned value is the largest true run at the returned
-design. The search is a function of the seed and of the answers: with an evaluator that remembers its runs
-it resumes by being asked again.
+Scenarios are accumulated, never replaced; `to_dict` keeps them, and a later search may begin with them. The
+returned value is the largest true run at the returned design. The search is a function of the seed and of the
+answers: with an evaluator that remembers its runs it resumes by being asked again.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
@@ -33,6 +31,7 @@ from surrogates import Kriging
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Evaluator, FunctionEvaluator, Reading, response_reader
 from workbench.infill import maximise_score
+from workbench.scenarios import scenario_points
 from workbench.search_space import SearchSpace
 from workbench.space import Space
 from workbench.streams import stream
@@ -94,6 +93,16 @@ class Minimax:
         """Upper minus lower bound at the end; the lower bound is model-based."""
         return max(self.value - self.lower, 0.0)
 
+    def to_dict(self) -> dict[str, Any]:
+        """For a JSON document: bounds of every cycle and the scenarios, to begin another search with."""
+        return {
+            **asdict(self),
+            "status": self.status.value,
+            "gap": self.gap,
+            "cycles": [asdict(cycle) for cycle in self.cycles],
+            "scenarios": [dict(scenario) for scenario in self.scenarios],
+        }
+
 
 def minimax(
     function: Callable[[Mapping[str, Any], Mapping[str, Any]], Any],
@@ -106,6 +115,7 @@ def minimax(
     tolerance: float = 2e-3,
     evaluator: Evaluator | None = None,
     progress: Callable[[Cycle], None] | None = None,
+    scenarios: Sequence[Mapping[str, Any]] = (),
 ) -> Minimax:
     """Minimise over designs the maximum over the uncertainty of `function(design, uncertainty)`.
 
@@ -114,14 +124,16 @@ def minimax(
         design_space: what may be chosen. uncertainty: what may happen. Names must differ between the two.
         response: a name or a function of the mapping of outputs.
         budget: true runs, at least 3 per coordinate.
-        tolerance: stop when upper - lower is below this share of the value (or of 1 % of the values' range
-            near
-            the design, when that is more) in two cycles.
+        tolerance: stop when upper - lower is below this share of the value (or of 1 % of the spread of the
+            values, when that is more) in two cycles.
         evaluator: stores runs of rows that hold the names of both spaces; `function` is then not called here.
         progress: called after every cycle.
+        scenarios: points of the uncertainty that every master problem holds from the first cycle on: known
+            worst cases, or those of an earlier search.
 
     Raises:
-        StudyError: shared names, budget too small, constraints that leave no point.
+        StudyError: shared names, budget too small, a scenario outside the uncertainty, constraints that leave
+            no point.
         NotEnoughRuns: fewer than half of the start design gave a value.
 
     >>> from workbench import Parameter
@@ -149,6 +161,7 @@ def minimax(
         budget=budget,
         seed=seed,
     )
+    game.scenarios += list(scenario_points(uncertainty, scenarios))
     return game.play(tolerance=tolerance, progress=progress)
 
 

@@ -23,6 +23,7 @@ from scipy.stats import binom
 import doe
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Evaluator, FunctionEvaluator, Reading, response_name, response_reader
+from workbench.scenarios import scenario_points
 from workbench.space import Space
 from workbench.streams import stream
 
@@ -165,8 +166,7 @@ def re_evaluate(
         limit: the value not to exceed ("max") or to fall below ("min").
         nominal: the uncertainty point at which the price of robustness is read.
         extra_scenarios: further rows that every design meets, the known worst cases for instance; they
-            enter the
-            worst value and the regret, not the mean, the quantiles or the share beyond the limit.
+            enter the worst value and the regret, not the mean, the quantiles or the share beyond the limit.
         evaluators: name -> evaluator that stores its runs; the function is called in this process otherwise.
         screened: how many of the samples to screen for every design, at least 10, which tells which
             parameters matter to it and what changed; 0 does not screen.
@@ -191,7 +191,7 @@ def re_evaluate(
         raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
     read = response_reader(response)
     drawn = _scenarios(uncertainty, samples, seed)
-    uncertainty.unit(list(extra_scenarios))  # refuses rows outside the space, with the reason
+    scenario_points(uncertainty, extra_scenarios)  # refuses what lies outside, with the reason
     if nominal is not None:
         uncertainty.unit([nominal])
     rows = [*drawn, *extra_scenarios, *([nominal] if nominal is not None else [])]

@@ -1,5 +1,7 @@
 """Minimax problems with known answers, bounds, resumption and bad input."""
 
+import json
+
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
@@ -99,3 +101,21 @@ def test_bad_input_is_named():
         minimax(saddle, *LINE, budget=5)
     with pytest.raises(NotEnoughRuns, match="0 of 16 runs of the start design gave a value"):
         minimax(lambda x, u: float("nan"), *LINE, budget=60)
+
+
+def test_the_scenarios_of_one_search_begin_the_next():
+    first = minimax(saddle, *LINE, budget=60, seed=0)
+    document = json.loads(json.dumps(first.to_dict()))
+    assert document["gap"] == first.gap
+    assert len(document["cycles"]) == len(first.cycles)
+    again = minimax(saddle, *LINE, budget=60, seed=1, scenarios=document["scenarios"])
+    kept = again.scenarios[: len(first.scenarios)]
+    assert [row["u1"] for row in kept] == pytest.approx([row["u1"] for row in first.scenarios])
+    assert again.value == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_scenario_outside_the_uncertainty_is_named():
+    with pytest.raises(
+        StudyError, match="scenario 2 of 2 is not in the uncertainty: parameter 'u1' lies between 0 and 10"
+    ):
+        minimax(saddle, *LINE, budget=60, scenarios=[{"u1": 1.0}, {"u1": 11.0}])
