@@ -119,6 +119,50 @@ def test_a_full_disk_is_five_and_the_rest_follows_later(tmp_path):
     assert {key: after[key] for key in before} == before
 
 
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 200 kB; only the super-user can make one."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    made = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(place)], capture_output=True, check=False
+    )
+    if made.returncode != 0:
+        pytest.skip("mounting a file system needs the rights of the super-user")
+    yield place
+    subprocess.run(["umount", "-l", str(place)], check=True)
+
+
+def remount(place, options):
+    subprocess.run(["mount", "-o", f"remount,{options}", str(place)], check=True)
+
+
+def test_a_disk_that_fills_up_and_one_that_turns_read_only(tmp_path, small_disk):
+    study = write_study(tmp_path, runs=500, pause=0)
+    folder = small_disk / "c"
+    database = tmp_path / "s.holdfast"
+    database.symlink_to(folder)  # where `answers` looks
+    process = start(study, "--folder", str(folder))
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 5, (process.returncode, err)
+    assert "Traceback" not in err
+    remount(small_disk, "size=20m")
+    before, _ = answers(study)
+    remount(small_disk, "ro")
+    process = start(study, "--folder", str(folder))
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 5, (process.returncode, err)
+    assert "cannot write in" in err or "read-only" in err.lower()
+    assert "Traceback" not in err
+    remount(small_disk, "rw")
+    process = start(study, "--folder", str(folder))
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    after, _ = answers(study)
+    assert len(after) == 500
+    assert {key: after[key] for key in before} == before
+
+
 def test_a_place_that_cannot_be_written_is_five(tmp_path):
     study = write_study(tmp_path, runs=4, pause=0)
     for place in ("/proc/holdfast", "/dev/null/holdfast"):
