@@ -51,8 +51,7 @@ def proposals(u: np.ndarray, step: float, levels: Levels) -> list[np.ndarray]:
     moves = []
     for x, grid in zip(u, levels, strict=True):
         if grid is None:
-            tried = np.array([x - step, x + step, 0.0, 1.0])
-            tried = np.clip(tried, 0.0, 1.0)
+            tried = np.array(sorted({max(float(x) - step, 0.0), min(float(x) + step, 1.0), 0.0, 1.0}))
         elif len(grid) <= FULL_ENUMERATION:
             tried = grid
         else:
@@ -60,7 +59,7 @@ def proposals(u: np.ndarray, step: float, levels: Levels) -> list[np.ndarray]:
             stride = max(1, round(step * len(grid)))
             picks = {max(here - stride, 0), min(here + stride, len(grid) - 1), 0, len(grid) - 1}
             tried = grid[sorted(picks)]
-        moves.append(np.unique(tried[tried != x]))
+        moves.append(tried[tried != x])
     return moves
 
 

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from workbench.feasibility import Feasibility
 from workbench.infill import maximise_score
@@ -143,7 +144,7 @@ def _best(
         value = acquisition(features, feasibility.probability(features))
         free = where.allowed(points)
         if len(taken):
-            free &= np.abs(points[:, None] - taken[None]).max(axis=2).min(axis=1) > CLOSEST
+            free &= cdist(points, taken, "chebyshev").min(axis=1) > CLOSEST
         return np.where(free, value, -np.inf)
 
     scores = score(start)

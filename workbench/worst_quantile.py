@@ -19,6 +19,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.distance import cdist
 from scipy.stats import binom
 
 import doe
@@ -211,7 +212,7 @@ def _next(
     z = np.clip(distance / np.maximum(std, 1e-12 * judge.scale), -30.0, 30.0)
     chance = Feasibility.of(ledger.where.features(ledger.u), ledger.ok, seed=seed).probability(features)
     score = std * np.exp(-0.5 * z * z) * chance
-    score[np.abs(sample[:, None] - ledger.u[None]).max(axis=2).min(axis=1) <= CLOSEST] = 0.0
+    score[cdist(sample, ledger.u, "chebyshev").min(axis=1) <= CLOSEST] = 0.0
     chosen: list[np.ndarray] = []
     for _ in range(size):
         best = int(np.argmax(score))
