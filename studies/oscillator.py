@@ -5,7 +5,9 @@
 (5.21) prints the second for m = 1 only.
 """
 
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -96,19 +98,32 @@ def run(seed: int = 0) -> xr.Dataset:
 
 def figures(ds: xr.Dataset) -> Any:
     """Position against the closed form, and the error of every method over the number of steps."""
-    import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    figure = Figure(figsize=(10, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
     left.plot(ds.time, ds.exact_position, label="closed form")
     left.plot(ds.time, ds.position, "--", label="generalised-alpha, 500 steps")
-    left.set(xlabel="time (s)", ylabel="position (m)")
-    left.legend()
-    for method in ds.sensitivity.values:
-        right.loglog(ds.steps, ds.relative_error.sel(sensitivity=method), "o-", label=str(method))
-    right.set(xlabel="steps", ylabel="relative error of dx(T)/dα (1)")
-    right.legend(fontsize="small")
+    left.set(xlabel="time [s]", ylabel="position [m]")
+    left.set_ylim(-0.2, 0.28)
+    left.legend(frameon=False, loc="upper center")
+    markers = ("o-", "s--", "^-.", "v:", "D-", "x--", "+-.", "*:")
+    for method, marker in zip(ds.sensitivity.values, markers, strict=True):
+        error = ds.relative_error.sel(sensitivity=method)
+        right.loglog(ds.steps, error, marker, markersize=5, markerfacecolor="none", label=str(method))
+    right.set(xlabel="steps", ylabel="relative error of dx(T)/dα")
+    right.set_ylim(1e-6, 60)
+    right.legend(fontsize="x-small", ncols=2, frameon=False, loc="upper center")
     return figure
 
 
+def main() -> None:
+    """Print the table and save the figure."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path.cwd()
+    ds = run()
+    print(ds.relative_error.to_pandas().to_string(float_format=lambda x: f"{x:.2e}"))
+    figures(ds).savefig(folder / "oscillator.png", dpi=100)
+
+
 if __name__ == "__main__":
-    print(run().relative_error.to_pandas().to_string(float_format=lambda x: f"{x:.2e}"))
+    main()

@@ -7,7 +7,9 @@ others are
 numpy over compiled forces: read their times with that in mind.
 """
 
+import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -98,16 +100,42 @@ def table(ds: xr.Dataset) -> str:
 
 def figures(ds: xr.Dataset) -> Any:
     """Normalised gradients of the first 51 members, case C (after figures 4.3, 5.5 and 6.4)."""
-    import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure
 
-    figure, ax = plt.subplots(figsize=(8, 4.5), layout="constrained")
+    figure = Figure(figsize=(8, 4.2), layout="constrained")
+    ax = figure.add_subplot()
     styles = {"discrete_adjoint": "k-", "constant_load": "r--", "iterative_printed": "b:", "adjoint": "g-."}
     for name, style in styles.items():
         ax.plot(ds.member, ds.first_members.sel(sensitivity=name), style, label=name)
-    ax.set(xlabel="member", ylabel="dG/dα over its largest magnitude (1)")
+    ax.set(xlabel="member", ylabel="dG/dα over its largest magnitude")
     ax.legend()
     return figure
 
 
+def storyboards() -> dict[str, Any]:
+    """Stills of both systems at their uniform design: what the objective sees."""
+    from matplotlib.figure import Figure
+
+    from workbench.trajectories import plot_storyboard
+
+    drawn = {}
+    for name, p in (("two_body", two_body.problem("C")), ("three_body", three_body.problem())):
+        trajectory = simulate(p.system, p.density, p.t_end, p.steps, scheme=p.scheme)
+        figure = Figure(figsize=(9.0, 3.4), layout="constrained")
+        plot_storyboard(trajectory, (0.0, 0.1, 0.2), ax=figure.add_subplot())
+        drawn[name] = figure
+    return drawn
+
+
+def main() -> None:
+    """Print the table and save the figures."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path.cwd()
+    ds = run()
+    print(table(ds))
+    figures(ds).savefig(folder / "sensitivity_comparison.png", dpi=100)
+    for name, figure in storyboards().items():
+        figure.savefig(folder / f"{name}_storyboard.png", dpi=100)
+
+
 if __name__ == "__main__":
-    print(table(run()))
+    main()

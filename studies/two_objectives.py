@@ -100,10 +100,11 @@ def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 1))
     kept = np.flatnonzero(ds.kept.values)
     knee = int(np.flatnonzero(kept == ds.attrs["knee"])[0])
-    plot_front(
+    ax = plot_front(
         ds.value.values[kept], labels=("displacement², rotation", "displacement², translation"),
         units=("mm²", "mm²"), knee=knee, utopia=ds.utopia.values, ax=figure.add_subplot(grid[:, 0]),
     )  # fmt: skip
+    ax.set(xscale="log", yscale="log")  # the anchors are a hundred times apart
     geometry = problems()[0].geometry
     assert geometry is not None
     for row, (index, name) in enumerate(

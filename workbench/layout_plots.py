@@ -85,6 +85,7 @@ def plot_layout(
         ax.plot(points[:, 0], points[:, 1], marker, color=colour, markersize=3, label=name)
     ax.set_aspect("equal")
     ax.margins(0.05)
+    ax.locator_params(nbins=5)
     ax.set_xlabel(f"x [{unit}]")
     ax.set_ylabel(f"y [{unit}]")
     return ax

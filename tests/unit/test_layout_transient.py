@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studies.sensitivity_comparison import storyboards
 from studies.three_body_layout import problem as three_body
 from studies.two_body import layout_problem
+from studies.two_body_layout import compare_sensitivities, plot_sensitivities
 from studies.two_body_layout import problem as two_body
 from workbench.engine import NotSupported, simulate
 from workbench.engine.layout.forward import forward_sensitivities
@@ -201,3 +203,20 @@ def test_forward_sensitivities_refuse_laws_in_python():
     )  # fmt: skip
     with pytest.raises(NotSupported, match="use the adjoint"):
         forward_sensitivities(simulate(system, np.ones(1), 0.1, 10))
+
+
+def test_the_frozen_load_of_chapter_iv_ends_far_above_the_exact_gradient():
+    ds = compare_sensitivities(("discrete_adjoint", "time_integration", "constant_load"), evaluations=12)
+    exact, chapter_v, frozen = ds.best.values[:, -1]
+    assert chapter_v == pytest.approx(exact, rel=1e-6)
+    assert frozen > 1.5 * exact
+    assert (np.diff(ds.best.values, axis=1) <= 0).all()
+    (ax,) = plot_sensitivities(ds).axes
+    assert len(ax.get_lines()) == 3
+
+
+def test_the_studies_of_engine_runs_draw_every_still():
+    boards = storyboards()
+    assert sorted(boards) == ["three_body", "two_body"]
+    for figure in boards.values():
+        assert [text.get_text() for text in figure.axes[0].texts] == ["0 s", "0.1 s", "0.2 s"]
