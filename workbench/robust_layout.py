@@ -33,7 +33,7 @@ from workbench.evaluator import Evaluator
 from workbench.layout import check_gradient, layout_document
 from workbench.layout_model import LayoutModel, layout_name
 from workbench.space import Space
-from workbench.worst_case import search_worst_case
+from workbench.worst_case import WorstCase, search_worst_case
 
 __all__ = [
     "SECOND",
@@ -76,13 +76,17 @@ class Optimised:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """The worst true run of a layout, and the credible excess that the search leaves open (model-based)."""
+    """The worst true run of a layout, and the credible excess that the search leaves open (model-based).
+
+    by_word: the worst true run of the search for every word of every categorical parameter.
+    """
 
     value: float
     case: Case
     runs: int
     status: str
     open_gap: float | None
+    by_word: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,7 +211,7 @@ class _Loop:
         made = self.optimised(usable, self.layouts[best])
         name, note = f"round {number}", ""
         if made is None:
-            self.unusable.add(usable[-1])  # the case added last; it still judges every layout by true runs
+            self.unusable |= self.culprits(usable)  # they still judge every layout by true runs
             note = self.failures[-1]
             if len(usable) > 1:
                 return self.round(number)
@@ -228,8 +232,22 @@ class _Loop:
         )  # fmt: skip
         if gap <= self.settings.tolerance:
             return True
-        self.cases = _distinct([*self.cases, dict(found.case)])
+        # "hands off" and "hands on" break a layout in different ways: what breaks the bound joins, one each
+        limit = bound + self.settings.tolerance * abs(bound)
+        also = [dict(worst["case"]) for worst in found.by_word if worst["value"] > limit]
+        self.cases = _distinct([*self.cases, dict(found.case), *also])
         return False
+
+    def culprits(self, usable: Sequence[int]) -> set[int]:
+        """Cases that fail on their own; the one added last when none does."""
+        found = set()
+        for k in usable[1:]:
+            try:
+                problem = self.model.problem([self.cases[k]])
+                problem.checked(problem.into_budgets(problem.start.copy()))
+            except (EngineError, ArithmeticError):
+                found.add(k)
+        return found or {usable[-1]}
 
     def add(self, name: str, made: Optimised) -> list[str]:
         """Judge an optimised layout from now on, and its purified form where that is no worse."""
@@ -289,7 +307,18 @@ class _Loop:
             "runs": found.evaluations,
             "status": found.status.value,
             "open_gap": float(found.gap.width) if np.isfinite(found.gap.width) else None,
+            "by_word": self._by_word(found),
         }
+
+    def _by_word(self, found: WorstCase) -> list[dict[str, Any]]:
+        worst: dict[tuple[str, Any], dict[str, Any]] = {}
+        words = [p.name for p in self.space.parameters if not p.is_numeric]
+        for run in found.runs:
+            for name in words if run.value is not None else ():
+                key = (name, run.parameters[name])
+                if key not in worst or run.value > worst[key]["value"]:
+                    worst[key] = {"value": run.value, "case": dict(run.parameters)}
+        return list(worst.values())
 
     def second_start(self) -> None:
         """The last layout once more, from the start of the problem; searched when it looks better."""
