@@ -121,11 +121,11 @@ def test_a_full_disk_is_five_and_the_rest_follows_later(tmp_path):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """A file system of 200 kB; only the super-user can make one."""
+    """A file system of 500 kB; only the super-user can make one."""
     place = tmp_path / "disk"
     place.mkdir()
     made = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(place)], capture_output=True, check=False
+        ["mount", "-t", "tmpfs", "-o", "size=500k", "tmpfs", str(place)], capture_output=True, check=False
     )
     if made.returncode != 0:
         pytest.skip("mounting a file system needs the rights of the super-user")
@@ -138,7 +138,7 @@ def remount(place, options):
 
 
 def test_a_disk_that_fills_up_and_one_that_turns_read_only(tmp_path, small_disk):
-    study = write_study(tmp_path, runs=500, pause=0)
+    study = write_study(tmp_path, runs=600, pause=0)
     folder = small_disk / "c"
     database = tmp_path / "s.holdfast"
     database.symlink_to(folder)  # where `answers` looks
@@ -148,6 +148,7 @@ def test_a_disk_that_fills_up_and_one_that_turns_read_only(tmp_path, small_disk)
     assert "Traceback" not in err
     remount(small_disk, "size=20m")
     before, _ = answers(study)
+    assert 0 < len(before) < 600
     remount(small_disk, "ro")
     process = start(study, "--folder", str(folder))
     _, err = process.communicate(timeout=120)
@@ -159,7 +160,7 @@ def test_a_disk_that_fills_up_and_one_that_turns_read_only(tmp_path, small_disk)
     _, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     after, _ = answers(study)
-    assert len(after) == 500
+    assert len(after) == 600
     assert {key: after[key] for key in before} == before
 
 
