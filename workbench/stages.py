@@ -37,8 +37,8 @@ __all__ = [
 
 FEWEST_RUNS = 3
 # runs with a value that a screening and the start of a search take; of more, those that spread most
-MOST_SCREENED = 2_000
-MOST_SEARCHED = 500
+MOST_SCREENED = 500
+MOST_SEARCHED = 300
 FINGERPRINTS = "stages.json"
 
 
