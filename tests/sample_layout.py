@@ -104,13 +104,13 @@ response = "push"
 
 [worst_case]
 response = "push"
-budget = 10
+budget = 6
 
 [robust_layout]
 model = "tests.sample_layout:two_members"
 nominal = { u = 0.9, v = 0.5 }
 evaluations = 30
-budget = 20
+budget = 12
 rounds = 5
 samples = 30
 """
