@@ -1,7 +1,8 @@
 """The default screening: sparse multi-start ARD likelihood, backward elimination, exchange, automatic
 number of units.
 
-1. Climb from sparse random starts with one theta per unit, the nugget free above a floor.
+1. Climb from sparse random starts with one theta per unit, the nugget free above a floor; with very many
+   units first over all of them, then over the promising ones (`surrogates.narrowing`).
 2. Shorten the best distinct maxima: a chain of nested sets each, with the maximum of every set.
 3. Polish the best chain by exchange.
 4. Choose the set that maximises l - threshold * size.
@@ -19,15 +20,17 @@ from scipy.stats import chi2
 from .backward import Chain, most_active, shorten
 from .canonical import CanonicalRuns
 from .exchange import exchange, take_in
-from .landscape import PACKED_RUNS, landscape_of
+from .landscape import PACKED_RUNS, Landscape, PackedLandscape, landscape_of
+from .narrowing import WIDE, narrowed, promising, widened
 from .rest import rest_gain
-from .search import Search, multi_start
+from .search import Search, merged, multi_start
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
 
 FEWEST = 48  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
 PATIENCE = 90  # starts without anything better
+WIDE_STARTS, CLOSE_STARTS = 10, 64  # over very many units, and then over the promising ones
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
 SPARE = 3  # units beyond the chosen set that are climbed on all runs
@@ -93,18 +96,30 @@ def ard_screening(
     n = len(runs.y)
     rows = np.sort(rng.permutation(n)[:PACKED_RUNS]) if n > PACKED_RUNS else None
     ground = landscape_of(runs, restricted=restricted, eta=eta, rows=rows)
-    free = nugget[0] < nugget[1]
-    search = multi_start(
-        ground,
-        number=_starts_affordable(n_starts, ground.n_units, n),
-        nuggets=(*(nugget[0],) * 6, min(100.0 * nugget[0], nugget[1])) if free else nugget[:1],
-        nugget=nugget,
-        enough=enough if rows is None else 2,
-        fewest=FEWEST if rows is None else 6,
-        patience=PATIENCE,
-        price=threshold,
-        rng=rng,
-    )
+    nuggets = (*(nugget[0],) * 6, min(100.0 * nugget[0], nugget[1])) if nugget[0] < nugget[1] else nugget[:1]
+
+    def searched(where: Landscape, number: int, enough: int, fewest: int, patience: int) -> Search:
+        return multi_start(
+            where,
+            number=number,
+            nuggets=nuggets,
+            nugget=nugget,
+            enough=enough,
+            fewest=fewest,
+            patience=patience,
+            price=threshold,
+            rng=rng,
+        )
+
+    if ground.n_units > WIDE and isinstance(ground, PackedLandscape):
+        search = searched(ground, min(n_starts, WIDE_STARTS), WIDE_STARTS, WIDE_STARTS, WIDE_STARTS)
+        units = promising(ground, search)
+        close = searched(narrowed(ground, units), min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 2, 24)
+        search = merged(search, widened(close, units), price=threshold, landscape=ground)
+    elif rows is not None:  # all runs have the last word
+        search = searched(ground, min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 4, 24)
+    else:
+        search = searched(ground, _starts_affordable(n_starts, ground.n_units, n), enough, FEWEST, PATIENCE)
     largest = min(max(LARGEST_SET, 0 if size is None else size + 4), ground.n_units)
     chains = [
         shorten(ground, o, selected=most_active(ground, o, largest), nugget=nugget)
@@ -159,10 +174,8 @@ def _entering(chain: Chain, threshold: float) -> tuple[int, ...]:
 
 
 def _starts_affordable(n_starts: int, n_units: int, n_runs: int) -> int:
-    """Fewer starts where each is dear; where all runs have the last word, a few are enough."""
-    if n_runs > PACKED_RUNS:
-        return min(n_starts, 12)
-    dear = n_units * n_runs**2 / DEAR
+    """Fewer starts where each is dear."""
+    dear = n_units * min(n_runs, PACKED_RUNS) ** 2 / DEAR
     return min(n_starts, max(24, int(n_starts / dear)))
 
 

@@ -66,10 +66,10 @@ class Factor:
 
     def inverse(self) -> Array:
         """C^-1, (n, n)."""
-        inverse, info = lapack.dpotri(self.lower, lower=1)
+        half, info = lapack.dpotri(self.lower, lower=1)  # the upper triangle stays 0
         assert info == 0
-        i, j = _strictly_upper(len(inverse))
-        inverse[i, j] = inverse.T[i, j]
+        inverse = half + half.T
+        inverse.flat[:: len(inverse) + 1] *= 0.5
         return np.asarray(inverse)
 
     def inverse_diagonal(self) -> Array:
@@ -114,19 +114,6 @@ def _orthonormal(z: Array) -> tuple[Array, Array] | None:
     q, rf = np.linalg.qr(z)
     size = np.abs(np.diagonal(rf))
     return (q, rf) if size.min() > 1e-14 * size.max() else None
-
-
-_UPPER: dict[int, tuple[NDArray[np.intp], NDArray[np.intp]]] = {}
-
-
-def _strictly_upper(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    if n > 400:  # two index arrays of n^2 / 2 are not kept
-        return np.triu_indices(n, 1)
-    if n not in _UPPER:
-        if len(_UPPER) > 64:
-            _UPPER.clear()
-        _UPPER[n] = np.triu_indices(n, 1)
-    return _UPPER[n]
 
 
 def factorise(r: Array, diagonal: Array | float, f: Array, y: Array) -> Factor | None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .landscape import Landscape, Optimum
 
-__all__ = ["Search", "multi_start", "n_alive"]
+__all__ = ["Search", "merged", "multi_start", "n_alive"]
 
 Array = NDArray[np.float64]
 
@@ -127,4 +127,17 @@ def multi_start(
         reached=tuple(reached[i] for i in order),
         starts=done,
         evaluations=evaluations,
+    )
+
+
+def merged(first: Search, second: Search, *, price: float, landscape: Landscape) -> Search:
+    """Both searches of the same landscape as one, best maximum first."""
+    optima = [*first.optima, *second.optima]
+    reached = [*first.reached, *second.reached]
+    order = np.argsort([-(o.value - price * n_alive(landscape, o)) for o in optima], kind="stable")
+    return Search(
+        optima=tuple(optima[i] for i in order),
+        reached=tuple(reached[i] for i in order),
+        starts=first.starts + second.starts,
+        evaluations=first.evaluations + second.evaluations,
     )
