@@ -394,15 +394,12 @@ def _parallel(folder: CampaignFolder, worst: Mapping[str, Any], response: str) -
 
 
 def _baselines(worst: Mapping[str, Any], response: str, unit: str) -> list[Block]:
-    given = worst.get("baselines") or {}
-    found = {
-        str(name): float(b["value"] if isinstance(b, dict) else b)
-        for name, b in given.items()
-        if (b.get("value") if isinstance(b, dict) else b) is not None
-    }
-    if not found:
+    given: Mapping[str, Mapping[str, Any]] = worst.get("baselines") or {}
+    if not given:
         return []
-    found = {"this search": float(worst["value"]), **found}
+    ours = float(worst["value"])
+    found = {"this search": ours} | {name: float(b["median"]) for name, b in given.items()}
+    kinds = ", ".join(sorted({str(b["kind"]) for b in given.values()}))
     return [
         Figure(
             id="baselines",
@@ -410,9 +407,8 @@ def _baselines(worst: Mapping[str, Any], response: str, unit: str) -> list[Block
             alt="Worst value found by this search and by plain ways: "
             + ", ".join(f"{name} {number(v)}" for name, v in found.items())
             + ".",
-            read_off="All ways had the same number of runs. Dots level with ours say that a plain search "
-            "would have "
-            "done here.",
+            read_off=f"All ways had the same number of runs; the plain ones are medians over draws, {kinds}. "
+            "Dots level with ours say that a plain search would have done here.",
             panels=(
                 Panel(
                     draw=lambda ax: plot_baselines(found, label=response, unit=unit, ax=ax),
@@ -423,8 +419,28 @@ def _baselines(worst: Mapping[str, Any], response: str, unit: str) -> list[Block
             table=Table(
                 id="baselines",
                 title="What the search bought",
-                columns=(Column(name="way of searching"), Column(name=f"worst {response}", unit=unit)),
-                rows=tuple(found.items()),
+                columns=(
+                    Column(name="way of searching"),
+                    Column(name="runs"),
+                    Column(name=f"worst {response}", unit=unit),
+                    Column(name="5 % of draws below", unit=unit),
+                    Column(name="5 % of draws above", unit=unit),
+                    Column(name="how known"),
+                ),
+                rows=(
+                    ("this search", len(worst.get("history") or []), ours, ours, ours, worst["label"]),
+                    *(
+                        (
+                            name,
+                            b["runs"],
+                            b["median"],
+                            min(b["low"], b["high"]),
+                            max(b["low"], b["high"]),
+                            b["kind"],
+                        )
+                        for name, b in given.items()
+                    ),
+                ),
             ),
         )
     ]
