@@ -7,8 +7,8 @@ number of units.
 3. Polish the best chain by exchange.
 4. Choose the set that maximises l - threshold * size.
 
-Large designs are searched on a random part of the runs (`PACKED_RUNS`), shortened on a larger part and
-finished on all of them: the multi-start is where the evaluations are, and a hundred runs tell maxima apart
+Large designs are searched on a random part of the runs (`PACKED_RUNS`) and finished on all of them
+(`surrogates.all_runs`): the multi-start is where the evaluations are, and a hundred runs tell maxima apart
 as well as a thousand.
 """
 
@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from .all_runs import on_all_runs
 from .backward import Chain, most_active, shorten
 from .canonical import CanonicalRuns
-from .exchange import exchange, take_in
+from .exchange import exchange
 from .landscape import PACKED_RUNS, Landscape, PackedLandscape, landscape_of
 from .narrowing import WIDE, narrowed, promising, widened
 from .rest import rest_gain
@@ -33,8 +34,6 @@ PATIENCE = 90  # starts without anything better
 WIDE_STARTS, CLOSE_STARTS = 10, 64  # over very many units, and then over the promising ones
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
-SPARE = 3  # units beyond the chosen set that are climbed on all runs
-MOST_TAKEN_IN = 10  # units that all runs may add to what the search runs showed
 LENIENT = 0.5  # of the threshold: what orders the units beyond the chosen set
 
 
@@ -140,7 +139,7 @@ def ard_screening(
     rivals, margin = _rivals(best, chosen, chains, threshold)
     line = _entering(max([best, *chains], key=lambda c: c.score(LENIENT * threshold)), LENIENT * threshold)
     if rows is not None:
-        best = _on_all_runs(
+        best = on_all_runs(
             runs,
             best,
             chosen,
@@ -149,6 +148,7 @@ def ard_screening(
             nugget=nugget,
             threshold=threshold,
             fixed=size is not None,
+            rng=rng,
         )
         chosen = best.best(threshold) if size is None else best.index(size)
     return ArdScreening(
@@ -194,30 +194,3 @@ def _rivals(
     ordered = sorted(below.items(), key=lambda r: r[1])[:5]
     margin = min((gap for s, gap in below.items() if not found <= s), default=float("inf"))
     return tuple((tuple(sorted(s)), gap) for s, gap in ordered), margin
-
-
-def _on_all_runs(
-    runs: CanonicalRuns,
-    chain: Chain,
-    chosen: int,
-    *,
-    restricted: bool,
-    eta: float,
-    nugget: tuple[float, float],
-    threshold: float,
-    fixed: bool,
-) -> Chain:
-    """Climb the chosen set, with some to spare, on all runs; take in what they show; shorten again."""
-    ground = landscape_of(runs, restricted=restricted, eta=eta)
-    i = max(0, chosen - SPARE)
-    selected, here = chain.sets[i], chain.optima[i]
-    here = ground.climb(here.partition, here.phi, nugget=nugget, tolerance=0.3, max_evaluations=20)
-    for _ in range(MOST_TAKEN_IN):
-        scores = ground.scores(here)
-        scores[list(selected)] = -np.inf
-        u = int(np.argmax(scores))
-        if fixed or not 0.5 * max(scores[u], 0.0) ** 2 > threshold:
-            break
-        here = take_in(ground, here, selected, u, nugget=nugget, tolerance=0.3)
-        selected = (*selected, u)
-    return shorten(ground, here, selected=selected, nugget=nugget, tried=1, valued=3, tolerance=0.1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from surrogates import KrigingScreener
+from surrogates import KrigingScreener, restricted_log_likelihood
 from surrogates.canonical import canonical_runs
 from surrogates.landscape import landscape_of
 from surrogates.narrowing import MOST, narrowed, promising, widened
@@ -61,3 +61,19 @@ def test_sixty_inputs_with_runs_few_and_many():
         assert set(screener.ranking_[:4]) == {7, 30, 44, 51}
         again = KrigingScreener().fit(x[::-1, ::-1], y[::-1])
         assert [59 - k for k in again.selected_] == list(screener.selected_)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [300, 700])
+def test_large_designs_end_on_all_runs(n):
+    """The path states the likelihood of all runs, and what only all of them show is taken in."""
+    rng = np.random.default_rng(8)
+    x = rng.random((n, 6))
+    y = np.sin(5 * x[:, 2]) + x[:, 4] + 0.11 * x[:, 0] + 0.1 * rng.standard_normal(n)
+    screener = KrigingScreener().fit(x, y)
+    assert set(screener.selected_) == {0, 2, 4}
+    assert screener.diagnosis_.search_runs == 130
+    for step in screener.path_:
+        l = restricted_log_likelihood(step.theta, step.sigma2, x, y, nugget=step.nugget)
+        assert step.log_likelihood == pytest.approx(l, abs=1e-5)
+    assert screener.nugget_ * screener.sigma2_ == pytest.approx(0.01, rel=0.25)
