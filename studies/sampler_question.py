@@ -103,7 +103,8 @@ SETTINGS: dict[str, tuple[list[tuple[str, str, int, str]], int]] = {
     ),
     "rates": (
         _cells(["welch"], SAMPLERS, [50, 64, 80], ["default"])
-        + _cells(["welch"], ["ihs"], [40], ["default"]),
+        + _cells(["welch"], ["ihs"], [40], ["default"])
+        + _cells(["welch"], SAMPLERS, [50, 64], ["forward"]),
         100,
     ),
     "functions": (
@@ -259,22 +260,47 @@ def summarise(trials: list[Trial]) -> xr.Dataset:
     table = pd.DataFrame(rows).set_index(["function", "sampler", "n", "screener"])
     ds = table.to_xarray()
     ds.attrs["title"] = "recovery of the active inputs by sampler, number of runs and method"
-    for name in ds.data_vars:
-        ds[name].attrs["units"] = "1"
+    for variable in ds.data_vars:
+        ds[variable].attrs["units"] = "1"
     return ds
 
 
 def figures(ds: xr.Dataset) -> dict[str, Figure]:
-    """Recovery by sampler and method for each function, at its largest common number of runs."""
+    """Recovery by sampler and method for each function and number of runs; over the runs where there are
+    several."""
     found = {}
     for function in ds["function"].values.tolist():
         part = ds.sel(function=function).dropna("n", how="all")
-        for n in part["n"].values.tolist():
-            figure, ax = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
+        sizes = part["n"].values.tolist()
+        for n in sizes:
+            figure, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
             plot_recovery(part.sel(n=n), ax=ax)
             ax.set_title(f"{function}, {n} runs of {INPUTS} inputs")
             found[f"{function}-{n}"] = figure
+        if len(sizes) > 1:
+            figure, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
+            plot_over_runs(part, ax=ax)
+            ax.set_title(f"{function}, {INPUTS} inputs, default search")
+            found[f"{function}-runs"] = figure
     return found
+
+
+def plot_over_runs(part: xr.Dataset, *, ax: Axes, screener: str = "default") -> Axes:
+    """Share of samples whose active inputs, and no others, are selected, over the number of runs."""
+    rows = part.sel(screener=screener)
+    samplers = rows["sampler"].values.tolist()
+    for j, sampler in enumerate(samplers):  # shifted a little, so that the intervals do not hide each other
+        line = rows.sel(sampler=sampler).dropna("n", subset=["exact"]) if "n" in rows.dims else rows
+        rate = line["exact"].values
+        error = np.abs(np.stack([rate - line["exact_lower"].values, line["exact_upper"].values - rate]))
+        at = line["n"].values + 0.5 * (j - (len(samplers) - 1) / 2)
+        ax.errorbar(at, rate, error, fmt="o-", lw=1, ms=4, capsize=2, label=sampler)
+    ax.set_xticks(rows["n"].values)
+    ax.set_ylim(-0.03, 1.03)
+    ax.set_xlabel("runs")
+    ax.set_ylabel("share of samples with\nexactly the active inputs")
+    ax.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return ax
 
 
 def plot_recovery(part: xr.Dataset, *, ax: Axes) -> Axes:
