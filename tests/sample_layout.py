@@ -111,6 +111,7 @@ model = "tests.sample_layout:two_members"
 nominal = { u = 0.9, v = 0.5 }
 evaluations = 30
 budget = 12
+corners = 8
 rounds = 5
 samples = 30
 """

@@ -34,7 +34,8 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
     if study.robust_layout is not None:
         table = study.robust_layout
         # three baselines beside the rounds, and three layouts at every sample
-        runs["robust_layout"] = (table["rounds"] + 3) * table["budget"] + 3 * table["samples"]
+        searches = table["rounds"] + 3
+        runs["robust_layout"] = searches * (table["budget"] + table["corners"]) + 3 * table["samples"]
     done = sum(n for status, n in counts.items() if status not in ("queued", "running"))
     pace = sum(walls) / len(walls) if walls else None
     most = sum(n for n in runs.values() if n)

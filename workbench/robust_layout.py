@@ -5,10 +5,13 @@
              worst  <- search over the whole uncertainty, confirmed by true runs    upper end
              stop when worst exceeds the bound by less than the tolerance, else S <- S + worst
 
-(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009). A layout is judged by true runs alone. Every
-round also judges all earlier layouts and the trivial ones, so what is returned is never worse than those over
-all cases found. The lower end is that of a local optimiser, the upper end that of a search: both are stated
-as found, not proven.
+(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009). The search looks at random corners first and
+treats every combination of words (hands on, hands off) on its own: a Kriging of all of them together follows
+the combination that was worst without a layout, and misses the one that is worst with it.
+
+A layout is judged by true runs alone. Every round also judges all earlier layouts and the trivial ones, so
+what is returned is never worse than those over all cases found. The lower end is that of a local optimiser,
+the upper end that of a search: both are stated as found, not proven.
 
 The loop is a function of the study and of the runs' answers. Runs are kept by `LayoutRuns`, optimised layouts
 and ended searches in `rounds/`, so after a kill the same call goes on: it repeats at most one optimisation.
@@ -17,6 +20,7 @@ and ended searches in `rounds/`, so after a kill the same call goes on: it repea
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import blake2b
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +33,12 @@ from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.problem import LayoutProblem
 from workbench.engine.layout.purify import purify
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import Evaluator
+from workbench.evaluator import Evaluator, Outcome
 from workbench.layout import check_gradient, layout_document
 from workbench.layout_model import LayoutModel, layout_name
 from workbench.space import Space
-from workbench.worst_case import WorstCase, search_worst_case
+from workbench.streams import stream
+from workbench.worst_case import search_worst_case
 
 __all__ = [
     "SECOND",
@@ -51,16 +56,20 @@ Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
 SECOND = "second start"
+MOST_COMBINATIONS = 6  # of words that are searched one by one
+CORNERS_KEPT = 10  # known runs that a search begins with, the worst ones
 BATCH = 4  # runs a search proposes at once, whatever the number of workers: the same numbers with 1 and 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSettings:
-    """evaluations: of the optimiser per round.  budget: runs of each search.  rounds: at most.  tolerance:
-    relative excess of the worst case over the bound that is accepted."""
+    """evaluations: of the optimiser per round.  budget: runs of each search, one for every combination of
+    words.  corners: random corners looked at before.  rounds: at most.  tolerance: relative excess of the
+    worst case over the bound that is accepted."""
 
     evaluations: int = 30
     budget: int = 60
+    corners: int = 100
     rounds: int = 6
     tolerance: float = 0.02
     seed: int = 0
@@ -78,7 +87,7 @@ class Optimised:
 class Found:
     """The worst true run of a layout, and the credible excess that the search leaves open (model-based).
 
-    by_word: the worst true run of the search for every word of every categorical parameter.
+    by_word: the worst of the other combinations of words, each.
     """
 
     value: float
@@ -195,7 +204,7 @@ class _Loop:
             if certified:
                 break
         for name in [*self.layouts]:
-            if name not in self.worst and not name.startswith("round"):
+            if name not in (*self.worst, "none") and not name.startswith("round"):
                 self.tell(f"worst case of the layout '{name}'")
                 self.search(name)
         self.tell("the layout from a second start")
@@ -289,36 +298,68 @@ class _Loop:
         return self.worst[name]
 
     def _searched(self, density: Array) -> dict[str, Any]:
+        """A look at random corners, then a search for every combination of words."""
         evaluate = self.evaluator(density)
+        known = [*evaluate(self.cases, purpose="cases"), *evaluate(self.corners(), purpose="corners")]
+        worst: list[dict[str, Any]] = []
+        for words in _combinations(self.space):
+            here = [o for o in known if all(o.parameters[name] == word for name, word in words.items())]
+            worst.append(self._in_words(evaluate, words, here))
+        ranked = sorted(worst, key=lambda found: -found["value"])
+        top = ranked[0]
+        gaps = [found["open_gap"] for found in worst if found["open_gap"] is not None]
+        return {
+            "value": top["value"],
+            "case": top["case"],
+            "runs": sum(found["runs"] for found in worst) + self.settings.corners,
+            "status": top["status"],
+            "open_gap": max(gaps, default=None),
+            "by_word": [{"value": found["value"], "case": found["case"]} for found in ranked[1:]],
+        }
+
+    def _in_words(
+        self, evaluate: Evaluator, words: Mapping[str, Any], known: Sequence[Outcome]
+    ) -> dict[str, Any]:
+        """The worst case with these words fixed, from the worst of what is known there."""
+
+        def read(o: Outcome) -> float:
+            return o.outputs[self.model.response] if o.status == "ok" else -np.inf
+
+        def fixed(rows: Sequence[Case], *, purpose: str) -> list[Outcome]:
+            outcomes = evaluate([{**row, **words} for row in rows], purpose=purpose)
+            return [replace(o, parameters=_without(o.parameters, words)) for o in outcomes]
+
+        start = sorted(known, key=read, reverse=True)[:CORNERS_KEPT]
         found = search_worst_case(
-            evaluate,
-            self.space,
+            fixed,
+            Space(tuple(p for p in self.space.parameters if p.name not in words), self.space.constraints),
             response=self.model.response,
             unit=self.model.unit,
             budget=self.settings.budget,
             seed=self.settings.seed,
-            start=evaluate(self.cases, purpose="cases"),
+            start=[replace(o, parameters=_without(o.parameters, words)) for o in start],
             workers=BATCH,
             tolerance=self.settings.tolerance / 4,
         )
         return {
             "value": found.value,
-            "case": dict(found.parameters),
+            "case": self.space.canonical({**found.parameters, **words}),
             "runs": found.evaluations,
             "status": found.status.value,
             "open_gap": float(found.gap.width) if np.isfinite(found.gap.width) else None,
-            "by_word": self._by_word(found),
         }
 
-    def _by_word(self, found: WorstCase) -> list[dict[str, Any]]:
-        worst: dict[tuple[str, Any], dict[str, Any]] = {}
-        words = [p.name for p in self.space.parameters if not p.is_numeric]
-        for run in found.runs:
-            for name in words if run.value is not None else ():
-                key = (name, run.parameters[name])
-                if key not in worst or run.value > worst[key]["value"]:
-                    worst[key] = {"value": run.value, "case": dict(run.parameters)}
-        return list(worst.values())
+    def corners(self) -> list[dict[str, Any]]:
+        """Random corners of the uncertainty; samples inside hardly ever meet one."""
+        rng = stream(self.settings.seed, "corners")
+        u = rng.integers(0, 2, (self.settings.corners, self.space.dimension)).astype(float)
+        for j, parameter in enumerate(self.space.parameters):
+            if not parameter.is_numeric:
+                levels = parameter.unit_levels
+                assert levels is not None
+                u[:, j] = rng.choice(levels, len(u))
+        rows = self.space.rows(u)
+        return _distinct([row for row in rows if self.space.violated(row) is None])
 
     def second_start(self) -> None:
         """The last layout once more, from the start of the problem; searched when it looks better."""
@@ -416,6 +457,21 @@ def _largest(values: Sequence[float | None]) -> float:
     if not there:
         raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
     return max(there)
+
+
+def _combinations(space: Space) -> list[dict[str, Any]]:
+    """The combinations of words to search one by one; a single empty one when there are none, or too many."""
+    words = [p for p in space.parameters if not p.is_numeric]
+    found = [
+        dict(zip((p.name for p in words), choice, strict=True))
+        for choice in product(*(p.levels for p in words))
+    ]
+    few = len(found) <= MOST_COMBINATIONS and len(words) < len(space.parameters) and not space.constraints
+    return found if few else [{}]
+
+
+def _without(row: Case, names: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in row.items() if name not in names}
 
 
 def _digest(text: str) -> str:

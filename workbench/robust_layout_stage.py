@@ -50,8 +50,8 @@ def run_robust_layout(campaign: Campaign, table: Mapping[str, Any]) -> dict[str,
     study.response(model.response)  # refuses a response that the study does not have
     identity = model_identity(campaign, table)
     settings = LoopSettings(
-        evaluations=table["evaluations"], budget=table["budget"], rounds=table["rounds"],
-        tolerance=table["tolerance"], seed=study.seed,
+        evaluations=table["evaluations"], budget=table["budget"], corners=table["corners"],
+        rounds=table["rounds"], tolerance=table["tolerance"], seed=study.seed,
     )  # fmt: skip
     nominal = study.space.canonical(table["nominal"])
     start = [nominal, *_worst_case(campaign, table)]

@@ -222,6 +222,7 @@ class RobustLayoutTable(Table):
     start: Literal["nominal", "worst_case"] = "nominal"
     evaluations: Count = 30
     budget: Count = 60
+    corners: Annotated[int, Field(ge=0)] = 100
     rounds: Annotated[int, Field(ge=1, le=100)] = 6
     tolerance: Positive = 0.02
     samples: Annotated[int, Field(ge=10)] = 1000
