@@ -13,9 +13,10 @@ The adjoint runs the same matrices transposed at the converged states, so it is 
 """
 
 from numba import njit
+from numpy import cos, sin
 
 from ._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
-from ._kernels_elements import pair_map
+from ._kernels_elements import COINCIDENT_Y, pair_map
 from ._kernels_equations import evaluate, pair_covector
 from ._kernels_options import CAREFUL, ENTRY, INNER
 
@@ -47,6 +48,20 @@ def extrapolated(x, step, i):
         6.0 * (x[step - 1, i] + x[step - 5, i]) - 15.0 * (x[step - 2, i] + x[step - 4, i])
         + 20.0 * x[step - 3, i] - x[step - 6, i]
     )  # fmt: skip
+
+
+@njit(**INNER)
+def turn_tangent(T, W, update):
+    """Add to K what an update of the joint forces (update[n:]) does by the arms of coincident points."""
+    n = W.force.shape[0]
+    for r in range(T.row.shape[0]):
+        for side in range(2):
+            body = T.row[r, 2 + side]
+            if 3 * body < n:
+                c, s = cos(W.q[3 * body + 2]), sin(W.q[3 * body + 2])
+                sx, sy = T.row_data[r, 2 * side], T.row_data[r, 2 * side + 1]
+                arm = c * sx - s * sy if T.row[r, 0] == 0 else s * sx + c * sy
+                W.k[3 * body + 2, 3 * body + 2] -= update[n + r] * (1.0 - 2.0 * side) * arm
 
 
 @njit(**INNER)
@@ -99,8 +114,12 @@ def alpha_forward(
         largest = max(largest, abs(w[0, i]))
     fresh = False
     keep = keep_k.shape[0] > 0
+    pinned = True  # K depends on the joint forces by the arms of coincident points alone, if at all
+    for r in range(m):
+        if T.row[r, 0] > COINCIDENT_Y:
+            pinned = False
     strongest = 0.0
-    smooth, attempts = False, 4  # rounding of the joints may hide a smooth motion: then it is given up
+    smooth, attempts = False, 8  # rounding of the joints may hide a smooth motion: then it is given up
     if shift.real > 0.0:
         attempts = 0  # multipliers of redundant joints have no unique value to extrapolate
     for step in range(1, steps + 1):
@@ -160,10 +179,16 @@ def alpha_forward(
             if not size < 1e200:
                 break
             level = max(level, largest)
-            settled = abs(h2c) * size <= KEPT * extent and change <= 1e-11 * strongest
+            stiffest = strongest  # joint forces enter K by their arms, beside the stiffness of all else
+            if seen:
+                for i in range(n):
+                    stiffest = max(stiffest, abs(W.k[i, i]) / extent)
+            settled = abs(h2c) * size <= KEPT * extent and (pinned or change <= 1e-11 * stiffest)
             if settings[4].real > 0.0 and abs(hc) * size > KEPT * quickest:
                 settled = False
             if smooth and refresh and settled:
+                if pinned:
+                    turn_tangent(T, W, rhs)
                 theta = 0.0
                 done = True
                 break
@@ -198,7 +223,7 @@ def alpha_forward(
         if smooth:
             for i in range(n):
                 off = abs(h2c) * abs(w1[i] - extrapolated(w, step, i))
-                if off > 10.0 * KEPT * extent:
+                if off > KEPT * extent:  # rho below 1 damps an alternation of the start by rho in a step
                     smooth = False
         for e in range(z.shape[1]):
             z[step, e] = W.z[e]

@@ -25,7 +25,8 @@ Array = np.ndarray[Any, Any]
 A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
 B = np.ascontiguousarray(DOP853.B[:STAGES])
 C = np.ascontiguousarray(DOP853.C[:STAGES])
-PEAK_STEPS = 8  # Newton steps on dg/dt = 0; three suffice from the Hermite start
+PEAK_STEPS = 8  # secant steps on dg/dt = 0; three suffice from the Hermite start
+NEAR = 1e-6  # of the interval: the last step, not evaluated again
 
 
 def stage_times(times: Array) -> Array:
@@ -127,12 +128,18 @@ def locate_peak(trajectory: Trajectory, objective: Maximum | Minimum) -> Traject
         local = _with_node(parts, r, nodes, time)
         return float(objective.quantity.rates(local, np.array([len(nodes) - 1]))[0])
 
-    time, probe = peak.time, 1e-3 * (high - low)
-    here = rate(time)
-    slope = (rate(time + probe) - here) / probe
+    time, here = peak.time, rate(peak.time)
+    ga, gb = objective.quantity.values(r)[[a, a + 1]]
+    da, db = objective.quantity.rates(r, np.array([a, a + 1]))
+    s, h = (time - low) / (high - low), high - low
+    # curvature of the cubic for the first step, secants after it
+    slope = ((6 - 12 * s) * (gb - ga) / h - (4 - 6 * s) * da - (2 - 6 * s) * db) / h
     for _ in range(PEAK_STEPS):
         move = -here / slope if slope != 0.0 else 0.0
-        if not low < time + move < high or abs(move) < 1e-13 * max(1.0, high):
+        if not low < time + move < high:
+            break
+        if abs(move) < NEAR * h:  # what is left is this move times the one before
+            time += move
             break
         there = rate(time + move)
         if abs(there) >= abs(here):
