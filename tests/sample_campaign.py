@@ -184,7 +184,10 @@ def _worst(history, confirmed):
         "audit": {"corners": None, "corners_run": 1, "corners_open": None, "is_corner": True,
                   "sentences": ["1 corner was run; there are too many to run them all"],
                   "monotone": {"x12": "rising", "x4": "mixed"}, "monotone_share": {"x12": 1.0, "x4": 0.4}},
-        "baselines": {"random Latin hypercube": 6.1, "corners in random order": 9.7},
+        "baselines": {
+            name: {"runs": 40, "median": m, "low": m - 1, "high": m + 1, "kind": "predicted by the Kriging"}
+            for name, m in {"Latin hypercube": 6.1, "random corners": 9.7}.items()
+        },
         "profile": profile,
     }  # fmt: skip
 
