@@ -43,3 +43,12 @@ def test_the_functions_have_their_known_extremes():
     six = (0.20169, 0.150011, 0.476874, 0.275332, 0.311652, 0.6573)
     named = {f"x{i + 1}": v for i, v in enumerate(six)}
     assert by_name["hartmann6"].function(**named) == pytest.approx(-3.322368, abs=1e-5)
+
+
+def test_a_search_that_never_arrives_counts_in_the_median():
+    branin = next(p for p in worst_case_gallery.PROBLEMS if p.name == "branin")
+    ds = worst_case_gallery.spread(range(2), budget=8, problems=(branin,))
+    assert ds.evaluations_to_1_percent.isnull().all()
+    assert np.isinf(ds["median"].item())
+    assert ds.seed.values.tolist() == [0, 1]
+    assert (ds.found >= branin.value).all()
