@@ -41,6 +41,7 @@ from workbench.streams import stream
 from workbench.worst_case import search_worst_case
 
 __all__ = [
+    "NEAR",
     "SECOND",
     "Found",
     "LoopSettings",
@@ -58,6 +59,7 @@ Case = Mapping[str, Any]
 SECOND = "second start"
 MOST_COMBINATIONS = 6  # of words that are searched one by one
 CORNERS_KEPT = 10  # known runs that a search begins with, the worst ones
+NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 BATCH = 4  # runs a search proposes at once, whatever the number of workers: the same numbers with 1 and 2
 
 
@@ -181,6 +183,7 @@ class _Loop:
     identity: str
     tell: Callable[[str], None]
     cases: list[dict[str, Any]] = field(default_factory=list)
+    fresh: int = 0  # the first case that the last round added
     unusable: set[int] = field(default_factory=set)  # cases that the optimiser cannot run
     layouts: dict[str, Array] = field(default_factory=dict)
     documents: dict[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -213,10 +216,10 @@ class _Loop:
 
     def round(self, number: int) -> bool:
         """One layout, one search; True when the search does not break the bound."""
-        usable = [k for k in range(len(self.cases)) if k not in self.unusable]
-        self.tell(f"round {number}: layout for {len(usable)} cases")
         known = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
         best = min(known, key=lambda name: known[name])
+        usable = self.active(self.values(self.layouts[best]))
+        self.tell(f"round {number}: layout for {len(usable)} of {len(self.cases)} cases")
         made = self.optimised(usable, self.layouts[best])
         name, note = f"round {number}", ""
         if made is None:
@@ -242,15 +245,26 @@ class _Loop:
         if gap <= self.settings.tolerance:
             return True
         # "hands off" and "hands on" break a layout in different ways: what breaks the bound joins, one each
+        self.fresh = len(self.cases)
         limit = bound + self.settings.tolerance * abs(bound)
         also = [dict(worst["case"]) for worst in found.by_word if worst["value"] > limit]
         self.cases = _distinct([*self.cases, dict(found.case), *also])
         return False
 
+    def active(self, values: Sequence[float | None]) -> list[int]:
+        """Cases for the optimiser: the new ones, and those near the bound of the layout it starts from.
+
+        The others cost time and change nothing; every layout is judged in them all the same, and one that
+        breaks there is not chosen.
+        """
+        bound = _largest(values)
+        near = [k for k, v in enumerate(values) if k >= self.fresh or (v is not None and v >= NEAR * bound)]
+        return [k for k in near if k not in self.unusable] or [0]
+
     def culprits(self, usable: Sequence[int]) -> set[int]:
         """Cases that fail on their own; the one added last when none does."""
         found = set()
-        for k in usable[1:]:
+        for k in usable:
             try:
                 problem = self.model.problem([self.cases[k]])
                 problem.checked(problem.into_budgets(problem.start.copy()))
@@ -363,8 +377,10 @@ class _Loop:
 
     def second_start(self) -> None:
         """The last layout once more, from the start of the problem; searched when it looks better."""
-        usable = [k for k in range(max(r.cases for r in self.rounds)) if k not in self.unusable]
-        made = self.optimised(usable, None)
+        bounds = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
+        best = min(bounds, key=lambda name: bounds[name])
+        self.fresh = len(self.cases)
+        made = self.optimised(self.active(self.values(self.layouts[best])), None)
         if made is None:
             return
         known = min(_largest(self.values(density)) for density in self.layouts.values())

@@ -23,6 +23,7 @@ from workbench.model import ModelSpec
 from workbench.model_python import source_digest
 from workbench.robust import ReEvaluation, re_evaluate
 from workbench.robust_layout import (
+    NEAR,
     SECOND,
     LoopSettings,
     Optimised,
@@ -358,8 +359,10 @@ def _judged(model: LayoutModel, made: Optimised, found: RobustLayout) -> dict[st
 
 
 def _loop_cases(found: RobustLayout) -> list[dict[str, Any]]:
-    """The cases of the loop itself; those that only broke a baseline come after them."""
-    return found.cases[: max(r.cases for r in found.rounds)]
+    """The cases in which the robust layout comes near its bound; the others cost time and change nothing."""
+    values = found.values[found.robust]
+    near = [c for c, v in zip(found.cases, values, strict=True) if v is None or v >= NEAR * found.bound]
+    return near or found.cases[:1]
 
 
 def _motion(campaign: Campaign, model: LayoutModel, found: RobustLayout) -> dict[str, Any] | None:
