@@ -12,6 +12,7 @@ Large designs are searched on a random part of the runs (`PACKED_RUNS`) and fini
 as well as a thousand.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from .all_runs import on_all_runs
 from .backward import Chain, most_active, shorten
 from .canonical import CanonicalRuns
 from .exchange import exchange
-from .landscape import PACKED_RUNS, Landscape, PackedLandscape, landscape_of
+from .landscape import PACKED_RUNS, Landscape, PackedLandscape, landscape_of, left_out_q2
 from .narrowing import WIDE, narrowed, promising, widened
 from .rest import rest_gain
 from .search import Search, merged, multi_start
@@ -32,6 +33,7 @@ FEWEST = 48  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
 PATIENCE = 90  # starts without anything better
 WIDE_STARTS, CLOSE_STARTS = 10, 64  # over very many units, and then over the promising ones
+ROUNDS, CONVINCING = 3, 0.95  # of that, and the leave-one-out Q2 that ends them
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
 LENIENT = 0.5  # of the threshold: what orders the units beyond the chosen set
@@ -111,10 +113,7 @@ def ard_screening(
         )
 
     if ground.n_units > WIDE and isinstance(ground, PackedLandscape):
-        search = searched(ground, min(n_starts, WIDE_STARTS), WIDE_STARTS, WIDE_STARTS, WIDE_STARTS)
-        units = promising(ground, search)
-        close = searched(narrowed(ground, units), min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 2, 24)
-        search = merged(search, widened(close, units), price=threshold, landscape=ground)
+        search = _in_two_widths(ground, searched, n_starts, threshold)
     elif rows is not None:  # all runs have the last word
         search = searched(ground, min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 4, 24)
     else:
@@ -163,6 +162,26 @@ def ard_screening(
         agreeing=agreeing,
         search_runs=ground.n_runs,
     )
+
+
+def _in_two_widths(
+    ground: PackedLandscape,
+    searched: Callable[[Landscape, int, int, int, int], Search],
+    n_starts: int,
+    threshold: float,
+) -> Search:
+    """Wide, then close; once more from other starts as long as the best maximum does not predict well."""
+    found: Search | None = None
+    for _ in range(ROUNDS):
+        wide = searched(ground, min(n_starts, WIDE_STARTS), WIDE_STARTS, WIDE_STARTS, WIDE_STARTS)
+        both = wide if found is None else merged(found, wide, price=threshold, landscape=ground)
+        units = promising(ground, both)
+        close = searched(narrowed(ground, units), min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 2, 24)
+        found = merged(both, widened(close, units), price=threshold, landscape=ground)
+        if left_out_q2(ground, found.optima[0]) > CONVINCING:
+            break
+    assert found is not None
+    return found
 
 
 def _entering(chain: Chain, threshold: float) -> tuple[int, ...]:
