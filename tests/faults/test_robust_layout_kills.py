@@ -60,6 +60,8 @@ def test_kills_change_no_number(tmp_path):
 
 @pytest.mark.slow
 def test_two_workers_give_the_numbers_of_one(tmp_path):
-    text = STUDY.replace('engine = "inline"', "workers = {}")
-    one, two = (finished(study_in(tmp_path / str(n), text.format(n))) for n in (1, 2))
+    one, two = (
+        finished(study_in(tmp_path / str(n), STUDY.replace('engine = "inline"', f"workers = {n}")))
+        for n in (1, 2)
+    )
     assert one == two

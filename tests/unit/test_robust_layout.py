@@ -118,8 +118,8 @@ def test_the_report_puts_the_findings_first(standard):
     text = (folder / "report.md").read_text()
     assert "below the layout made for the nominal case alone" in text
     assert "Half of it:" in text
-    matrix = (folder / "tables" / "layout-matrix.csv").read_text().splitlines()
-    assert matrix[1].startswith("member,left,wall,0.8")
+    matrix = (folder / "tables" / "layout-matrix-member.csv").read_text().splitlines()
+    assert matrix[1].startswith("left,wall,0.8")
     assert len(matrix) == 3
 
 

@@ -39,6 +39,7 @@ from workbench.report_sections.folder import CampaignFolder
 __all__ = ["improvement_sentence", "layout_section"]
 
 MOST_OF = 0.9
+THERE = 1e-3  # density of a member that is listed as there
 DRAWING_WIDTH = 4.6  # inches of the axes in a drawing 6.4 wide
 
 
@@ -71,7 +72,7 @@ def layout_section(folder: CampaignFolder) -> Section | None:
     if members and all(m.get("a") and m.get("b") for m in members):
         blocks.append(_drawing(layout, members))
     if layout.get("matrix") and members:
-        blocks.append(_matrix(layout["matrix"], members))
+        blocks += _matrices(layout["matrix"], members)
     if layout.get("history"):
         blocks.append(_convergence(layout, response, unit))
     if layout.get("baselines"):
@@ -137,42 +138,38 @@ def _drawing(layout: Mapping[str, Any], used: list[dict[str, Any]]) -> Figure:
     )  # fmt: skip
 
 
-def _matrix(matrix: Mapping[str, Any], members: list[dict[str, Any]]) -> Figure:
-    """A panel per kind: which end on one side is tied to which on the other, and how densely."""
+def _matrices(matrix: Mapping[str, Any], members: list[dict[str, Any]]) -> list[Figure]:
+    """A figure per kind: which end on one side is tied to which on the other, and how densely."""
     rows, columns = list(matrix["rows"]), list(matrix["columns"])
     tables: dict[str, Any] = {}
     for member, (i, j) in zip(members, matrix["cells"], strict=True):
         table = tables.setdefault(str(member["kind"]), np.full((len(rows), len(columns)), np.nan))
         table[i, j] = np.nansum([table[i, j], float(member["density"])])
     largest = max(float(np.nanmax(table)) for table in tables.values())
-    used = [
-        (kind, rows[i], columns[j], float(table[i, j]))
-        for kind, table in tables.items()
-        for i, j in np.argwhere(table > 1e-3)
-    ]
+    return [_matrix(kind, table, rows, columns, largest) for kind, table in tables.items()]
 
-    def panel(kind: str, table: Any) -> Panel:
-        return Panel(
-            draw=lambda ax: plot_layout_matrix(table, rows=rows, columns=columns, largest=largest, ax=ax),
-            width=1.4 + 0.14 * len(columns), height=1.2 + 0.2 * len(rows), title=kind,
-        )  # fmt: skip
 
+def _matrix(kind: str, density: Any, rows: list[str], columns: list[str], largest: float) -> Figure:
+    used = [(rows[i], columns[j], float(density[i, j])) for i, j in np.argwhere(density > THERE)]
+
+    def draw(ax: Any) -> Any:
+        return plot_layout_matrix(density, rows=rows, columns=columns, largest=largest, ax=ax)
+
+    places = int((~np.isnan(density)).sum())
     return Figure(
-        id="layout-matrix",
-        title="The layout as a matrix",
-        alt=f"Densities of {', '.join(tables)} by their ends; {len(used)} of {len(members)} are there.",
+        id=f"layout-matrix-{kind}",
+        title=f"Which {kind} ties what to what",
+        alt=f"Densities of kind {kind} by their ends: {len(used)} of {places} places are taken.",
         read_off="Each dot is a place for a member between the point of its row and the point of its column; "
         "the area of a square is the density.",
-        panels=tuple(panel(kind, table) for kind, table in tables.items()),
+        panels=(Panel(draw=draw, width=2.0 + 0.14 * len(columns), height=1.4 + 0.2 * len(rows)),),
         table=Table(
-            id="layout-matrix",
-            title="Members that are there",
-            columns=(
-                Column(name="kind"), Column(name="from"), Column(name="to"), Column(name="density"),
-            ),
+            id=f"layout-matrix-{kind}",
+            title=f"Places taken by kind {kind}",
+            columns=(Column(name="from"), Column(name="to"), Column(name="density")),
             rows=tuple(used),
         ),
-    )  # fmt: skip
+    )
 
 
 def _point(p: Any) -> str:
