@@ -3,9 +3,8 @@
     predicted    the predicted worst point                            exploits, finds corners at once
     ei           the largest expected improvement                     balances
     cautious     the same under the cautious model                    keeps looking where runs are few
-    combination  the largest expected improvement inside the discrete combination whose upper bound is
-    highest,
-                 so that no combination is dropped while it could still hold the worst
+    combination  the largest expected improvement inside the least often run of the discrete combinations
+                 whose upper bound exceeds the worst run: none is dropped while it could still hold the worst
     flip         one coordinate of the worst run moved to another level or to its other end
     trust        the predicted worst inside a box around the worst run
     explore      the highest upper bound among random points          after a stall
@@ -130,7 +129,7 @@ def _best(
     judge = (model.cautious or model) if name in ("cautious", "combination") else model
     acquisition = _acquisition(name, judge)
     if name == "combination":
-        levels = _highest_combination(where, judge, pool)
+        levels = _open_combination(where, judge, pool, taken)
     elif name == "trust":
         levels = _trust_region(where, model, incumbent)
     elif name == "flip":
@@ -201,23 +200,31 @@ def _inside(pool: np.ndarray, levels: list[np.ndarray | None]) -> np.ndarray:
     return np.unique(out, axis=0)
 
 
-def _highest_combination(where: SearchSpace, model: SearchModel, pool: np.ndarray) -> list[np.ndarray | None]:
-    """Levels with the discrete coordinates held at the combination whose upper bound over the pool is
-    highest.
+def _open_combination(
+    where: SearchSpace, model: SearchModel, pool: np.ndarray, taken: np.ndarray
+) -> list[np.ndarray | None]:
+    """Levels with the discrete coordinates held at a combination that could still hold the worst.
+
+    Of the combinations whose upper bound over the pool exceeds the best run (of all, when there are none) the
+    least often run one, and of those the one of the highest bound: a combination that was never run may hold
+    an interaction that no model of the others can foresee.
     """
     combinations = where.combinations()
     assert combinations is not None
     discrete = list(where.discrete)
     sample = pool[:: max(1, len(pool) // 200)]
-    highest, held = -np.inf, combinations[0]
-    for combination in combinations:
+    bounds, runs = np.empty(len(combinations)), np.empty(len(combinations))
+    for i, combination in enumerate(combinations):
         points = sample.copy()
         points[:, discrete] = combination
-        bound = float(model.warped_bound(where.features(points), 3.0).max())
-        if bound > highest:
-            highest, held = bound, combination
+        bounds[i] = model.warped_bound(where.features(points), 3.0).max()
+        runs[i] = np.all(np.abs(taken[:, discrete] - combination) < 1e-9, axis=1).sum()
+    best = float(model.warp.forward(np.array([model.best]))[0])
+    held = np.flatnonzero(bounds > best) if (bounds > best).any() else np.arange(len(bounds))
+    held = held[runs[held] == runs[held].min()]
+    chosen = combinations[held[int(np.argmax(bounds[held]))]]
     levels: list[np.ndarray | None] = list(where.levels)
-    for j, value in zip(discrete, held, strict=True):
+    for j, value in zip(discrete, chosen, strict=True):
         levels[j] = np.array([value])
     return levels
 

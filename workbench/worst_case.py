@@ -5,7 +5,7 @@
 The search reuses the runs it is given, starts with d + 2 space-filling points when there are none, and then
 runs the model where a Kriging of all runs so far predicts the worst (`predicted`), where an improvement is
 most expected (`ei`), at single changes of the worst point (`flip`), inside a trust region around it
-(`trust`), in the discrete combination whose upper bound is highest (`combination`), and, after a stall,
+(`trust`), in the least often run discrete combination that is still open (`combination`), and, after a stall,
 where the bound still exceeds the best run (`explore`). Where the model gives gradients, the last runs of the
 budget climb by them (`gradient`). What is reported as worst is always a true run. The
 remaining gap is an upper credible bound of the Kriging, stated as model-based, unless the space was
