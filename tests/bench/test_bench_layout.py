@@ -1,10 +1,12 @@
-"""Layouts beside nlopt's MMA and CCSAQ, SLSQP: evaluations and CPU seconds, measured in the same run.
+"""Layouts beside the MMA of nlopt and pyMOTO and nlopt's CCSAQ: evaluations and CPU seconds of the same run.
 
 Every row is printed; no time is asserted. The peers see the same values and gradients. On trusses the default
 method also takes the second derivative, a by-product of the factorised stiffness; those peers have no use
 for it. "gsao, gradients" sees what the peers see.
 """
 
+import contextlib
+import io
 import time
 from dataclasses import replace
 
@@ -58,6 +60,50 @@ def peer(problem, name, evaluations):
     return np.array(best)
 
 
+def pymoto_mma(problem, evaluations):
+    """Best feasible values over the evaluations of pyMOTO's MMA on the largest row; variables from 0 to 1."""
+    pym = pytest.importorskip("pymoto")
+    best = []
+    start = problem.into_budgets(problem.start)
+    scale = abs(float(problem.evaluate(start).values.max()))
+    slopes = np.array([c / b for c, b in zip(problem.costs, problem.limits, strict=True)])
+    # without a bound of its own a member can at most take up the whole of its budget
+    with np.errstate(divide="ignore"):
+        most = np.minimum(problem.upper, (1.0 / slopes).min(axis=0))
+
+    class Layout(pym.Module):
+        def __call__(self, u):
+            x = np.array(u) * most
+            self.evaluation = problem.evaluate(x)
+            self.row = np.array([int(np.argmax(self.evaluation.values))])
+            value = float(self.evaluation.values.ravel()[self.row[0]])
+            good = value if problem.excess(x) <= 1e-6 else np.inf
+            best.append(min(good, best[-1] if best else np.inf))
+            return value / scale, *(float(v) for v in slopes @ x - 1.0)
+
+        def _sensitivity(self, df, *dg):
+            slope = np.zeros(problem.members)
+            if df is not None:
+                slope += df * self.evaluation.gradients(self.row)[0] / scale
+            for weight, row in zip(dg, slopes, strict=True):
+                if weight is not None:
+                    slope += weight * row
+            return slope * most
+
+    u = pym.Signal("u", state=start / most)
+    with pym.Network() as network:
+        responses = Layout()(u)
+    bounds = {"xmin": problem.lower / most, "xmax": np.ones(problem.members)}
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):  # its subproblem solver prints whatever the verbosity
+            pym.minimize_mma(
+                [u], list(responses), network, maxit=evaluations, tolx=0, tolf=0, verbosity=0, **bounds
+            )
+    except ValueError:
+        print(f"    pyMOTO stopped after {len(best)} evaluations: its subproblem gave NaN")
+    return np.array(best[:evaluations])
+
+
 def counts(best, optimum, levels):
     reached = [
         int(np.argmax(best <= optimum * (1 + e))) + 1 if best[-1] <= optimum * (1 + e) else "-"
@@ -99,6 +145,9 @@ def test_trusses(name, loads, domains, optimum):
             f"  nlopt {name_of_peer:10s} {counts(best, optimum, levels):24s} "
             f"{time.process_time() - start:6.2f}"
         )
+    start = time.process_time()
+    best = pymoto_mma(trusses.problem(truss, budgets=budgets, lower=floor, second_order=False), 150)
+    print(f"  pyMOTO mma       {counts(best, optimum, levels):24s} {time.process_time() - start:6.2f}")
     assert result.value <= optimum * (1 + 2e-6)
 
 
@@ -120,6 +169,9 @@ def test_two_bodies(case, evaluations, known):
         start = time.process_time()
         best = peer(problem, name, evaluations)
         print(f"  nlopt {name:6s}{best[-1] / result.start_value:.7f}   {time.process_time() - start:6.2f}")
+    start = time.process_time()
+    best = pymoto_mma(problem, evaluations)
+    print(f"  pyMOTO mma  {best[-1] / result.start_value:.7f}   {time.process_time() - start:6.2f}")
     assert result.value <= known * (1 + 1e-4) * result.start_value
 
 
