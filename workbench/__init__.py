@@ -36,7 +36,11 @@ _PUBLIC = {
     "re_evaluate": "workbench.robust",
     "report_numbers": "workbench.report",
     "screen": "workbench.screening",
+    "weighted": "workbench.readings",
+    "within": "workbench.readings",
     "worst_case": "workbench.worst_case",
+    "worst_cases": "workbench.worst_cases",
+    "worst_quantile": "workbench.worst_quantile",
     "write_report": "workbench.report",
 }
 

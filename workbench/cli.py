@@ -6,6 +6,7 @@ error. Nothing heavy is imported before a command needs it.
 """
 
 import json
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -350,6 +351,9 @@ def demo(
 
 def main() -> None:
     """The console command."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        # matrices of a few hundred rows: threads cost more than they give, and workers have the other cores
+        os.environ.setdefault(name, "1")
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     try:
         app()

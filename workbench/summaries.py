@@ -84,11 +84,18 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
     unit = unit_suffix(document.get("unit", "1")).strip()
     text = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
     text += table_lines(head, rows)
-    text.append("theta: common range parameter of the variables not selected, on the unit cube")
+    if any(step["theta_common"] for step in document["path"]):
+        text.append("theta: common range parameter of the variables not selected, on the unit cube")
+    else:
+        text.append("theta: of the variables not selected, 0 in this method: they have no part in the model")
     if len(rejected) > 1:
         text.append(f"{len(rejected) - 1} further steps were tried, none accepted")
     text.append(f"selected: {names}")
     text += [str(document[key]) for key in ("verdict", "advice") if document.get(key)]
+    if (factor := (document.get("kriging") or {}).get("interval_factor")) is not None:
+        text.append(
+            f"intervals of the screened Kriging: {factor:.2f} times the plug-in ones, by cross-validation"
+        )
     if document.get("n_left_out"):
         text.append(f"{document['n_left_out']} runs without a value were left out")
     return text
