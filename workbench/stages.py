@@ -174,6 +174,11 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
         )
     else:
         options = {key: table[key] for key in ("tolerance", "lipschitz") if key in table}
+        workers, batch = study.evaluate.get("workers", 1), table.get("batch", 1)
+        if workers > batch:
+            campaign.progress.note(
+                f"{workers} workers, but [worst_case] batch = {batch}: the search proposes {batch} at a time"
+            )
         result = search_worst_case(
             campaign.outcomes_of_search,
             study.space,
@@ -183,7 +188,7 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
             budget=table["budget"],
             seed=study.seed,
             start=start,
-            workers=study.evaluate.get("workers", 1),
+            workers=batch,
             progress=_search_progress(campaign, response.name, response.unit, table["budget"]),
             **options,
         )

@@ -167,11 +167,12 @@ class ScreenTable(Table):
 
 
 class WorstCaseTable(Table):
-    """`[worst_case]`."""
+    """`[worst_case]`; `batch` is how many runs the search proposes at once, whoever runs them."""
 
     response: Text
     sense: Literal["max", "min"] = "max"
     budget: Count = 60
+    batch: Annotated[int, Field(ge=1, le=1024)] = 1
     tolerance: Positive | None = None
     lipschitz: Positive | None = None
 

@@ -40,6 +40,10 @@ runs = 20
 workers = {workers}
 [screen]
 response = "y"
+[worst_case]
+response = "y"
+budget = 6
+batch = 2
 """
 CODE = """
 import math, time
@@ -58,10 +62,11 @@ def results(folder, workers):
         design = stages.design(campaign)
         stages.evaluate(campaign)
         screening = stages.screen(campaign)
+        worst = stages.worst_case(campaign)
         stages_of = [
             (r.id, r.key, r.status, dict(r.inputs), dict(r.outputs), r.error) for r in campaign.runs()
         ]
-    return design, screening, stages_of
+    return design, screening, worst, stages_of
 
 
 def test_one_two_and_four_workers(tmp_path):
