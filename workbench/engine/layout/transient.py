@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import NotConverged
+from ..multibody.compiled import compiled
 from ..multibody.members import Member
 from ..multibody.objectives import Maximum, NodeWeight, Peak, find_peaks, nodes_within
 from ..multibody.quantities import Deviation, full_state
@@ -32,6 +33,7 @@ from ..multibody.trajectory import Trajectory
 from ..sensitivity.discrete_adjoint import discrete_adjoint
 from .forward import Sensitivities, forward_sensitivities, supports_forward
 from .problem import InvalidLayout, LayoutProblem, MemberGeometry, budget_rows
+from .side_by_side import side_by_side
 
 __all__ = ["Scenario", "TransientObjective", "member_geometry", "transient_problem"]
 
@@ -177,7 +179,15 @@ class _Evaluation:
     def gradients(self, rows: Rows) -> Array:
         """Gradients of rows (scenario x node)."""
         nodes, few = self.values.shape[1], len(rows) <= _FEW * len(self.runs)
-        return np.array([self.runs[row // nodes].gradient(int(row % nodes), few=few) for row in rows])
+        cases = np.asarray(rows) // nodes
+        found = np.empty((len(rows), len(self.runs[0].trajectory.density)))
+
+        def fill(case: int) -> None:
+            for at in np.flatnonzero(cases == case):
+                found[at] = self.runs[case].gradient(int(rows[at] % nodes), few=few)
+
+        side_by_side(fill, np.unique(cases).tolist(), threads=_threads([r.scenario for r in self.runs]))
+        return found
 
     def factors(self, rows: Rows) -> Array | None:
         """Gauss-Newton factors of squared displacements."""
@@ -240,16 +250,23 @@ class TransientObjective:
 
     def __call__(self, density: Array) -> _Evaluation:
         """Simulate all scenarios."""
-        runs = []
-        for scenario in self.scenarios:
+
+        def run(scenario: Scenario) -> _Run:
             trajectory = simulate(
                 scenario.system, density**self.power, scenario.t_end, scenario.steps, scheme=scenario.scheme
             )
-            runs.append(_Run(scenario=scenario, trajectory=trajectory, forward=self.forward))
+            return _Run(scenario=scenario, trajectory=trajectory, forward=self.forward)
+
+        runs = side_by_side(run, self.scenarios, threads=_threads(self.scenarios))
         evaluation = _Evaluation(runs=runs, values=np.array([run.values for run in runs]))
         if self.power != 1.0:
             return _powered(evaluation, self.power * density ** (self.power - 1))  # type: ignore[return-value]
         return evaluation
+
+
+def _threads(scenarios: Sequence[Scenario]) -> int:
+    """One where a user's law is called, which may keep a state of its own; otherwise as many as there are."""
+    return 0 if all(compiled(scenario.system).fused for scenario in scenarios) else 1
 
 
 @dataclass(slots=True, kw_only=True)

@@ -15,5 +15,6 @@ INNER = {
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
-ENTRY = {"fastmath": True, "error_model": "numpy", "_nrt": False, "cache": True}
-CAREFUL = {"error_model": "numpy", "_nrt": False, "cache": True}  # sees NaN
+# nogil: load cases are simulated in threads (engine/layout/side_by_side.py)
+ENTRY = {"fastmath": True, "error_model": "numpy", "_nrt": False, "cache": True, "nogil": True}
+CAREFUL = {"error_model": "numpy", "_nrt": False, "cache": True, "nogil": True}  # sees NaN
