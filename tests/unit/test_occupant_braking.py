@@ -105,10 +105,14 @@ def test_the_demo_is_the_study_in_a_small_setting():
     )
     for table in ("model", "parameter", "response", "screen", "design"):
         assert full[table] == small[table]
-    for key in ("model", "options", "nominal", "start", "tolerance", "variant"):
+    for key in ("model", "options", "nominal", "start", "tolerance"):
         assert full["robust_layout"][key] == small["robust_layout"][key]
     for key in ("evaluations", "budget", "rounds", "samples"):
         assert full["robust_layout"][key] > small["robust_layout"][key]
+    assert [v["name"] for v in full["robust_layout"]["variant"]] == [
+        "belts alone", "belts and airbags, one budget",
+    ]  # fmt: skip
+    assert "variant" not in small["robust_layout"]  # each costs an optimisation more
     assert dict(small["robust_layout"]["nominal"]) == NOMINAL
 
 
