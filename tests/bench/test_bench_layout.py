@@ -95,7 +95,8 @@ def pymoto_mma(problem, evaluations):
         responses = Layout()(u)
     bounds = {"xmin": problem.lower / most, "xmax": np.ones(problem.members)}
     try:
-        with contextlib.redirect_stdout(io.StringIO()):  # its subproblem solver prints whatever the verbosity
+        # its subproblem solver prints whatever the verbosity, and divides by zero
+        with contextlib.redirect_stdout(io.StringIO()), np.errstate(all="ignore"):
             pym.minimize_mma(
                 [u], list(responses), network, maxit=evaluations, tolx=0, tolf=0, verbosity=0, **bounds
             )
