@@ -100,9 +100,8 @@ def exchange(
         replicates: whether a candidate may be chosen several times.
         include: rows of `candidates` that must be in the design.
         existing: (m, d) runs already made: they count in X'X and are not handed back.
-        starts: independent searches, each from its own stream spawned from `rng`; the best one is handed
-        back. shakes: how often each search shakes its design and climbs again; by default 8 for D with
-        fewer than
+        starts: independent searches, each from its own stream spawned from `rng`; the best is handed back.
+        shakes: how often each search shakes its design and climbs again; by default 8 for D with fewer than
             2.5e5 pairs of run and active candidate, where a shake costs a fraction of a climb, otherwise 0.
 
     >>> corners = [[a, b] for a in (0, 0.5, 1) for b in (0, 0.5, 1)]

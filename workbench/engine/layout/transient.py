@@ -3,11 +3,9 @@
 Two ways to gradients, chosen by size with the reason kept in words:
 
 forward   one sweep gives dq/dalpha at every node: every peak, its neighbours and the second-order model of
-the
-          whole history come at once. n x N numbers per node. The master over many peaks uses it.
+          the whole history come at once. n x N numbers per node. The master over many peaks uses it.
 adjoint   one backward sweep per row, no memory in N. For large N, for systems with internal states, and
-wherever
-          no more than three gradients of a run are asked for (methods that follow a single peak).
+          wherever no more than three gradients of a run are asked for (methods that follow a single peak).
 
 A squared displacement R^T W R (7.13) brings factors: its second derivative is 2 J^T W J up to the curvature
 of R, J = dR/dalpha. With refined peaks the node at a local top carries the height of the cubic through its
