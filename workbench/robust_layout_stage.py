@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.atomic import read_json, write_json
 from workbench.campaign import Campaign
+from workbench.case_layouts import Optimised, optimise_for_cases
 from workbench.engine.layout.purify import fractional_members
 from workbench.errors import HoldfastError, NotEnoughRuns, StudyError
 from workbench.layout_model import LayoutModel, load_layout_model
@@ -22,15 +23,7 @@ from workbench.layout_runs import LayoutRuns
 from workbench.model import ModelSpec
 from workbench.model_python import source_digest
 from workbench.robust import ReEvaluation, re_evaluate
-from workbench.robust_layout import (
-    NEAR,
-    SECOND,
-    LoopSettings,
-    Optimised,
-    RobustLayout,
-    find_robust_layout,
-    optimise_for_cases,
-)
+from workbench.robust_layout import NEAR, SECOND, LoopSettings, RobustLayout, find_robust_layout
 
 __all__ = ["model_identity", "run_robust_layout"]
 
