@@ -363,5 +363,10 @@ class Campaign:
 def outcome(row: Evaluation) -> Outcome:
     """A stored run in the terms of a search."""
     return Outcome(
-        parameters=row.inputs, status=row.status, outputs=row.outputs, key=row.key, error=row.error
+        parameters=row.inputs,
+        status=row.status,
+        outputs=row.outputs,
+        gradients=row.gradients,
+        key=row.key,
+        error=row.error,
     )

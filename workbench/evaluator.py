@@ -10,6 +10,7 @@ from math import isfinite
 from typing import Any, Protocol
 
 from workbench.errors import StudyError
+from workbench.gradients import parted
 
 __all__ = ["Evaluator", "FunctionEvaluator", "Outcome", "Reading", "response_name", "response_reader"]
 
@@ -61,12 +62,10 @@ class FunctionEvaluator:
 
     def _run(self, row: Mapping[str, Any], *, key: str) -> Outcome:
         try:
-            answer = self.function(**row)
+            answer, slopes = parted(self.function(**row))
         except Exception as exc:  # a model may raise anything; the run becomes data
             return Outcome(parameters=row, status="failed", key=key, error=f"{type(exc).__name__}: {exc}")
-        slopes: Mapping[str, Any] = {}
-        if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], Mapping):
-            answer, slopes = answer
+        slopes = slopes or {}
         if not isinstance(answer, Mapping):
             answer, slopes = {"y": answer}, {"y": slopes} if slopes else {}
         try:

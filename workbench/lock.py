@@ -93,4 +93,8 @@ def source(spec: ModelSpec) -> str:
         return ""
     from workbench.model_python import source_digest
 
-    return source_digest(spec.options["function"], Path(spec.folder))
+    digest = source_digest(spec.options["function"], Path(spec.folder))
+    gradient = spec.options.get("gradient", spec.options["function"])
+    if gradient.rpartition(":")[0] == spec.options["function"].rpartition(":")[0]:
+        return digest
+    return digest + source_digest(gradient, Path(spec.folder))

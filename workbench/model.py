@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from workbench.errors import EvaluationFailed, StudyError
+from workbench.gradients import checked_gradients, parted
 
 __all__ = ["Answer", "History", "Model", "ModelSpec", "Reduction", "call", "open_model", "settle"]
 
@@ -76,10 +77,14 @@ class Reduction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """One evaluation as it ended: ok, failed, timeout, killed, nonfinite or skipped."""
+    """One evaluation as it ended: ok, failed, timeout, killed, nonfinite or skipped.
+
+    `gradients`: response -> parameter -> derivative, where the model gives them.
+    """
 
     status: str
     outputs: Mapping[str, float] = field(default_factory=dict)
+    gradients: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     histories: Mapping[str, History] = field(default_factory=dict)
     error: str = ""
     log: str = ""
@@ -170,7 +175,7 @@ def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path
     wall, cpu = time.perf_counter(), time.process_time()
     try:
         raw = model.run(row, workdir)
-        answer = raw if isinstance(raw, Answer) else settle(raw, spec.responses)
+        answer = raw if isinstance(raw, Answer) else _settled(raw, spec)
     except EvaluationFailed as exc:
         answer = Answer(status="failed", error=str(exc)[:LONGEST_ERROR])
     except MemoryError:
@@ -180,6 +185,18 @@ def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path
         trace = "".join(traceback.format_exception(exc)[-6:])
         answer = Answer(status="failed", error=text, log=trace[-LONGEST_ERROR:])
     return replace(answer, wall=time.perf_counter() - wall, cpu=answer.cpu or time.process_time() - cpu)
+
+
+def _settled(raw: Any, spec: ModelSpec) -> Answer:
+    """The answer with its gradients, where the model returned a pair; those never cost a run its values."""
+    values, slopes = parted(raw)
+    answer = settle(values, spec.responses)
+    if slopes is None or answer.status != "ok":
+        return answer
+    try:
+        return replace(answer, gradients=checked_gradients(slopes, spec.names, tuple(spec.responses)))
+    except EvaluationFailed as exc:
+        return replace(answer, error=f"no gradient: {exc}"[:LONGEST_ERROR])
 
 
 def settle(raw: Any, responses: Mapping[str, Reduction | None]) -> Answer:

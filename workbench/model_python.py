@@ -1,7 +1,8 @@
 """A Python function as a model: `module:name`, or `file.py:name` relative to the study file.
 
 The function takes the parameters by name and returns a number, or a mapping of response names to numbers or
-histories.
+histories. Where it also returns derivatives, as a pair (see `workbench.gradients`), or a second
+function does, a worst-case search climbs by them. A gradient that raises does not cost the run its response.
 """
 
 import importlib
@@ -17,6 +18,7 @@ from types import ModuleType
 from typing import Any
 
 from workbench.errors import StudyError
+from workbench.gradients import WithGradient
 from workbench.model import ModelSpec
 
 __all__ = ["PythonModel", "load_function", "source_digest"]
@@ -24,20 +26,31 @@ __all__ = ["PythonModel", "load_function", "source_digest"]
 
 @dataclass(frozen=True, slots=True)
 class PythonModel:
-    """A function that takes the parameters by name."""
+    """A function that takes the parameters by name, and perhaps another that gives its derivatives there."""
 
     function: Callable[..., Any]
+    gradient: Callable[..., Any] | None = None
 
     @classmethod
     def opened(cls, spec: ModelSpec) -> "PythonModel":
         """Import the function and check that it takes the study's parameters."""
         function = load_function(spec.options["function"], Path(spec.folder))
         check_signature(function, spec.names)
-        return cls(function)
+        if "gradient" not in spec.options:
+            return cls(function)
+        gradient = load_function(spec.options["gradient"], Path(spec.folder))
+        check_signature(gradient, spec.names)
+        return cls(function, gradient)
 
     def run(self, row: Mapping[str, Any], workdir: Path | None) -> Any:
-        """Call the function."""
-        return self.function(**row)
+        """Call the function, and the gradient where there is one."""
+        values = self.function(**row)
+        if self.gradient is None:
+            return values
+        try:
+            return WithGradient(values, self.gradient(**row))
+        except Exception as exc:  # the response is known; a search can do without its slope here
+            return WithGradient(values, exc)
 
     def close(self) -> None:
         """Nothing to release."""

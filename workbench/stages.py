@@ -192,6 +192,11 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
             progress=_search_progress(campaign, response.name, response.unit, table["budget"]),
             **options,
         )
+        if study.model.get("gradient") and not result.audit.gradient_runs:
+            errors = (run.error for run in campaign.runs() if run.status == "ok" and run.error)
+            campaign.progress.note(
+                f"the model's gradient was of no use: {next(errors, 'not all derivatives')}"
+            )
     document = result.to_dict()
     _write(campaign, "worst_case", document, _stage_fingerprint(campaign, table), file="worst_case.json")
     return _as_document(document)
@@ -249,6 +254,7 @@ def robust(campaign: Campaign) -> dict[str, Any]:
         samples=table["samples"],
         seed=study.seed,
         limit=table.get("limit"),
+        screened=table.get("screened", 0),
         evaluators={design["name"]: _with_values(campaign, design["values"]) for design in table["design"]},
     )
     document = result.to_dict()

@@ -30,6 +30,7 @@ COLUMNS = (
     "id, key, status, attempt, batch, inputs, outputs, error, log, "
     "created, started, finished, wall, cpu, host, seed"
 )
+SLOPES = "(SELECT slopes FROM gradient WHERE gradient.key = evaluation.key)"
 CHUNK = 500  # keys per statement
 
 
@@ -44,6 +45,7 @@ class Evaluation:
     batch: str
     inputs: Mapping[str, Any]
     outputs: Mapping[str, float]
+    gradients: Mapping[str, Mapping[str, float]]  # response -> parameter -> derivative; empty without any
     error: str
     log: str
     created: float
@@ -73,6 +75,7 @@ class Store:
         self._db = connection
         self._lock = lock
         self._depth = 0
+        self._columns = f"{COLUMNS}, {SLOPES}"
 
     @classmethod
     def opened(cls, path: Path) -> "Store":
@@ -196,6 +199,9 @@ class Store:
                     key,
                 ),
             ).rowcount
+            if changed and answer.gradients and answer.status == "ok":
+                slopes = json.dumps({name: dict(by) for name, by in answer.gradients.items()})
+                self._db.execute("INSERT OR REPLACE INTO gradient VALUES (?, ?)", (key, slopes))
             if again or not changed:
                 reason = "retried" if changed else "late"
                 text = (_clean(answer.error), _clean(answer.log))
@@ -234,7 +240,7 @@ class Store:
                     part = list(keys[k : k + CHUNK])
                     marks = ", ".join("?" * len(part))
                     cursor = self._db.execute(
-                        f"SELECT {COLUMNS} FROM evaluation WHERE key IN ({marks})", part
+                        f"SELECT {self._columns} FROM evaluation WHERE key IN ({marks})", part
                     )
                     found.update((row.key, row) for row in map(_evaluation, cursor))
                 return [found[key] for key in keys if key in found]
@@ -244,7 +250,7 @@ class Store:
                     where.append(f"{column} = ?")
                     values.append(value)
             clause = f"WHERE {' AND '.join(where)}" if where else ""
-            query = f"SELECT {COLUMNS} FROM evaluation {clause} ORDER BY id"
+            query = f"SELECT {self._columns} FROM evaluation {clause} ORDER BY id"
             return [_evaluation(row) for row in self._db.execute(query, values)]
 
     def attempts(self, key: str) -> list[tuple[int, str, str, str]]:
@@ -314,6 +320,8 @@ class Store:
             raise StoreError(f"{self.path} is a database, but not one of holdfast's; choose another --folder")
         if version < VERSION and migrating:
             migrate(self._db, self.path, version)
+        if "gradient" not in _tables(self._db):
+            self._columns = f"{COLUMNS}, NULL"  # an older version, opened for reading
 
     def _release_stale(self) -> None:
         with _explained(self.path):
@@ -381,7 +389,7 @@ def _tables(db: sqlite3.Connection) -> set[str]:
 
 
 def _evaluation(row: tuple[Any, ...]) -> Evaluation:
-    (id_, key, status, attempt, batch, inputs, outputs, error, log, *times, host, seed) = row
+    (id_, key, status, attempt, batch, inputs, outputs, error, log, *times, host, seed, slopes) = row
     created, started, finished, wall, cpu = times
     return Evaluation(
         id=id_,
@@ -391,6 +399,7 @@ def _evaluation(row: tuple[Any, ...]) -> Evaluation:
         batch=batch,
         inputs=json.loads(inputs),
         outputs=json.loads(outputs) if outputs else {},
+        gradients=json.loads(slopes) if slopes else {},
         error=error or "",
         log=log or "",
         created=created,

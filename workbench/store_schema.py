@@ -11,7 +11,7 @@ from workbench.errors import StoreError
 
 __all__ = ["MIGRATIONS", "SCHEMA", "STATUSES", "VERSION", "migrate"]
 
-VERSION = 2
+VERSION = 3
 
 STATUSES = ("queued", "running", "ok", "failed", "timeout", "killed", "nonfinite", "skipped")
 
@@ -31,6 +31,13 @@ CREATE TABLE attempt (                     -- answers that did not become the an
   host     TEXT
 );
 CREATE INDEX attempt_key ON attempt (key);
+"""
+
+GRADIENT = """
+CREATE TABLE gradient (                    -- of runs whose model gives derivatives
+  key      TEXT PRIMARY KEY,               -- of the run
+  slopes   TEXT NOT NULL                   -- JSON, response -> parameter -> derivative, in their units
+);
 """
 
 SCHEMA = f"""
@@ -57,10 +64,10 @@ CREATE TABLE evaluation (
   owner    TEXT                            -- who is at it: host, boot, process, its start; NULL otherwise
 );
 CREATE INDEX evaluation_status ON evaluation (status);
-{ATTEMPT}"""
+{ATTEMPT}{GRADIENT}"""
 
 # version -> statements that lead from it to the next
-MIGRATIONS = {1: ATTEMPT}
+MIGRATIONS = {1: ATTEMPT, 2: GRADIENT}
 
 
 def migrate(db: sqlite3.Connection, path: Path, version: int) -> None:

@@ -266,7 +266,8 @@ def _without_none(table: Any) -> Any:
 
 
 def _identifying(model: Mapping[str, Any]) -> dict[str, Any]:
-    return {k: v for k, v in model.items() if k not in ("kind", "version")}
+    # a gradient changes no response: runs made without it stay what they are
+    return {k: v for k, v in model.items() if k not in ("kind", "version", "gradient")}
 
 
 def _near(path: Path) -> str:

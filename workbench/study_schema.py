@@ -31,10 +31,11 @@ class StudyTable(Table):
 
 
 class PythonTable(Table):
-    """`[model] kind = "python"`."""
+    """`[model] kind = "python"`; `gradient` names a function that returns the derivatives."""
 
     kind: Literal["python"]
     function: Text
+    gradient: Text | None = None
     version: Text = "1"
 
 
@@ -198,12 +199,14 @@ class RobustDesignTable(Table):
 
 
 class RobustTable(Table):
-    """`[robust]`: designs beside each other over the whole uncertainty."""
+    """`[robust]`: designs beside each other over the whole uncertainty; `screened` of the samples tell which
+    parameters matter to each."""
 
     response: Text
     design: Annotated[list[RobustDesignTable], Field(min_length=1)]
     sense: Literal["max", "min"] = "max"
     samples: Annotated[int, Field(ge=10)] = 100
+    screened: Annotated[int, Field(ge=10)] | None = None
     limit: float | None = None
 
 

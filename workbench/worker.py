@@ -38,6 +38,7 @@ def answer_to_dict(answer: Answer) -> dict[str, Any]:
     return {
         "status": answer.status,
         "outputs": dict(answer.outputs),
+        "gradients": {name: dict(by) for name, by in answer.gradients.items()},
         "histories": {name: [list(h.time), list(h.values)] for name, h in answer.histories.items()}
         if answer.status == "ok"
         else {},

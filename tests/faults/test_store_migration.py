@@ -14,14 +14,19 @@ from workbench.store_schema import VERSION
 HERE = Path(__file__).parent
 
 
-@pytest.fixture
-def old(tmp_path):
-    """The database that version 1 wrote."""
-    path = tmp_path / "runs.sqlite"
+def written_by(version, folder):
+    """The database that a version wrote."""
+    path = folder / "runs.sqlite"
     db = sqlite3.connect(path)
-    db.executescript((HERE / "store_v1.sql").read_text())
+    db.executescript((HERE / f"store_v{version}.sql").read_text())
     db.close()
     return path
+
+
+@pytest.fixture
+def old(tmp_path):
+    """The database of the first version."""
+    return written_by(1, tmp_path)
 
 
 def dump(path):
@@ -55,7 +60,9 @@ def test_version_1_is_brought_up(old):
     Store.opened(old).close()  # and once more, without another migration
 
 
-def test_a_new_and_a_migrated_store_have_the_same_tables(old, tmp_path):
+@pytest.mark.parametrize("version", range(1, VERSION))
+def test_a_new_and_a_migrated_store_have_the_same_tables(version, tmp_path):
+    old = written_by(version, tmp_path)
     Store.opened(old).close()
     Store.opened(tmp_path / "new.sqlite").close()
 
@@ -68,6 +75,21 @@ def test_a_new_and_a_migrated_store_have_the_same_tables(old, tmp_path):
         return rows
 
     assert tables(old) == tables(tmp_path / "new.sqlite")
+
+
+def test_version_2_gains_a_place_for_gradients(tmp_path):
+    path = written_by(2, tmp_path)
+    reading = Store.reading(path)
+    assert all(row.gradients == {} for row in reading.rows())
+    reading.close()
+    store = Store.opened(path)
+    first, *_, waiting, _ = store.rows()
+    assert store.attempts(first.key) == [(2, "ok", "late", "")]
+    slopes = {"y": {"a": 1.0, "b": -2.0}}
+    store.finish(waiting.key, Answer(status="ok", outputs={"y": 1.0}, gradients=slopes), attempt=2)
+    assert store.rows(keys=[waiting.key])[0].gradients == slopes
+    assert store.rows(keys=[first.key])[0].gradients == {}
+    store.close()
 
 
 def test_every_version_has_its_step():

@@ -15,8 +15,12 @@ def snippets(name, language):
 
 
 def test_the_study_file_of_the_how_to_loads():
-    (text,) = snippets("write-a-study-file.md", "toml")
-    study = parse_study(text.replace('"a + b <= 1.5"', '"k <= 1500"'))
+    text, robust = snippets("write-a-study-file.md", "toml")
+    study = parse_study(
+        text.replace('"a + b <= 1.5"', '"k <= 1500"').replace("# gradient", "gradient") + robust
+    )
+    assert study.model["gradient"] == "spring.py:slopes"
+    assert study.robust["screened"] == 60
     assert study.space.names == ("k",)
     assert study.worst_case is not None
     table = (HOWTO / "write-a-study-file.md").read_text()

@@ -68,6 +68,28 @@ def test_designs_are_compared_at_the_same_points(tmp_path):
         assert [row.finished for row in campaign.runs()] == before
 
 
+def test_designs_are_screened_on_the_same_points(tmp_path):
+    code = "def f(k, u, w): return u / k + max(k - 1.5, 0) * 4 * w"
+    more = '[[parameter]]\nname = "w"\nlower = 0\nupper = 1\n' + ROBUST.replace(
+        "samples = 40", "samples = 40\nscreened = 30"
+    )
+    with open_study(tmp_path, more, code) as campaign:
+        soft, stiff = stages.robust(campaign)["screenings"]
+    assert soft["runs"] == stiff["runs"] == 30
+    assert soft["selected"] == ["u"]
+    assert stiff["selected"][0] == "w"
+    assert stiff["appeared"] == ["w"]
+
+
+def test_no_more_is_screened_than_is_run(tmp_path):
+    text = ROBUST.replace("samples = 40", "samples = 40\nscreened = 41")
+    with (
+        open_study(tmp_path, text) as campaign,
+        pytest.raises(StudyError, match="screened needs 0 or 10 to samples=40, got 41"),
+    ):
+        stages.robust(campaign)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
