@@ -90,6 +90,19 @@ def test_the_restraints_carry_the_braking_force():
     assert forces[:, :, 1].mean(axis=1).sum() == pytest.approx(77.0 * GRAVITY, rel=STATICS)
 
 
+def test_the_hands_carry_it_all_once_the_seat_has_opened():
+    """269.5 N each, and what his swing about the grips adds: there is no equilibrium on the hands alone."""
+    stiff = dict.fromkeys(("elbow", "shoulder TX", "wrist TX", "hip TX"), 50.0)
+    trajectory = run(Case(seat_rate=1.0, grip=700.0, factors=stiff), t_end=2.9, steps=2900)
+    late = (trajectory.times > 1.5) & (trajectory.times < 2.9)
+    grips, seat = bushing_forces(trajectory)[:, late, 0]
+    assert np.abs(seat).max() == 0.0
+    t, mass = trajectory.times[late], trajectory.tables.mass[0::3]
+    speed = (trajectory.velocity[late, 0::3] - trajectory.tables.motion[late, 1, 0][:, None]) @ mass
+    per_hand = 0.5 * (np.trapezoid(grips, t) - (speed[-1] - speed[0])) / (t[-1] - t[0])
+    assert per_hand == pytest.approx(269.5, rel=STATICS)
+
+
 def test_grips_and_seat_alone_move_the_mass_centre():
     trajectory = run(Case(hands=1, grip=400.0, deceleration=9.0))
     mass = trajectory.tables.mass[0::3]
