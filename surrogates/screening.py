@@ -10,7 +10,6 @@ criterion is the restricted log-likelihood l of eq. (3.13): l, not 2 l, constant
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -18,75 +17,25 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import _check_feature_names_in, check_is_fitted, validate_data
 
-from .ard import ard_screening, threshold_for
+from .ard import threshold_for
 from .canonical import CanonicalRuns, canonical_runs
 from .diagnosis import close_pairs
 from .errors import TooFewRuns
-from .forward import forward_path
-from .landscape import Optimum, landscape_of, left_out_q2
+from .landscape import landscape_of, left_out_q2
 from .runs import LabelCodes, check_finite, refuse_text
+from .screening_methods import METHODS, Found, find_sets
+from .screening_path import ScreeningStep, screening_path, told
 from .verdict import ScreeningDiagnosis, judge
-from .welch import welch_path
 
-__all__ = ["METHODS", "KrigingScreener", "ScreeningStep"]
+__all__ = ["KrigingScreener"]
 
 Array = NDArray[np.float64]
 
-METHODS = ("default", "forward", "welch")
 FEWEST_RUNS = 3
 # chi^2 with one degree, 95 %: fits Tables 3.1 and 3.2, whose rule is "no large increment"
 FORWARD_THRESHOLD = 1.92
 DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
 FORWARD_NUGGET = 1e-8
-NOTHING = 0.01  # gain in l of a step that is not worth a line
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ScreeningStep:
-    """One line of a screening path, as in Table 3.1.
-
-    Attributes:
-        step: 1 for the first selected input.
-        selected: inputs with a theta of their own so far, in the order in which they entered.
-        added: the inputs that this step added (several if they were grouped).
-        theta_common: of the inputs that share one, in "forward" and "welch"; 0 in the default method, and
-            when no input is left.
-        theta: (d,) in the coordinates of X; 0 for constant inputs.
-        sigma2: process variance, unit of y squared.   nugget: relative to it.
-        log_likelihood: l.   gain: l minus that of the step before.
-        accepted: whether the step belongs to the selection.
-        eta: (d,) exponents of the correlation.
-    """
-
-    step: int
-    selected: tuple[int, ...]
-    added: tuple[int, ...]
-    theta_common: float
-    theta: Array
-    sigma2: float
-    nugget: float
-    log_likelihood: float
-    gain: float
-    accepted: bool
-    eta: Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Found:
-    """What a method hands back: nested optima from the empty set on, and its search."""
-
-    sets: list[tuple[int, ...]]
-    optima: list[Optimum]
-    accepted: int
-    etas: list[Array]
-    starts: int = 0
-    starts_at_best: int = 0
-    search_runs: int = 0
-    evaluations: int = 0
-    margin: float = float("inf")
-    rest_gain: float = float("nan")
-    next_in_line: tuple[int, ...] = ()
-    rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
 
 
 class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
@@ -178,34 +127,30 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         bounds = self._nugget_bounds(runs)
         # a response whose spread is rounding of its mean is constant
         constant = runs.scale <= 1e-13 * float(np.abs(y).max()) or not runs.units
-        found = None if constant else self._search(runs, threshold, bounds)
+        found = None
+        if not constant:
+            found = find_sets(
+                runs,
+                method=self.method,
+                restricted=self.criterion == "reml",
+                eta=self.eta,
+                threshold=threshold,
+                nugget=bounds,
+                size=None if self.n_features is None else min(self.n_features, len(runs.units)),
+                n_starts=self.n_starts,
+                enough=self.enough,
+                rng=np.random.default_rng(self.seed),
+            )
         # what a later look at the stability starts from
         self._runs = runs if found is not None else None
         self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
         self._record(runs, found, threshold, bounds, x)
         return self
 
-    def _search(self, runs: CanonicalRuns, threshold: float, bounds: tuple[float, float]) -> _Found:
-        size = None if self.n_features is None else min(self.n_features, len(runs.units))
-        restricted = self.criterion == "reml"
-        if self.method == "default":
-            return _default(self, runs, threshold, bounds, size, restricted)
-        if self.method == "forward":
-            landscape = landscape_of(runs, restricted=restricted, eta=self.eta)
-            base, path = forward_path(landscape, nugget=bounds, threshold=threshold, steps=size)
-            etas = [np.full(len(runs.units), self.eta)] * (len(path) + 1)
-        else:
-            base, path, etas = welch_path(runs, nugget=bounds, threshold=threshold, steps=size)
-        sets: list[tuple[int, ...]] = [()]
-        for step in path:
-            sets.append((*sets[-1], step.added))
-        accepted = len(path) if size is not None else sum(s.gain >= threshold for s in path)
-        return _Found(sets=sets, optima=[base, *(s.optimum for s in path)], accepted=accepted, etas=etas)
-
     def _record(
         self,
         runs: CanonicalRuns,
-        found: _Found | None,
+        found: Found | None,
         threshold: float,
         bounds: tuple[float, float],
         x: Array,
@@ -215,7 +160,13 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         steps: list[ScreeningStep] = []
         order: list[int] = []
         if found is not None:
-            steps, base = self._steps(runs, found, d)
+            steps, base = screening_path(
+                runs,
+                found,
+                n_features=d,
+                eta=self.eta,
+                restricted=self.criterion == "reml" and self.method != "welch",
+            )
             order = [k for step in steps if step.accepted for k in step.added]
             for u in found.next_in_line:
                 order += [k for k in runs.given(u) if k not in order]
@@ -230,7 +181,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
                 order += [k for k in runs.given(int(u)) if k not in order]
         order += [k for k in range(d) if k not in order]
         accepted = [s for s in steps if s.accepted]
-        self.path_ = _told(steps) if self.method == "default" else steps
+        self.path_ = told(steps) if self.method == "default" else steps
         self.selected_ = np.array(accepted[-1].selected if accepted else (), dtype=np.intp)
         self.ranking_ = np.array(order, dtype=np.intp)
         last = accepted[-1] if accepted else None
@@ -280,41 +231,6 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             verdict=verdict,
             advice=advice,
         )
-
-    def _steps(self, runs: CanonicalRuns, found: _Found, d: int) -> tuple[list[ScreeningStep], float]:
-        n = len(runs.y)
-        shift = (n - 1 if self.criterion == "reml" and self.method != "welch" else n) * np.log(runs.scale)
-        steps: list[ScreeningStep] = []
-        order: list[int] = []
-        for i, (chosen, optimum) in enumerate(zip(found.sets, found.optima, strict=True)):
-            if i == 0:
-                continue
-            new = [u for u in chosen if u not in found.sets[i - 1]]
-            added = tuple(k for u in new for k in runs.given(u))
-            order += added
-            unit_theta, eta = optimum.theta(len(runs.units)), found.etas[i]
-            theta, etas = np.zeros(d), np.full(d, self.eta)
-            for u, columns in enumerate(runs.units):
-                for k in columns:
-                    theta[runs.columns[k]] = unit_theta[u] / runs.span[k] ** eta[u]
-                    etas[runs.columns[k]] = eta[u]
-            pooled = len(optimum.partition) > len(chosen)
-            steps.append(
-                ScreeningStep(
-                    step=i,
-                    selected=tuple(order),
-                    added=added,
-                    theta_common=float(unit_theta[optimum.partition[-1][0]]) if pooled else 0.0,
-                    theta=theta,
-                    sigma2=optimum.sigma2 * runs.scale**2,
-                    nugget=float(np.exp(optimum.phi[-1])),
-                    log_likelihood=float(optimum.value - shift),
-                    gain=float(optimum.value - found.optima[i - 1].value),
-                    accepted=i <= found.accepted,
-                    eta=etas,
-                )
-            )
-        return steps, float(found.optima[0].value - shift)
 
     def get_support(self, indices: bool = False) -> NDArray[Any]:
         """Mask of the selected inputs (d,), or their sorted indices."""
@@ -394,54 +310,6 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         twice = [k for k in set(flat) if flat.count(k) > 1]
         if twice:
             raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
-
-
-def _told(steps: list[ScreeningStep]) -> list[ScreeningStep]:
-    """The accepted steps, the first rejected one, and what is more as long as it brings anything."""
-    last = max((s.step for s in steps if s.accepted or s.gain > NOTHING), default=0)
-    return steps[: max(last, sum(s.accepted for s in steps) + 1)]
-
-
-def _default(
-    screener: KrigingScreener,
-    runs: CanonicalRuns,
-    threshold: float,
-    bounds: tuple[float, float],
-    size: int | None,
-    restricted: bool,
-) -> _Found:
-    result = ard_screening(
-        runs,
-        restricted=restricted,
-        eta=screener.eta,
-        nugget=bounds,
-        threshold=threshold,
-        n_starts=screener.n_starts,
-        enough=screener.enough,
-        size=size,
-        rng=np.random.default_rng(screener.seed),
-    )
-    sets, optima = list(result.chain.sets[::-1]), list(result.chain.optima[::-1])
-    # in the order of entering: the last to be taken out comes first
-    entered: tuple[int, ...] = ()
-    ordered = []
-    for s in sets:
-        entered = (*entered, *(u for u in s if u not in entered))
-        ordered.append(entered)
-    return _Found(
-        sets=ordered,
-        optima=optima,
-        accepted=len(sets) - 1 - result.chosen,
-        etas=[np.full(len(runs.units), screener.eta)] * len(sets),
-        starts=result.search.starts,
-        starts_at_best=result.agreeing,
-        search_runs=result.search_runs,
-        evaluations=result.search.evaluations,
-        rivals=result.rivals,
-        margin=result.margin,
-        rest_gain=result.rest_gain,
-        next_in_line=result.next_in_line,
-    )
 
 
 def _criterion(name: str) -> str:

@@ -1,0 +1,107 @@
+"""The methods of a screening behind one form: nested sets of units, each with its maximum of l."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ard import ard_screening
+from .canonical import CanonicalRuns
+from .forward import forward_path
+from .landscape import Optimum, landscape_of
+from .welch import welch_path
+
+__all__ = ["METHODS", "Found", "find_sets"]
+
+Array = NDArray[np.float64]
+
+METHODS = ("default", "forward", "welch")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """What a method hands back: nested optima from the empty set on, and its search."""
+
+    sets: list[tuple[int, ...]]
+    optima: list[Optimum]
+    accepted: int
+    etas: list[Array]
+    starts: int = 0
+    starts_at_best: int = 0
+    search_runs: int = 0
+    evaluations: int = 0
+    margin: float = float("inf")
+    rest_gain: float = float("nan")
+    next_in_line: tuple[int, ...] = ()
+    rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
+
+
+def find_sets(
+    runs: CanonicalRuns,
+    *,
+    method: str,
+    restricted: bool,
+    eta: float,
+    threshold: float,
+    nugget: tuple[float, float],
+    size: int | None,
+    n_starts: int,
+    enough: int,
+    rng: np.random.Generator,
+) -> Found:
+    """Screen canonical runs by one of METHODS; `size` fixes the number of selected units."""
+    if method == "default":
+        return _default(
+            runs, restricted=restricted, eta=eta, threshold=threshold, nugget=nugget, size=size,
+            n_starts=n_starts, enough=enough, rng=rng,
+        )  # fmt: skip
+    if method == "forward":
+        landscape = landscape_of(runs, restricted=restricted, eta=eta)
+        base, path = forward_path(landscape, nugget=nugget, threshold=threshold, steps=size)
+        etas = [np.full(len(runs.units), eta)] * (len(path) + 1)
+    else:
+        base, path, etas = welch_path(runs, nugget=nugget, threshold=threshold, steps=size)
+    sets: list[tuple[int, ...]] = [()]
+    for step in path:
+        sets.append((*sets[-1], step.added))
+    accepted = len(path) if size is not None else sum(s.gain >= threshold for s in path)
+    return Found(sets=sets, optima=[base, *(s.optimum for s in path)], accepted=accepted, etas=etas)
+
+
+def _default(
+    runs: CanonicalRuns,
+    *,
+    restricted: bool,
+    eta: float,
+    threshold: float,
+    nugget: tuple[float, float],
+    size: int | None,
+    n_starts: int,
+    enough: int,
+    rng: np.random.Generator,
+) -> Found:
+    result = ard_screening(
+        runs, restricted=restricted, eta=eta, nugget=nugget, threshold=threshold, n_starts=n_starts,
+        enough=enough, size=size, rng=rng,
+    )  # fmt: skip
+    sets, optima = list(result.chain.sets[::-1]), list(result.chain.optima[::-1])
+    # in the order of entering: the last to be taken out comes first
+    entered: tuple[int, ...] = ()
+    ordered = []
+    for s in sets:
+        entered = (*entered, *(u for u in s if u not in entered))
+        ordered.append(entered)
+    return Found(
+        sets=ordered,
+        optima=optima,
+        accepted=len(sets) - 1 - result.chosen,
+        etas=[np.full(len(runs.units), eta)] * len(sets),
+        starts=result.search.starts,
+        starts_at_best=result.agreeing,
+        search_runs=result.search_runs,
+        evaluations=result.search.evaluations,
+        rivals=result.rivals,
+        margin=result.margin,
+        rest_gain=result.rest_gain,
+        next_in_line=result.next_in_line,
+    )
