@@ -1,11 +1,14 @@
 """The discrete adjoint equals difference quotients on random systems of bodies, joints and laws."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
+from studies import three_body
 from workbench.engine import (
+    BDF2,
     Airbag,
     Belt,
     Body,
@@ -30,10 +33,14 @@ from workbench.engine import (
     System,
     Terminal,
     gradient,
+    gradients,
     parameter_gradient,
     simulate,
 )
 
+sweep = import_module("workbench.engine.sensitivity.discrete_adjoint")
+
+SAME = 1e-12  # the same operations in another order
 QUOTIENT = 2e-6  # fourth-order differences of runs with rounded kinks crossed between the points
 
 LAWS = (
@@ -134,6 +141,36 @@ def test_densities(seed, joints):
         return objective.value(simulate(system, density + e * direction, 0.2, 100))
 
     assert found == pytest.approx(quotient(value, 1e-4), rel=QUOTIENT, abs=1e-12)
+
+
+@pytest.mark.parametrize("joints", [False, True], ids=["free", "jointed"])
+def test_rows_of_one_sweep_are_the_gradients_one_by_one(joints, monkeypatch):
+    system, r = random_system(7, joints=joints)
+    density = r.uniform(0.3, 0.9, len(system.members))
+    run = simulate(system, density, 0.2, 60)
+    early = Maximum(quantity=OBJECTIVES[0].quantity, window=(0.0, 0.05))
+    objectives = (*OBJECTIVES, early, OBJECTIVES[0])
+    singles = np.array([gradient(system, density, run, objective) for objective in objectives])
+    np.testing.assert_allclose(gradients(system, density, run, objectives), singles, rtol=SAME, atol=1e-14)
+    assert np.linalg.matrix_rank(singles) > 4
+    # rows that do not fit are swept in portions
+    monkeypatch.setattr(sweep, "ROWS", 1.0)
+    np.testing.assert_allclose(gradients(system, density, run, objectives), singles, rtol=SAME, atol=1e-14)
+    assert gradients(system, density, run, ()).shape == (0, len(density))
+
+
+def test_rows_with_redundant_joints_and_with_other_schemes():
+    record = three_body.problem()
+    twice = replace(record.system, joints=record.system.joints * 2)
+    objectives = (record.objective, Terminal(quantity=StoredEnergy()))
+    for system, scheme in ((twice, None), (record.system, BDF2())):
+        run = simulate(system, record.density, record.t_end, 40, scheme=scheme)
+        assert bool(run.diagnosis.redundant_rows) is (scheme is None)
+        singles = [gradient(system, record.density, run, objective) for objective in objectives]
+        rows = gradients(system, record.density, run, objectives)
+        np.testing.assert_allclose(rows, singles, rtol=SAME, atol=1e-14)
+    with pytest.raises(ValueError, match="trajectory belongs to another system"):
+        gradients(twice, record.density, run, objectives)
 
 
 def test_coincident_ends_and_vanishing_lengths_give_numbers():

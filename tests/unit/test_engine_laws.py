@@ -40,7 +40,7 @@ def look(law, delta, rate=0.0, t=0.0):
     evaluate(tables, work, 0, q, v, none, none, none, 0.0, True)
     by_delta, by_rate = work.k[0, 0], work.c[0, 0]
     place(tables, work, 0, q, v)
-    unit_rows(tables, work, 0, np.zeros((2, 3)))
+    unit_rows(tables, work, 0, np.zeros((3, 2)))
     at = int(np.flatnonzero(parts.order == 0)[0])
     force = work.f[at]
     energy = np.zeros(2)

@@ -33,7 +33,7 @@ _PUBLIC: dict[str, str] = {
         "multibody.objectives": ("AtTime", "Integral", "Maximum", "Minimum", "PNorm", "Peak", "Terminal"),
         "multibody.quantities": ("Coordinate", "Deviation", "Scalar", "Slopes", "StoredEnergy"),
         "multibody.simulation": ("simulate",),
-        "sensitivity": ("gradient", "gradient_check", "parameter_gradient"),
+        "sensitivity": ("gradient", "gradient_check", "gradients", "parameter_gradient"),
         "multibody.start": ("assembled",),
         "multibody.system": ("Body", "Load", "System"),
         "multibody.trajectory": ("Trajectory",),

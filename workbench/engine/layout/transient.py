@@ -4,8 +4,8 @@ Two ways to gradients, chosen by size with the reason kept in words:
 
 forward   one sweep gives dq/dalpha at every node: every peak, its neighbours and the second-order model of
           the whole history come at once. n x N numbers per node. The master over many peaks uses it.
-adjoint   one backward sweep per row, no memory in N. For large N, for systems with internal states, and
-          wherever no more than three gradients of a run are asked for (methods that follow a single peak).
+adjoint   one backward sweep for all rows of a run, no memory in N. For large N, for systems with internal
+          states, and wherever a run is asked for few gradients (methods that follow a single peak).
 
 A squared displacement R^T W R (7.13) brings factors: its second derivative is 2 J^T W J up to the curvature
 of R, J = dR/dalpha. With refined peaks the node at a local top carries the height of the cubic through its
@@ -28,7 +28,7 @@ from ..multibody.schemes import Scheme
 from ..multibody.simulation import simulate
 from ..multibody.system import System
 from ..multibody.trajectory import Trajectory
-from ..sensitivity.discrete_adjoint import discrete_adjoint
+from ..sensitivity.discrete_adjoint import discrete_adjoints
 from .forward import Sensitivities, forward_sensitivities, supports_forward
 from .problem import InvalidLayout, LayoutProblem, MemberGeometry, budget_rows
 from .side_by_side import side_by_side
@@ -102,14 +102,26 @@ class _Run:
         """The nodes behind a value."""
         return self.tops[node].parts if node in self.tops else (NodeWeight(node, 1.0),)
 
-    def gradient(self, node: int, *, few: bool = False) -> Array:
-        """(N,) of the value at a node; few: no more than a sweep or two is wanted of this run."""
-        quantity, r = self.scenario.objective.quantity, self.trajectory
-        if not self.forward or (few and self._sensitivities is None):
-            one: Any = Peak(
-                quantity=quantity, time=float(r.times[node]), height=0.0, parts=self.parts(node), at_end=False
+    def gradients(self, nodes: Rows, *, few: bool = False) -> Array:
+        """(rows, N) of the values at nodes; few: no more than a few rows are wanted of this run."""
+        quantity, times = self.scenario.objective.quantity, self.trajectory.times
+        if self.forward and not (few and self._sensitivities is None):
+            return np.array([self._by_sensitivities(int(node)) for node in nodes])
+        peaks: list[Any] = [
+            Peak(
+                quantity=quantity,
+                time=float(times[node]),
+                height=0.0,
+                parts=self.parts(int(node)),
+                at_end=False,
             )
-            return np.asarray(discrete_adjoint(r, one)) / self.scenario.scale
+            for node in nodes
+        ]
+        return discrete_adjoints(self.trajectory, peaks) / self.scenario.scale
+
+    def _by_sensitivities(self, node: int) -> Array:
+        """(N,) of the value at a node from dq/dalpha."""
+        quantity, r = self.scenario.objective.quantity, self.trajectory
         if isinstance(quantity, Deviation) and node not in self.tops:
             R, J = self.residual
             return 2 * (R[node] @ J[node]) / self.scenario.scale  # type: ignore[no-any-return]
@@ -177,12 +189,13 @@ class _Evaluation:
     def gradients(self, rows: Rows) -> Array:
         """Gradients of rows (scenario x node)."""
         nodes, few = self.values.shape[1], len(rows) <= _FEW * len(self.runs)
-        cases = np.asarray(rows) // nodes
+        rows = np.asarray(rows)
+        cases = rows // nodes
         found = np.empty((len(rows), len(self.runs[0].trajectory.density)))
 
         def fill(case: int) -> None:
-            for at in np.flatnonzero(cases == case):
-                found[at] = self.runs[case].gradient(int(rows[at] % nodes), few=few)
+            own = np.flatnonzero(cases == case)
+            found[own] = self.runs[case].gradients(rows[own] % nodes, few=few)
 
         side_by_side(fill, np.unique(cases).tolist(), threads=_threads([r.scenario for r in self.runs]))
         return found

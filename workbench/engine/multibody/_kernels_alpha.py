@@ -1,6 +1,5 @@
 # mypy: ignore-errors
-"""Generalised-alpha for the index-3 DAE and its discrete adjoint, compiled: eqs. (2.29), (2.30) and their
-transpose.
+"""Generalised-alpha for the index-3 DAE, compiled: eqs. (2.29), (2.30).
 
 One step, with c = (1 - alpha_f)/(1 - alpha_m) and the unknown dw (scaled: no 1/h^2 appears in the matrix):
 
@@ -8,17 +7,15 @@ One step, with c = (1 - alpha_f)/(1 - alpha_m) and the unknown dw (scaled: no 1/
     q1 = q + h v + h^2 ((1/2 - beta) a + beta a1),   v1 = v + h ((1 - gamma) a + gamma a1)
     [M + h gamma c C + h^2 beta c K   Phi_q^T] [dw]        [r                  ]
     [Phi_q                            0      ] [dlambda] = -[Phi/(h^2 beta c)   ]
-
-The adjoint runs the same matrices transposed at the converged states, so it is exact to rounding.
 """
 
 from numba import njit
 from numpy import cos, sin
 
-from ._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
-from ._kernels_elements import COINCIDENT_Y, pair_map
-from ._kernels_equations import evaluate, pair_covector
-from ._kernels_options import CAREFUL, ENTRY, INNER
+from ._kernels_dense import lu_factor, lu_solve
+from ._kernels_elements import COINCIDENT_Y
+from ._kernels_equations import evaluate
+from ._kernels_options import CAREFUL, INNER
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are
@@ -74,18 +71,6 @@ def keep_tangents(W, k, c, j):
             c[a, b] = W.c[a, b]
         for r in range(m):
             j[r, a] = W.phi_q[r, a]
-
-
-@njit(**INNER)
-def recall_tangents(W, k, c, j):
-    """Copy K, C and Phi_q back into the work space."""
-    n, m = k.shape[0], j.shape[0]
-    for a in range(n):
-        for b in range(n):
-            W.k[a, b] = k[a, b]
-            W.c[a, b] = c[a, b]
-        for r in range(m):
-            W.phi_q[r, a] = j[r, a]
 
 
 @njit(**CAREFUL)
@@ -229,119 +214,3 @@ def alpha_forward(
             z[step, e] = W.z[e]
             zdot[step, e] = W.zdot[e]
     info[0], info[1] = CONVERGED, steps
-
-
-@njit(**INNER)
-def add_bushings(T, W, vectors, weights, out):
-    """out (n,) += sum over the bushings of weight J^T vector, vectors (B, 3) in pair coordinates."""
-    free = out.shape[0] // 3
-    for e in range(T.bushing_pair.shape[0]):
-        p = T.bushing_pair[e]
-        i, j = T.pair[p, 0], T.pair[p, 1]
-        pair_map(W.q, W.v, i, j, W.big[p], W.jac)
-        for a in range(6):
-            body = i if a < 3 else j
-            if body < free:
-                total = (
-                    vectors[e, 0] * W.jac[0, a] + vectors[e, 1] * W.jac[1, a] + vectors[e, 2] * W.jac[2, a]
-                )
-                out[3 * body + a % 3] += weights[e] * total
-
-
-@njit(**INNER)
-def refine(matrix, keep, pivot, rhs, right, n, m, shift):
-    """Two corrections of the transposed solve towards the unshifted matrix (redundant constraints)."""
-    total = n + m
-    for _ in range(2):
-        for a in range(total):
-            value = right[a]
-            for b in range(total):
-                value -= keep[b, a] * rhs[b]
-            if a >= n:
-                value -= shift * rhs[a]
-            right[a + total] = value
-        lu_solve_transposed(matrix, pivot, right[total:])
-        for a in range(total):
-            rhs[a] += right[a + total]
-
-
-@njit(**ENTRY)
-def alpha_adjoint(
-    T, W, scheme, h, last, q, v, lam, z, zdot, seed_q, seed_v, seed_w, seed_l, seed_z,
-    matrix, keep, rhs, right, pivot, shift, costate, damage, mu, keep_k, keep_c, keep_j,
-):  # fmt: skip
-    """Fill mu (steps + 1, n), the adjoint of the equations of motion at every node up to `last`.
-
-    Seeds are dG/d(node state). The gradient is the sum over the nodes of (dr/dparameter)^T mu.
-    keep_k, keep_c, keep_j: the tangents that the forward run kept, or empty to evaluate them again.
-    """
-    am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
-    n, m, bushings = q.shape[1], lam.shape[1], z.shape[1]
-    c = (1.0 - af) / (1.0 - am)
-    lq, lv, la, lw = costate[0], costate[1], costate[2], costate[3]
-    eta, lz = damage[0], damage[1]
-    for back in range(last + 1):
-        step = last - back
-        first = step == 0
-        # node 0 solves the consistent initial accelerations, where a = w: the same lines with h = 0, c = 1
-        half = 0.0 if first else 0.5 * h
-        ahead = 0.0 if first else h * gamma
-        ahead2 = 0.0 if first else h * h * beta
-        share = 1.0 if first else c
-        before = step if first else step - 1
-        if first or keep_k.shape[0] == 0:
-            evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, back >= 0)
-        else:
-            recall_tangents(W, keep_k[step], keep_c[step], keep_j[step])
-        for i in range(n):
-            lq[i] += seed_q[step, i]
-            lv[i] += seed_v[step, i]
-            lw[i] += seed_w[step, i]
-        for e in range(bushings):
-            lz[e] = seed_z[step, e] - eta[e] * (1.0 + 0.5 * h * W.gz[e])
-            eta[e] *= -0.5 * h
-        if bushings > 0:
-            add_bushings(T, W, W.gx, eta, lq)
-            add_bushings(T, W, W.zx, lz, lq)
-        fill_matrix(T, W, share * ahead, share * ahead2, shift, matrix)
-        for i in range(n):
-            rhs[i] = -(lw[i] + share * (la[i] + ahead * lv[i] + ahead2 * lq[i]))
-        for r in range(m):
-            rhs[n + r] = -seed_l[step, r]
-        solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift)
-        for i in range(n):
-            mu[step, i] = rhs[i]
-        if first:
-            return
-        for e in range(bushings):
-            p = T.bushing_pair[e]
-            pair_covector(W, T.pair[p, 0], T.pair[p, 1], n // 3, mu[step], W.big[p], W.row_g)
-            along = W.fz[e, 0] * W.row_g[0] + W.fz[e, 1] * W.row_g[1] + W.fz[e, 2] * W.row_g[2]
-            eta[e] = -(lz[e] + along) / (1.0 - half * W.gz[e])
-        for i in range(n):
-            tq, tv = lq[i], lv[i]
-            for b in range(n):
-                tq += W.k[b, i] * rhs[b]
-                tv += W.c[b, i] * rhs[b]
-            for r in range(m):
-                tq += W.phi_q[r, i] * rhs[n + r] / (share * ahead2)
-            ta = la[i] + ahead * tv + ahead2 * tq
-            lq[i] = tq
-            lv[i] = tv + h * tq
-            la[i] = h * h * (0.5 - beta) * tq + h * (1.0 - gamma) * tv - am / (1.0 - am) * ta
-            lw[i] = af / (1.0 - am) * ta
-
-
-@njit(**INNER)
-def solve_adjoint(matrix, keep, pivot, rhs, right, n, m, shift):
-    """Factor the saddle matrix and solve its transpose; with a shift, corrected towards the unshifted one."""
-    total = n + m
-    if shift > 0.0:
-        for a in range(total):
-            right[a] = rhs[a]
-            for b in range(total):
-                keep[a, b] = matrix[a, b]
-    lu_factor(matrix, pivot)
-    lu_solve_transposed(matrix, pivot, rhs)
-    if shift > 0.0:
-        refine(matrix, keep, pivot, rhs, right, n, m, shift)

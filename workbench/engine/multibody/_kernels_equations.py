@@ -17,16 +17,14 @@ from numpy import cos, sin
 from ._kernels_elements import (
     COINCIDENT_Y,
     bushing,
-    bushing_parameters,
     pair_coordinates,
     pair_map,
     pair_row,
     spread,
     torsion,
     torsion_energy,
-    torsion_parameters,
 )
-from ._kernels_laws import USER, energies, law_parameters, laws
+from ._kernels_laws import USER, energies, laws
 from ._kernels_members import (
     gather,
     gather_tangent,
@@ -331,8 +329,7 @@ def contract(T, W, step, mu, gradient):
 
 @njit(**ENTRY)
 def unit_rows(T, W, step, b):
-    """Fill b (N, 3) with unit force times d delta/dX of every member: columns of dF/dscale in pair
-    coordinates.
+    """Fill b (3, N) with unit force times d delta/dX of every member: dF/dscale in pair coordinates.
 
     `place` or `evaluate` must have set W.
     """
@@ -345,72 +342,9 @@ def unit_rows(T, W, step, b):
             continue  # the user's law fills W.f outside
         unit_forces(T, W, step, code, first, last)
         for i in range(first, last):
-            b[i, 0] *= W.f[i]
-            b[i, 1] *= W.f[i]
-            b[i, 2] *= W.f[i]
-
-
-@njit(**ENTRY)
-def contract_history(T, W, last, q, v, mu, gradient):
-    """gradient (N,) += sum over the nodes up to `last` of (dF/dscale)^T mu."""
-    for step in range(last + 1):
-        place(T, W, step, q[step], v[step])
-        contract(T, W, step, mu[step], gradient)
-
-
-@njit(**ENTRY)
-def contract_parameter_history(
-    T, W, last, q, v, w, z, mu, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
-):
-    """Add the sum over the nodes up to `last` of (dr/dparameter)^T mu; see `contract_parameters`."""
-    for step in range(last + 1):
-        place(T, W, step, q[step], v[step])
-        for e in range(z.shape[1]):
-            W.z[e] = z[step, e]
-        contract_parameters(
-            T, W, step, mu[step], w[step], by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
-        )
-
-
-@njit(**INNER)
-def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq):
-    """Add (dr/dparameter)^T mu: laws (9, N), natural lengths (N,), joint springs (6, T), bushings (5, B),
-    masses (n,)."""
-    n = mu.shape[0]
-    free = n // 3
-    t = T.times[step]
-    w = W.row_g
-    for g in range(T.segment.shape[0]):
-        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
-        if code == USER:
-            continue
-        X = W.big[p]
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
-        law_code = 0 if code == FUSED else code
-        measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-        laws(law_code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
-        project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.f)
-        for i in range(first, last):
-            law_parameters(law_code, T.law, i, W.delta[i], W.rate[i], t, dp)
-            along = T.scale[i] * W.f[i]
-            by_length[i] -= along * W.fd[i]
-            for k in range(dp.shape[0]):
-                by_law[k, i] += along * dp[k]
-    for e in range(T.torsion_pair.shape[0]):
-        p = T.torsion_pair[e]
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
-        torsion_parameters(T.torsion, e, W.big[p], dp)
-        for k in range(6):
-            by_torsion[k, e] += w[2] * dp[k]
-    for e in range(T.bushing_pair.shape[0]):
-        p = T.bushing_pair[e]
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
-        bushing_parameters(T.bushing, e, W.big[p], W.z[e], dq)
-        for k in range(5):
-            by_bushing[k, e] += dq[k, 0] * w[0] + dq[k, 1] * w[1] + dq[k, 2] * w[2]
-    for a in range(n):
-        weight = T.gravity[a] / T.mass[a]
-        by_mass[a] += mu[a] * (w_acc[a] - weight)
+            b[0, i] *= W.f[i]
+            b[1, i] *= W.f[i]
+            b[2, i] *= W.f[i]
 
 
 @njit(**INNER)

@@ -220,7 +220,7 @@ def project(geo, first, last, x, y, th, w0, w1, w2, along):
 
 @njit(**INNER)
 def rows(geo, first, last, x, y, th, b):
-    """b (N, 3): derivative of every elongation with respect to the pair's coordinates."""
+    """b (3, N): derivative of every elongation with respect to the pair's coordinates."""
     c, s = cos(th), sin(th)
     for i in range(first, last):
         ax = c * geo[0, i] - s * geo[1, i]
@@ -228,6 +228,6 @@ def rows(geo, first, last, x, y, th, b):
         dx = ax + x - geo[2, i]
         dy = ay + y - geo[3, i]
         r = 1.0 / sqrt(dx * dx + dy * dy + geo[4, i])
-        b[i, 0] = dx * r
-        b[i, 1] = dy * r
-        b[i, 2] = (ax * dy - ay * dx) * r
+        b[0, i] = dx * r
+        b[1, i] = dy * r
+        b[2, i] = (ax * dy - ay * dx) * r

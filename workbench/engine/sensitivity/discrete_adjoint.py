@@ -1,20 +1,21 @@
-"""The discrete adjoint of generalised-alpha: the exact gradient of the computed objective, for any number of
+"""The discrete adjoint of generalised-alpha: exact gradients of computed objectives, for any number of
 members.
 
 Backwards over the steps, with the transposed matrices of the forward run at its converged states; see
-`_kernels_alpha`. Cost: about half a forward run, whatever the number of members. It holds for the index-3 DAE
-too,
-where the source had no adjoint (its claim that an adjoint is not available is refuted here).
+`_kernels_adjoint`. Cost: about half a forward run, whatever the number of members, and little more for
+several objectives of one run. It holds for the index-3 DAE too, where the source had no adjoint (its claim
+that an adjoint is not available is refuted here).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody._kernels_alpha import alpha_adjoint
-from ..multibody._kernels_equations import contract_history, contract_parameter_history
+from ..multibody._kernels_adjoint import alpha_adjoint
+from ..multibody._kernels_contraction import contract_history, contract_parameter_history
 from ..multibody.compiled import compiled
 from ..multibody.equations import PlanarEquations
 from ..multibody.objectives import Objective
@@ -24,11 +25,13 @@ from ..multibody.schemes import BDF2, GeneralisedAlpha, RungeKutta8, VelocityVer
 from ..multibody.simulation import proximal
 from ..multibody.stepping import alpha_adjoint_loop, bdf2_adjoint_loop
 from ..multibody.trajectory import Trajectory
-from .seeds import Seeds, seeds
+from .seeds import NodeSeeds, Seeds, node_seeds, seeds
 
-__all__ = ["ByParameter", "discrete_adjoint", "parameter_gradient"]
+__all__ = ["ByParameter", "discrete_adjoint", "discrete_adjoints", "parameter_gradient"]
 
 Array = np.ndarray[Any, Any]
+
+ROWS = 64e6  # bytes of adjoint states that one sweep over several rows may hold
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,14 +55,37 @@ class ByParameter:
 
 def discrete_adjoint(trajectory: Trajectory, objective: Objective) -> Array:
     """(N,) dG/dalpha of the computed objective, exact to rounding."""
-    start = seeds(trajectory, objective)
-    if isinstance(trajectory.scheme, RungeKutta8):
-        gradient = _explicit(trajectory, start)
-    elif isinstance(trajectory.scheme, BDF2) or not compiled(trajectory.system).fused:
-        gradient = _looped(trajectory, start)
-    else:
-        gradient, _ = _sweep(trajectory, start, detailed=False)
-    return np.asarray(in_member_order(trajectory, gradient) + start.density)
+    return np.asarray(discrete_adjoints(trajectory, (objective,))[0])
+
+
+def discrete_adjoints(trajectory: Trajectory, objectives: Sequence[Objective]) -> Array:
+    """(R, N) gradients of several objectives of one run: one backward sweep carries them all.
+
+    The tangents are evaluated and factored once per step for all rows together; a further row costs a solve.
+    """
+    r = trajectory
+    out = np.empty((len(objectives), len(r.density)))
+    if not swept(r):
+        for row, objective in enumerate(objectives):
+            dense = seeds(r, objective)
+            out[row] = in_member_order(r, _one(r, dense)) + dense.density
+        return out
+    # adjoint states and covectors of a row at all nodes
+    size = 8 * len(r.times) * (r.position.shape[1] + 3 * len(r.tables.pair))
+    some = max(1, int(ROWS // size))
+    for first in range(0, len(objectives), some):
+        start = node_seeds(r, objectives[first : first + some])
+        by_scale, _ = _sweep(r, start, detailed=False)
+        for row, index in enumerate(start.order):
+            out[first + index] = in_member_order(r, by_scale[row])
+            out[first + index] += start.density[row]
+    return out
+
+
+def swept(trajectory: Trajectory) -> bool:
+    """Whether the compiled sweep treats a run, and several rows at once; the other loops take them singly."""
+    alpha = isinstance(trajectory.scheme, GeneralisedAlpha | VelocityVerlet)
+    return alpha and compiled(trajectory.system).fused
 
 
 def parameter_gradient(trajectory: Trajectory, objective: Objective) -> ByParameter:
@@ -81,11 +107,11 @@ def parameter_gradient(trajectory: Trajectory, objective: Objective) -> ByParame
             f"parameter_gradient knows the parameters of the engine's own laws only; members[{first}] has a "
             "UserLaw. Take gradient() for the densities, or differences for the parameters of that law"
         )
-    start = seeds(trajectory, objective)
+    start = node_seeds(trajectory, (objective,))
     gradient, (law, length, spring, bushing, mass) = _sweep(trajectory, start, detailed=True)
     order = np.argsort(parts.order)
     return ByParameter(
-        density=in_member_order(trajectory, gradient) + start.density,
+        density=in_member_order(trajectory, gradient[0]) + start.density[0],
         law=law[:, order],
         natural_length=length[order],
         spring=spring,
@@ -95,23 +121,21 @@ def parameter_gradient(trajectory: Trajectory, objective: Objective) -> ByParame
     )
 
 
-def _explicit(trajectory: Trajectory, start: Seeds) -> Array:
-    """Order 8: accelerations are functions of the state, w = -M^-1 F, not states of their own."""
-    if start.acceleration.any():
-        raise NotSupported(
-            "objectives of the acceleration have no adjoint under RungeKutta8; use GeneralisedAlpha"
-        )
-    return runge_kutta_adjoint(trajectory, start.last, start.position, start.velocity)
-
-
-def _looped(trajectory: Trajectory, start: Seeds) -> Array:
-    """BDF2, and systems with users' laws: the loops written in Python."""
+def _one(trajectory: Trajectory, start: Seeds) -> Array:
+    """Order 8, BDF2, and systems with users' laws (their loops are written in Python)."""
     r = trajectory
+    if isinstance(r.scheme, RungeKutta8):
+        # accelerations are functions of the state, w = -M^-1 F, not states of their own
+        if start.acceleration.any():
+            raise NotSupported(
+                "objectives of the acceleration have no adjoint under RungeKutta8; use GeneralisedAlpha"
+            )
+        return runge_kutta_adjoint(r, start.last, start.position, start.velocity)
     equations = PlanarEquations(compiled(r.system), r.tables)
     if isinstance(r.scheme, BDF2):
         return bdf2_adjoint_loop(equations, r.step, r, start)
-    if isinstance(r.scheme, RungeKutta8):
-        return _explicit(r, start)
+    if not isinstance(r.scheme, GeneralisedAlpha | VelocityVerlet):
+        raise NotSupported(f"no discrete adjoint for {type(r.scheme).__name__}")
     return alpha_adjoint_loop(equations, r.scheme, r.step, r, start)
 
 
@@ -123,32 +147,37 @@ def _kept(trajectory: Trajectory, n: int, m: int) -> tuple[Array, Array, Array]:
     return kept.stiffness, kept.damping, kept.jacobian
 
 
-def _sweep(trajectory: Trajectory, start: Seeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:
+def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:
+    """(R, N) by scale in segment order; if detailed (one row only), slopes by all other parameters."""
     scheme = trajectory.scheme
-    if not isinstance(scheme, GeneralisedAlpha | VelocityVerlet):
-        raise NotSupported(f"no discrete adjoint for {type(scheme).__name__}")
+    assert isinstance(scheme, GeneralisedAlpha | VelocityVerlet)
     r, tables = trajectory, trajectory.tables
     n, m, bushings = r.position.shape[1], r.multiplier.shape[1], r.damage.shape[1]
-    total, count = n + m, len(r.density)
-    gradient = np.zeros(count)
-    law, length = np.zeros((9, count if detailed else 0)), np.zeros(count if detailed else 0)
-    spring = np.zeros((6, len(tables.torsion_pair)))
-    bushing, mass = np.zeros((5, bushings)), np.zeros(n)
+    total, count, rows = n + m, len(r.density), len(start.starts)
+    nodes, pairs = int(start.starts[0]) + 1, len(tables.pair)
+    gradient = np.zeros((rows, count))
     shift = proximal(tables, redundant=len(r.diagnosis.redundant_rows) > 0)
     work = r.work
-    mu = np.zeros_like(r.position)
+    mu = np.empty((nodes, rows, n))
     alpha_adjoint(
-        tables, work, scheme.numbers, r.step, start.last,
+        tables, work, scheme.numbers, r.step,
         r.position, r.velocity, r.multiplier, r.damage, r.damage_rate,
-        start.position, start.velocity, start.acceleration, start.multiplier, start.damage,
-        np.zeros((total, total)), np.zeros((total, total) if shift else (0, 0)), np.zeros(total),
-        np.zeros(2 * total), np.zeros(total, np.int64), shift, np.zeros((4, n)), np.zeros((2, bushings)), mu,
-        *_kept(r, n, m),
+        start.starts, start.at, start.position, start.velocity, start.acceleration, start.multiplier,
+        start.damage, np.empty((total, total)), np.empty((total, total) if shift else (0, 0)),
+        np.empty((rows, total)), np.empty(2 * total), np.empty(total, np.int64), shift,
+        np.zeros((rows, 4, n)), np.zeros((rows, 2, bushings)), mu, *_kept(r, n, m),
     )  # fmt: skip
-    contract_history(tables, work, start.last, r.position, r.velocity, mu, gradient)
-    if detailed:
-        contract_parameter_history(
-            tables, work, start.last, r.position, r.velocity, r.acceleration, r.damage, mu,
-            law, length, spring, bushing, mass, np.zeros(9), np.zeros((5, 3)),
-        )  # fmt: skip
+    contract_history(
+        tables, work, start.starts, r.position, r.velocity, mu, np.empty((nodes, pairs, 6)),
+        np.empty((pairs, nodes, rows, 3)), np.empty((3, count)), gradient,
+    )  # fmt: skip
+    if not detailed:
+        return gradient, ()
+    law, length = np.zeros((9, count)), np.zeros(count)
+    spring = np.zeros((6, len(tables.torsion_pair)))
+    bushing, mass = np.zeros((5, bushings)), np.zeros(n)
+    contract_parameter_history(
+        tables, work, nodes - 1, r.position, r.velocity, r.acceleration, r.damage,
+        np.ascontiguousarray(mu[:, 0]), law, length, spring, bushing, mass, np.zeros(9), np.zeros((5, 3)),
+    )  # fmt: skip
     return gradient, (law, length, spring, bushing, mass)

@@ -54,7 +54,7 @@ class Linearised:
         self.rows = len(self.tables.row)
         self.members = len(trajectory.density)
         self._slope = scale_slope(trajectory)
-        self._b = np.zeros((self.members, 3))
+        self._b = np.zeros((3, self.members))
         self._z = np.zeros(len(self.tables.bushing_pair))
 
     def tangents(self, node: int, q: Array, v: Array, lam: Array) -> Tangents:
@@ -73,7 +73,7 @@ class Linearised:
         out = np.zeros((self.size, self.members))
         arrays, order = self.parts.arrays, self.parts.order
         for pair, _, first, last in arrays["segment"]:
-            columns = (self._b[first:last] * self._slope[first:last, None]).T
+            columns = self._b[:, first:last] * self._slope[first:last]
             i, j = arrays["pair"][pair]
             jac = self._pair_map(i, j, self.work.big[pair])
             for body, part in ((i, jac[:, :3]), (j, jac[:, 3:])):

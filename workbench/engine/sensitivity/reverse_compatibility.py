@@ -45,7 +45,7 @@ def reverse_compatibility(trajectory: Trajectory, body: str, *, node: int) -> Re
     tables, parts = trajectory.tables, compiled(trajectory.system)
     work = work_space(tables)
     count = len(trajectory.density)
-    rows = np.zeros((count, 3))
+    rows = np.zeros((3, count))
 
     def deltas(index: int) -> Array:
         place(tables, work, index, trajectory.position[index], trajectory.velocity[index])
@@ -59,7 +59,7 @@ def reverse_compatibility(trajectory: Trajectory, body: str, *, node: int) -> Re
         i, j = parts.arrays["pair"][pair]
         if index not in (i, j):
             continue
-        b = rows[first:last] / np.where(work.f[first:last, None] == 0.0, 1.0, work.f[first:last, None])
+        b = (rows[:, first:last] / np.where(work.f[first:last] == 0.0, 1.0, work.f[first:last])).T
         big = work.big[pair]
         c, s = np.cos(work.q[3 * j + 2]), np.sin(work.q[3 * j + 2])
         jac = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
