@@ -5,6 +5,7 @@ stated.
                    cautious twin of the search's model, and the roughest model of the plain values that the
                    runs do not refute; regions where runs almost surely fail are left out
     Lipschitz      max over u of min_i (v_i + L |u - u_i|), a certificate when L is right
+    enclosure      branch and bound on the user's interval enclosure, a certificate (`workbench.enclosure`)
     enumerated     every point of a finite space was run: nothing is left
 
 A model-based gap is a statement about the Kriging and is calibrated, not proven:
@@ -35,16 +36,22 @@ POLISHED = 4
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
     """`width` >= 0: how far beyond the confirmed worst the response could lie, in its unit. `upper` is the
-    bound itself (a lower bound of the response when small is bad)."""
+    bound itself (a lower bound of the response when small is bad). Of an enclosure: its `calls`, and whether
+    they brought the width below the tolerance."""
 
     upper: float
     width: float
     coverage: float
     kind: str
+    calls: int = 0
+    closed: bool = True
 
     def to_dict(self) -> dict[str, Any]:
         """For the JSON document."""
-        return {**asdict(self), "lower": 0.0}
+        plain = asdict(self)
+        if self.kind != "enclosure":
+            del plain["calls"], plain["closed"]
+        return {**plain, "lower": 0.0}
 
     @property
     def sentence(self) -> str:
@@ -53,6 +60,11 @@ class Gap:
             return "every point of the space was run: nothing worse exists"
         if self.kind == "Lipschitz":
             return f"certified by the given Lipschitz constant: at most {self.width:.4g} worse"
+        if self.kind == "enclosure":
+            end = "" if self.closed else "; they did not suffice to close the gap"
+            return (
+                f"certified by the given enclosure: at most {self.width:.4g} worse ({self.calls} calls{end})"
+            )
         return (
             f"model-based, {self.coverage:.0%}: at most {self.width:.4g} worse "
             "(a statement of the Kriging, not a proof)"

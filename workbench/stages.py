@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from workbench.atomic import read_json, write_json
 from workbench.campaign import Asked, Campaign, outcome
@@ -20,6 +20,9 @@ from workbench.space import Space
 from workbench.store import Evaluation
 from workbench.streams import stream
 from workbench.thinning import spread_runs
+
+if TYPE_CHECKING:
+    from workbench.enclosure import Enclosure
 
 __all__ = [
     "design",
@@ -174,6 +177,8 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
         )
     else:
         options = {key: table[key] for key in ("tolerance", "lipschitz") if key in table}
+        if "enclosure" in table:
+            options["enclosure"] = _enclosure(campaign, table)
         workers, batch = study.evaluate.get("workers", 1), table.get("batch", 1)
         if workers > batch:
             campaign.progress.note(
@@ -200,6 +205,15 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
     document = result.to_dict()
     _write(campaign, "worst_case", document, _stage_fingerprint(campaign, table), file="worst_case.json")
     return _as_document(document)
+
+
+def _enclosure(campaign: Campaign, table: Mapping[str, Any]) -> "Enclosure":
+    """The function that bounds the response over a box, from its reference."""
+    from workbench.enclosure import Enclosure
+    from workbench.model_python import load_function
+
+    function = load_function(table["enclosure"], campaign.study.folder)
+    return Enclosure(function, calls=table["enclosure_calls"])
 
 
 def layout(campaign: Campaign) -> dict[str, Any]:

@@ -168,7 +168,8 @@ class ScreenTable(Table):
 
 
 class WorstCaseTable(Table):
-    """`[worst_case]`; `batch` is how many runs the search proposes at once, whoever runs them."""
+    """`[worst_case]`; `batch` is how many runs the search proposes at once, whoever runs them; `enclosure`
+    names a function that bounds the response over a box."""
 
     response: Text
     sense: Literal["max", "min"] = "max"
@@ -176,6 +177,8 @@ class WorstCaseTable(Table):
     batch: Annotated[int, Field(ge=1, le=1024)] = 1
     tolerance: Positive | None = None
     lipschitz: Positive | None = None
+    enclosure: Text | None = None
+    enclosure_calls: Count = 2000
 
 
 class LayoutTable(Table):

@@ -9,7 +9,7 @@ most expected (`ei`), at single changes of the worst point (`flip`), inside a tr
 where the bound still exceeds the best run (`explore`). Where the model gives gradients, the last runs of the
 budget climb by them (`gradient`). What is reported as worst is always a true run. The
 remaining gap is an upper credible bound of the Kriging, stated as model-based, unless the space was
-enumerated or a Lipschitz constant was given.
+enumerated, or a Lipschitz constant or an interval enclosure was given.
 
 The search is a function of the seed and of the model's answers alone. To resume it, ask again with an
 evaluator that remembers its runs (the campaign's does): the same batches come back and finished runs are
@@ -26,6 +26,7 @@ import numpy as np
 
 from workbench.audit import Audit, audit_runs
 from workbench.baselines import Baseline, predicted_baselines
+from workbench.enclosure import Enclosure, enclosure_gap
 from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading, response_name
 from workbench.feasibility import Feasibility
 from workbench.gap import Gap, lipschitz_gap, remaining_gap
@@ -152,6 +153,7 @@ def worst_case(
     workers: int = 1,
     tolerance: float = 1e-3,
     lipschitz: float | None = None,
+    enclosure: Enclosure | None = None,
     progress: Progress | None = None,
 ) -> WorstCase:
     """Search the worst case of `function(**parameters)` over `space`.
@@ -170,6 +172,8 @@ def worst_case(
             worst value, whichever is less.
         lipschitz: bound of |f(u) - f(v)| / |u - v| in the unit cube when it is known; makes the gap a
             certificate.
+        enclosure: bounds of the response over a box when they can be computed, as `workbench.enclosure`
+            describes; makes the gap a certificate. Of two certificates the narrower is stated.
         progress: called with every run and the best value so far.
 
     Returns: a `WorstCase`; `value` and `parameters` belong to a true run.
@@ -196,6 +200,7 @@ def worst_case(
         workers=workers,
         tolerance=tolerance,
         lipschitz=lipschitz,
+        enclosure=enclosure,
         progress=progress,
     )
 
@@ -213,6 +218,7 @@ def search_worst_case(
     workers: int = 1,
     tolerance: float = 1e-3,
     lipschitz: float | None = None,
+    enclosure: Enclosure | None = None,
     progress: Progress | None = None,
 ) -> WorstCase:
     """`worst_case` on an evaluator, which stores runs and repeats none; see there for the arguments."""
@@ -270,7 +276,9 @@ def search_worst_case(
         budget=budget,
         seed=seed,
         status=status,
+        tolerance=tolerance,
         lipschitz=lipschitz,
+        enclosure=enclosure,
         previous=model,
     )
 
@@ -305,9 +313,7 @@ def surrogate_worst_case(
         rng=stream(seed, "worst case"),
     )[None]
     mean, std = model.in_units(where.features(worst))
-    found = _result(
-        ledger, response=response, unit=unit, budget=0, seed=seed, status=Status.SURROGATE, lipschitz=None
-    )
+    found = _result(ledger, response=response, unit=unit, budget=0, seed=seed, status=Status.SURROGATE)
     predicted = float(ledger.sign * mean[0])
     return replace(
         found,
@@ -359,18 +365,34 @@ def _result(
     budget: int,
     seed: int,
     status: Status,
-    lipschitz: float | None,
+    tolerance: float = 0.0,
+    lipschitz: float | None = None,
+    enclosure: Enclosure | None = None,
     previous: SearchModel | None = None,
 ) -> WorstCase:
     """The record of a finished search: gap, audit and profile from a last Kriging of all runs."""
     where = ledger.where
     # the search's choices are kept: the gap that is stated is the one that it stopped at
     model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=previous, seed=seed)
-    if lipschitz is None:
+    certificates: list[Gap] = []
+    if lipschitz is not None:
+        certificates.append(lipschitz_gap(where, u=ledger.u_ok, v=ledger.v, constant=lipschitz))
+    if enclosure is not None:
+        certificates.append(
+            enclosure_gap(
+                where,
+                enclosure,
+                u=ledger.u_ok,
+                v=ledger.v,
+                sign=ledger.sign,
+                tolerance=max(tolerance, 0.0) * ledger.scale,
+            )
+        )
+    if certificates:
+        gap = min(certificates, key=lambda certificate: certificate.width)
+    else:
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
         gap = _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=True)
-    else:
-        gap = lipschitz_gap(where, u=ledger.u_ok, v=ledger.v, constant=lipschitz)
     best = ledger.best
     return WorstCase(
         response=response_name(response),

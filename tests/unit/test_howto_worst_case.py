@@ -11,12 +11,15 @@ PAGE = Path(__file__).parent.parent.parent / "docs" / "howto" / "how-sure-is-thi
 
 def test_the_snippets_run_in_order(capsys):
     names: dict[str, Any] = {}
-    first, gradients, several = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    first, gradients, enclosed, several = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     exec(first, names)
     assert names["result"].value == 6.25
     assert names["result"].parameters["load"] == 5.0
     exec(gradients, names)
     assert 1 - names["result"].value < 1e-8
+    exec(enclosed, names)
+    assert names["certain"].value == pytest.approx(0.25, abs=1e-3)
+    assert names["certain"].gap.closed
     exec(several, names)
     assert names["found"]["force"].value == 4.0
     assert names["found"]["travel"].value == pytest.approx(1.4)

@@ -39,6 +39,9 @@ def gap_sentence(worst: Mapping[str, Any]) -> str:
         return "Every point of the space was run: nothing worse exists."
     if kind.lower() == "lipschitz":
         return f"With the given Lipschitz constant it is certain that at most {width} more is possible."
+    if kind == "enclosure":
+        end = "" if gap.get("closed") else "; more calls of it would narrow this"
+        return f"By the given interval enclosure it is certain that at most {width} more is possible{end}."
     stated = f" with {percent(gap['coverage'])} confidence" if gap.get("coverage") else ""
     return f"By the Kriging{stated} it could be at most {width} worse ({kind}, not a proof)."
 
