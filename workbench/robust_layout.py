@@ -2,12 +2,13 @@
 
     S <- nominal case (and the worst case found without restraints)
     repeat   layout <- min over densities of max over S, by the engine        lower end: its worst over S
-             worst  <- search over the whole uncertainty, confirmed by true runs    upper end
-             stop when worst exceeds the bound by less than the tolerance, else S <- S + worst
+             worst  <- look at random corners; when they do not break the bound, search the whole uncertainty
+             stop when the search exceeds the bound by less than the tolerance, else S <- S + what broke it
 
-(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009). The search looks at random corners first and
-treats every combination of words (hands on, hands off) on its own: a Kriging of all of them together follows
-the combination that was worst without a layout, and misses the one that is worst with it.
+(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009). A layout that random corners break needs no
+search yet. The search treats every combination of words (hands on, hands off) on its own: a Kriging of all of
+them together follows the combination that was worst without a layout, and misses the one that is worst with
+it. Of the cases that broke the bound several join, far from each other (`workbench.cuts`).
 
 A layout is judged by true runs alone. Every round also judges all earlier layouts and the trivial ones, so
 what is returned is never worse than those over all cases found. The lower end is that of a local optimiser,
@@ -29,6 +30,7 @@ from numpy.typing import NDArray
 
 from workbench.atomic import read_json, write_json
 from workbench.case_layouts import Optimised, optimise_for_cases, trivial_layouts
+from workbench.cuts import spread_out_worst
 from workbench.engine.errors import EngineError
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Evaluator, Outcome
@@ -54,6 +56,7 @@ SECOND = "second start"
 MOST_COMBINATIONS = 6  # of words that are searched one by one
 CORNERS_KEPT = 10  # known runs that a search begins with, the worst ones
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
+JOINING = 6  # cases that join the next optimisation at most
 BATCH = 4  # runs a search proposes at once, whatever the number of workers: the same numbers with 1 and 2
 
 
@@ -75,7 +78,7 @@ class LoopSettings:
 class Found:
     """The worst true run of a layout, and the credible excess that the search leaves open (model-based).
 
-    by_word: the worst of the other combinations of words, each.
+    others: further cases, far from it and from each other, with their values, largest first.
     """
 
     value: float
@@ -83,7 +86,7 @@ class Found:
     runs: int
     status: str
     open_gap: float | None
-    by_word: Sequence[Mapping[str, Any]] = ()
+    others: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,8 +187,9 @@ class _Loop:
             certified = self.round(number)
             if certified:
                 break
+        best = self.best()
         for name in [*self.layouts]:
-            if name not in (*self.worst, "none") and not name.startswith("round"):
+            if name == best or (name != "none" and not name.startswith("round")):
                 self.tell(f"worst case of the layout '{name}'")
                 self.search(name)
         self.tell("the layout from a second start")
@@ -194,8 +198,7 @@ class _Loop:
 
     def round(self, number: int) -> bool:
         """One layout, one search; True when the search does not break the bound."""
-        known = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
-        best = min(known, key=lambda name: known[name])
+        best = self.best()
         usable = self.active(self.values(self.layouts[best]))
         self.tell(f"round {number}: layout for {len(usable)} of {len(self.cases)} cases")
         made = self.optimised(usable, self.layouts[best])
@@ -207,11 +210,15 @@ class _Loop:
                 return self.round(number)
         else:
             self.add(name, made)
-            known = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
-        chosen = min(known, key=lambda name: known[name])
-        bound = known[chosen]
-        self.tell(f"round {number}: search the worst case of '{chosen}', bound {bound:.6g} {self.model.unit}")
-        found = self.search(chosen)
+        chosen = self.best()
+        bound = _largest(self.values(self.layouts[chosen]))
+        limit = bound + self.settings.tolerance * abs(bound)
+        found = self.look(chosen)
+        if found.value <= limit:
+            self.tell(
+                f"round {number}: search the worst case of '{chosen}', bound {bound:.6g} {self.model.unit}"
+            )
+            found = self.search(chosen)
         gap = max(0.0, found.value - bound) / abs(found.value) if found.value else 0.0
         self.rounds.append(
             Round(
@@ -222,12 +229,16 @@ class _Loop:
         )  # fmt: skip
         if gap <= self.settings.tolerance:
             return True
-        # "hands off" and "hands on" break a layout in different ways: what breaks the bound joins, one each
+        self.tell(f"round {number}: broken, {found.value:.6g} {self.model.unit} instead of {bound:.6g}")
         self.fresh = len(self.cases)
-        limit = bound + self.settings.tolerance * abs(bound)
-        also = [dict(worst["case"]) for worst in found.by_word if worst["value"] > limit]
-        self.cases = _distinct([*self.cases, dict(found.case), *also])
+        also = [dict(other["case"]) for other in found.others if other["value"] > limit]
+        self.cases = _distinct([*self.cases, dict(found.case), *also[: JOINING - 1]])
         return False
+
+    def best(self) -> str:
+        """The layout whose worst over the known cases is smallest."""
+        known = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
+        return min(known, key=lambda name: known[name])
 
     def active(self, values: Sequence[float | None]) -> list[int]:
         """Cases for the optimiser: the new ones, and those near the bound of the layout it starts from.
@@ -276,6 +287,25 @@ class _Loop:
         outcomes = self.evaluator(density)(self.cases, purpose="cases")
         return [o.outputs[self.model.response] if o.status == "ok" else None for o in outcomes]
 
+    def look(self, name: str) -> Found:
+        """The worst of the known cases and of random corners."""
+        evaluate = self.evaluator(self.layouts[name])
+        known = [*evaluate(self.cases, purpose="cases"), *evaluate(self.corners(), purpose="corners")]
+        (value, top), *others = self.spread(known)
+        self.worst[name] = Found(
+            value=value, case=self.space.canonical(top.parameters), runs=len(known),
+            status="random corners were looked at; a search was not needed", open_gap=None,
+            others=[{"value": v, "case": dict(o.parameters)} for v, o in others],
+        )  # fmt: skip
+        return self.worst[name]
+
+    def spread(self, outcomes: Sequence[Outcome]) -> list[tuple[float, Outcome]]:
+        """The worst of these runs and others far from it, twice as many as may join."""
+        found = spread_out_worst(self.space, outcomes, response=self.model.response, number=2 * JOINING)
+        if not found:
+            raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
+        return found
+
     def search(self, name: str) -> Found:
         """The worst case of a layout over the whole uncertainty; the known cases count as runs made."""
         parts = (self.identity, self.space.hash, layout_name(self.layouts[name]), self.cases, self.settings)
@@ -294,11 +324,11 @@ class _Loop:
         evaluate = self.evaluator(density)
         known = [*evaluate(self.cases, purpose="cases"), *evaluate(self.corners(), purpose="corners")]
         worst: list[dict[str, Any]] = []
+        made = [*known]
         for words in _combinations(self.space):
             here = [o for o in known if all(o.parameters[name] == word for name, word in words.items())]
-            worst.append(self._in_words(evaluate, words, here))
-        ranked = sorted(worst, key=lambda found: -found["value"])
-        top = ranked[0]
+            worst.append(self._in_words(evaluate, words, here, made))
+        top = max(worst, key=lambda found: found["value"])
         gaps = [found["open_gap"] for found in worst if found["open_gap"] is not None]
         return {
             "value": top["value"],
@@ -306,19 +336,22 @@ class _Loop:
             "runs": sum(found["runs"] for found in worst) + self.settings.corners,
             "status": top["status"],
             "open_gap": max(gaps, default=None),
-            "by_word": [{"value": found["value"], "case": found["case"]} for found in ranked[1:]],
+            "others": [
+                {"value": v, "case": self.space.canonical(o.parameters)} for v, o in self.spread(made)[1:]
+            ],
         }
 
     def _in_words(
-        self, evaluate: Evaluator, words: Mapping[str, Any], known: Sequence[Outcome]
+        self, evaluate: Evaluator, words: Mapping[str, Any], known: Sequence[Outcome], made: list[Outcome]
     ) -> dict[str, Any]:
-        """The worst case with these words fixed, from the worst of what is known there."""
+        """The worst case with these words fixed, from the worst known there; its runs go to `made`."""
 
         def read(o: Outcome) -> float:
             return o.outputs[self.model.response] if o.status == "ok" else -np.inf
 
         def fixed(rows: Sequence[Case], *, purpose: str) -> list[Outcome]:
             outcomes = evaluate([{**row, **words} for row in rows], purpose=purpose)
+            made.extend(outcomes)
             return [replace(o, parameters=_without(o.parameters, words)) for o in outcomes]
 
         start = sorted(known, key=read, reverse=True)[:CORNERS_KEPT]
@@ -355,13 +388,11 @@ class _Loop:
 
     def second_start(self) -> None:
         """The last layout once more, from the start of the problem; searched when it looks better."""
-        bounds = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
-        best = min(bounds, key=lambda name: bounds[name])
         self.fresh = len(self.cases)
-        made = self.optimised(self.active(self.values(self.layouts[best])), None)
+        made = self.optimised(self.active(self.values(self.layouts[self.best()])), None)
         if made is None:
             return
-        known = min(_largest(self.values(density)) for density in self.layouts.values())
+        known = _largest(self.values(self.layouts[self.best()]))
         for name in self.add(SECOND, made):
             if _largest(self.values(self.layouts[name])) < known:
                 self.tell(f"worst case of the layout '{name}'")
