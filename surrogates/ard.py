@@ -2,8 +2,10 @@
 number of units.
 
 1. Climb from sparse random starts with one theta per unit, the nugget free above a floor; with very many
-   units first over all of them, then over the promising ones (`surrogates.narrowing`).
-2. Shorten the best distinct maxima: a chain of nested sets each, with the maximum of every set.
+   units first over all of them, then over the promising ones (`surrogates.narrowing`). Go on when the best
+   maximum predicts poorly.
+2. Shorten the best distinct maxima, at the full and at half the threshold: a chain of nested sets each, with
+   the maximum of every set.
 3. Polish the best chain by exchange.
 4. Choose the set that maximises l - threshold * size.
 
@@ -22,10 +24,10 @@ from .all_runs import on_all_runs
 from .backward import Chain, most_active, shorten
 from .canonical import CanonicalRuns
 from .exchange import exchange
-from .landscape import PACKED_RUNS, Landscape, PackedLandscape, landscape_of, left_out_q2
+from .landscape import PACKED_RUNS, Landscape, Optimum, PackedLandscape, landscape_of, left_out_q2
 from .narrowing import WIDE, narrowed, promising, widened
 from .rest import rest_gain
-from .search import Search, merged, multi_start
+from .search import Search, merged, multi_start, n_alive
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
 
@@ -33,13 +35,14 @@ FEWEST = 48  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
 PATIENCE = 90  # starts without anything better
 WIDE_STARTS, CLOSE_STARTS = 10, 64  # over very many units, and then over the promising ones
-ROUNDS, CONVINCING = 3, 0.95  # of that, and the leave-one-out Q2 that ends them
+ROUNDS = 3  # of that
+CONVINCING = 0.95  # leave-one-out Q2 of a best maximum that needs no further starts
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
 LENIENT = 0.5  # of the threshold: what orders the units beyond the chosen set
 
 
-def threshold_for(n_units: int, risk: float = 0.1) -> float:
+def threshold_for(n_units: int, risk: float = 0.05) -> float:
     """The gain in l that one more theta must bring, so that all inert units together enter with
     probability `risk`.
 
@@ -48,7 +51,7 @@ def threshold_for(n_units: int, risk: float = 0.1) -> float:
     for a single unit.
 
     >>> print(round(threshold_for(20), 2), round(threshold_for(100), 2), round(threshold_for(4), 2))
-    3.32 4.77 1.92
+    3.94 5.41 2.51
     """
     return max(1.92, 0.5 * float(chi2.isf(min(1.0, 2.0 * risk / n_units), 1)))
 
@@ -117,11 +120,16 @@ def ard_screening(
     elif rows is not None:  # all runs have the last word
         search = searched(ground, min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 4, 24)
     else:
-        search = searched(ground, _starts_affordable(n_starts, ground.n_units, n), enough, FEWEST, PATIENCE)
+        affordable = _starts_affordable(n_starts, ground.n_units, n)
+        search = searched(ground, affordable, enough, FEWEST, PATIENCE)
+        # agreement and patience end a search too early where a poor maximum is easy to reach
+        if affordable == n_starts and left_out_q2(ground, search.optima[0]) < CONVINCING:
+            again = searched(ground, n_starts // 2, n_starts, FEWEST, n_starts)
+            search = merged(search, again, price=threshold, landscape=ground)
     largest = min(max(LARGEST_SET, 0 if size is None else size + 4), ground.n_units)
     chains = [
         shorten(ground, o, selected=most_active(ground, o, largest), nugget=nugget)
-        for o in search.optima[:SHORTENED]
+        for o in _worth_shortening(ground, search, threshold)
     ]
 
     def score(chain: Chain) -> float:
@@ -182,6 +190,14 @@ def _in_two_widths(
             break
     assert found is not None
     return found
+
+
+def _worth_shortening(ground: Landscape, search: Search, threshold: float) -> list[Optimum]:
+    """The best maxima with the full price, then the best others where a unit costs less."""
+    lenient = [-(o.value - LENIENT * threshold * n_alive(ground, o)) for o in search.optima]
+    at = list(range(min(SHORTENED, len(lenient))))
+    at += [int(i) for i in np.argsort(lenient, kind="stable")[:SHORTENED] if i >= len(at)]
+    return [search.optima[i] for i in at]
 
 
 def _entering(chain: Chain, threshold: float) -> tuple[int, ...]:

@@ -1,13 +1,10 @@
 """How wide prediction intervals must be to keep their promise: a factor from cross-validation with refits.
 
 Plug-in intervals take theta as known and are too narrow, mostly for few runs and smooth correlations: on
-seven
-test functions with 30 to 80 runs nominal 95 % intervals held 71 to 93 % of new points. Leave-one-out at fixed
-theta does not show it, because every run has helped to choose theta. Here each tenth of the runs is predicted
-by
-a model refitted to the rest. The factor is the (1 + 1/n) 95 % quantile of the standardised errors over 1.96,
-as
-in split-conformal prediction, and at least one.
+seven test functions with 30 to 80 runs nominal 95 % intervals held 71 to 93 % of new points. Leave-one-out at
+fixed theta does not show it, because every run helped to choose theta. Here each tenth of the runs is
+predicted by a model refitted to the rest. The factor is the (1 + 1/n) 95 % quantile of standardised errors
+over 1.96, as in split-conformal prediction, and at least one.
 """
 
 from typing import TYPE_CHECKING

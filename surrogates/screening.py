@@ -45,7 +45,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         method: "default", "forward" (as published) or "welch" (the maximum-likelihood original).
         criterion: "reml" (eq. 3.13) or "ml" (eq. 3.11); "welch" always takes "ml".
         threshold: gain in l that an input must bring. By default 1.92 for "forward" and "welch"; else the
-            gain that the inert inputs together exceed with probability 0.1 (3.32 for 20 inputs).
+            gain that the inert inputs together exceed with probability 0.05 (3.94 for 20 inputs).
         n_features: number of inputs to select, instead of choosing it by the threshold.
         n_starts: most ascents of the default method.
         enough: the default method stops starting when its best maximum was reached so many times.
