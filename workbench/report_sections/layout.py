@@ -40,6 +40,14 @@ __all__ = ["improvement_sentence", "layout_section"]
 
 MOST_OF = 0.9
 THERE = 1e-3  # density of a member that is listed as there
+PURIFIED = {
+    "accepted": "taken instead of the layout",
+    "before": "worst before",
+    "value": "worst after",
+    "fractional_before": "members between none and full before",
+    "fractional": "members between none and full after",
+    "excess": "budgets exceeded by",
+}
 DRAWING_WIDTH = 4.6  # inches of the axes in a drawing 6.4 wide
 
 
@@ -242,12 +250,13 @@ def _tables(
     out: list[Block] = []
     if members:
         ranked = sorted(members, key=lambda m: -float(m["density"]))
+        there = [m for m in ranked if float(m["density"]) > THERE]
         out.append(
             Table(
                 id="members",
-                title="Members, densest first",
+                title=f"The {len(there)} of {len(members)} members with a density above {THERE:g}",
                 columns=(Column(name="member"), Column(name="kind"), Column(name="density")),
-                rows=tuple((m["name"], m["kind"], float(m["density"])) for m in ranked),
+                rows=tuple((m["name"], m["kind"], float(m["density"])) for m in there),
             )
         )
     if layout.get("budgets"):
@@ -261,13 +270,12 @@ def _tables(
         )
     if layout.get("purified"):
         clean = layout["purified"]
-        keys = [key for key, value in clean.items() if isinstance(value, (int, float, str))]
         out.append(
             Table(
                 id="purified",
-                title="The layout with its densities driven to none or full",
+                title="The layout with its densities driven to none or full, simulated again",
                 columns=(Column(name="what"), Column(name="value")),
-                rows=tuple((key.replace("_", " "), clean[key]) for key in keys),
+                rows=tuple((label, clean[key]) for key, label in PURIFIED.items() if key in clean),
             )
         )
     if layout.get("shadow_prices"):
