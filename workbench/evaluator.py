@@ -12,7 +12,15 @@ from typing import Any, Protocol
 from workbench.errors import StudyError
 from workbench.gradients import parted
 
-__all__ = ["Evaluator", "FunctionEvaluator", "Outcome", "Reading", "response_name", "response_reader"]
+__all__ = [
+    "Evaluator",
+    "FunctionEvaluator",
+    "Outcome",
+    "Reading",
+    "evaluator_of",
+    "response_name",
+    "response_reader",
+]
 
 Reading = Callable[[Mapping[str, float]], float]
 
@@ -79,6 +87,21 @@ class FunctionEvaluator:
         if not all(isfinite(value) for value in outputs.values()):
             return Outcome(parameters=row, status="nonfinite", key=key, error=f"the model returned {outputs}")
         return Outcome(parameters=row, status="ok", outputs=outputs, gradients=gradients, key=key)
+
+
+def evaluator_of(function: Callable[..., Any] | None, evaluator: Evaluator | None) -> Evaluator:
+    """The evaluator that was given, or one that calls the function in this process.
+
+    Raises:
+        StudyError: neither came.
+    """
+    if evaluator is not None:
+        return evaluator
+    if function is None:
+        raise StudyError(
+            "a search needs a function, or an evaluator that runs rows in its place; got neither"
+        )
+    return FunctionEvaluator(function)
 
 
 def response_name(response: str | Reading | None) -> str:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.errors import StudyError
-from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome
+from workbench.evaluator import Evaluator, Outcome, evaluator_of
 from workbench.space import Space
 from workbench.worst_case import WorstCase, search_worst_case
 
-__all__ = ["search_worst_cases", "worst_cases"]
+__all__ = ["worst_cases"]
 
 
 @dataclass(slots=True)
@@ -33,7 +33,7 @@ class _Recorder:
 
 
 def worst_cases(
-    function: Callable[..., Mapping[str, float]],
+    function: Callable[..., Mapping[str, float]] | None,
     space: Space,
     responses: Mapping[str, str],
     *,
@@ -42,6 +42,7 @@ def worst_cases(
     start: Sequence[Outcome | Mapping[str, Any]] = (),
     workers: int = 1,
     tolerance: float = 1e-3,
+    evaluator: Evaluator | None = None,
 ) -> dict[str, WorstCase]:
     """Search the worst case of every response of `function(**parameters)`.
 
@@ -49,6 +50,7 @@ def worst_cases(
         function: returns a mapping of response names to floats.
         responses: name -> "max" or "min", the most important first.
         budget: true runs for all responses together; for the others see `worst_case`.
+        evaluator: runs rows and stores them, in place of `function`, which may be None then.
 
     Returns: a `WorstCase` by response. Runs made for another response are among its `runs`, with number 0.
 
@@ -61,33 +63,9 @@ def worst_cases(
     >>> found["p"].value, found["q"].value
     (1.0, 0.0)
     """
-    return search_worst_cases(
-        FunctionEvaluator(function),
-        space,
-        responses,
-        budget=budget,
-        seed=seed,
-        start=start,
-        workers=workers,
-        tolerance=tolerance,
-    )
-
-
-def search_worst_cases(
-    evaluate: Evaluator,
-    space: Space,
-    responses: Mapping[str, str],
-    *,
-    budget: int = 120,
-    seed: int = 0,
-    start: Sequence[Outcome | Mapping[str, Any]] = (),
-    workers: int = 1,
-    tolerance: float = 1e-3,
-) -> dict[str, WorstCase]:
-    """`worst_cases` on an evaluator, which stores runs and repeats none; see there for the arguments."""
     if not responses:
         raise StudyError("worst_cases needs at least one response with 'max' or 'min', got none")
-    recorder = _Recorder(evaluate)
+    recorder = _Recorder(evaluator_of(function, evaluator))
     found: dict[str, WorstCase] = {}
     for i, (name, sense) in enumerate(responses.items()):
         left = budget - len(recorder.outcomes)

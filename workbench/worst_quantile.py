@@ -24,7 +24,7 @@ from scipy.stats import binom
 
 import doe
 from workbench.errors import StudyError
-from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading, response_name
+from workbench.evaluator import Evaluator, Outcome, Reading, evaluator_of, response_name
 from workbench.feasibility import Feasibility
 from workbench.search_ledger import FEWEST_RUNS, Ledger
 from workbench.search_model import SearchModel, fit_search_model
@@ -32,7 +32,7 @@ from workbench.search_start import start_points
 from workbench.space import Space
 from workbench.streams import stream
 
-__all__ = ["WorstQuantile", "search_worst_quantile", "worst_quantile"]
+__all__ = ["WorstQuantile", "worst_quantile"]
 
 SAMPLE = 4000
 FEWEST_IN_TAIL = 40  # sample points beyond the quantile, or the sample says nothing about it
@@ -75,7 +75,7 @@ class WorstQuantile:
 
 
 def worst_quantile(
-    function: Callable[..., Any],
+    function: Callable[..., Any] | None,
     space: Space,
     *,
     share: float = 0.95,
@@ -86,6 +86,7 @@ def worst_quantile(
     start: Sequence[Outcome | Mapping[str, Any]] = (),
     workers: int = 1,
     tolerance: float = 1e-2,
+    evaluator: Evaluator | None = None,
 ) -> WorstQuantile:
     """Estimate the quantile that `function(**parameters)` keeps to with the chance `share`.
 
@@ -93,6 +94,7 @@ def worst_quantile(
         share: chance of a value no worse, between 0.5 and 0.99.
         budget: true runs at most, the start design included; see `worst_case` for the other arguments.
         tolerance: stop when the interval is narrower than this share of the range of the values seen.
+        evaluator: runs rows and stores them, in place of `function`, which may be None then.
 
     Raises:
         StudyError: share outside its range, and what `worst_case` raises.
@@ -104,34 +106,7 @@ def worst_quantile(
     >>> abs(found.value - (2 - 0.1**0.5)) < 0.02
     True
     """
-    return search_worst_quantile(
-        FunctionEvaluator(function),
-        space,
-        share=share,
-        response=response,
-        sense=sense,
-        budget=budget,
-        seed=seed,
-        start=start,
-        workers=workers,
-        tolerance=tolerance,
-    )
-
-
-def search_worst_quantile(
-    evaluate: Evaluator,
-    space: Space,
-    *,
-    share: float = 0.95,
-    response: str | Reading | None = None,
-    sense: str = "max",
-    budget: int = 40,
-    seed: int = 0,
-    start: Sequence[Outcome | Mapping[str, Any]] = (),
-    workers: int = 1,
-    tolerance: float = 1e-2,
-) -> WorstQuantile:
-    """`worst_quantile` on an evaluator, which stores runs and repeats none; see there for the arguments."""
+    evaluate = evaluator_of(function, evaluator)
     most = 1 - FEWEST_IN_TAIL / SAMPLE
     if not 0.5 <= share <= most:
         raise StudyError(f"share needs a chance from 0.5 to {most:g}, got {share}; beyond it use worst_case")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.errors import StudyError
+from workbench.evaluator import FunctionEvaluator
 from workbench.readings import weighted, within
 from workbench.space import Parameter, Space
 from workbench.worst_case import worst_case
@@ -46,6 +47,15 @@ def test_runs_outside_the_limits_are_excluded_and_counted():
     assert set(found.failures) == {"excluded"}
     for run in found.runs:
         assert (run.status == "excluded") == (model(**run.parameters)["travel"] > 2.0)
+
+
+def test_an_evaluator_takes_the_place_of_the_function():
+    senses = {"load": "max", "travel": "max"}
+    plain = worst_cases(model, BOX, senses, budget=20, seed=1)
+    through = worst_cases(None, BOX, senses, budget=20, seed=1, evaluator=FunctionEvaluator(model))
+    assert {name: found.value for name, found in through.items()} == {
+        name: found.value for name, found in plain.items()
+    }
 
 
 def test_limits_are_inclusive_and_open_sides_are_open():

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from workbench.errors import StudyError
+from workbench.evaluator import FunctionEvaluator
 from workbench.space import Distribution, Parameter, Space
 from workbench.worst_quantile import worst_quantile
 
@@ -43,6 +44,16 @@ def test_the_run_that_is_named_is_a_true_run():
     found = worst_quantile(lambda a, b: a * b, BOX, budget=15, seed=0)
     assert found.run_value == pytest.approx(found.parameters["a"] * found.parameters["b"])
     assert found.to_dict()["run_key"].startswith("run ")
+
+
+def test_an_evaluator_takes_the_place_of_the_function():
+    def total(a, b):
+        return a + b
+
+    plain = worst_quantile(total, BOX, budget=12, seed=3)
+    assert worst_quantile(None, BOX, budget=12, seed=3, evaluator=FunctionEvaluator(total)) == plain
+    with pytest.raises(StudyError, match="a search needs a function, or an evaluator"):
+        worst_quantile(None, BOX)
 
 
 def test_failing_runs_are_counted_and_gone_round():
