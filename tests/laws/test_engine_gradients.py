@@ -6,7 +6,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from studies import three_body
+from studies import three_body, two_body
 from workbench.engine import (
     BDF2,
     Airbag,
@@ -37,6 +37,7 @@ from workbench.engine import (
     parameter_gradient,
     simulate,
 )
+from workbench.engine.multibody._kernels_energy import member_energy_series
 
 sweep = import_module("workbench.engine.sensitivity.discrete_adjoint")
 
@@ -155,8 +156,18 @@ def test_rows_of_one_sweep_are_the_gradients_one_by_one(joints, monkeypatch):
     assert np.linalg.matrix_rank(singles) > 4
     # rows that do not fit are swept in portions
     monkeypatch.setattr(sweep, "ROWS", 1.0)
+    monkeypatch.setattr(sweep, "STRETCH", 1.0)  # and the equations linearised node by node
     np.testing.assert_allclose(gradients(system, density, run, objectives), singles, rtol=SAME, atol=1e-14)
     assert gradients(system, density, run, ()).shape == (0, len(density))
+
+
+def test_a_run_knows_its_energies():
+    for record in (two_body.problem("C"), three_body.problem()):
+        run = simulate(record.system, record.density, record.t_end, 60)
+        summed = np.empty(61)
+        member_energy_series(run.tables, run.work, np.arange(61), run.position, run.velocity, summed)
+        assert len(run.tangents.energy)
+        np.testing.assert_allclose(run.stored_energy(), summed, rtol=SAME, atol=1e-12 * summed.max())
 
 
 def test_rows_with_redundant_joints_and_with_other_schemes():

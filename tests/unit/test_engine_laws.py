@@ -19,7 +19,8 @@ from workbench.engine import (
     System,
     simulate,
 )
-from workbench.engine.multibody._kernels_equations import energy_by_scale, evaluate, place, unit_rows
+from workbench.engine.multibody._kernels_energy import member_energy_series
+from workbench.engine.multibody._kernels_equations import evaluate, place, unit_rows
 from workbench.engine.multibody.compiled import compiled, on_grid
 from workbench.engine.multibody.tables import work_space
 
@@ -43,9 +44,9 @@ def look(law, delta, rate=0.0, t=0.0):
     unit_rows(tables, work, 0, np.zeros((3, 2)))
     at = int(np.flatnonzero(parts.order == 0)[0])
     force = work.f[at]
-    energy = np.zeros(2)
-    energy_by_scale(tables, work, 0, energy, 1.0)
-    return force, by_delta, by_rate, energy[at]
+    energy = np.zeros(1)
+    member_energy_series(tables, work, np.zeros(1, np.int64), q[None], v[None], energy)
+    return force, by_delta, by_rate, energy[0]
 
 
 def test_printed_numbers():

@@ -14,7 +14,7 @@ from numpy import cos, sin
 
 from ._kernels_dense import lu_factor, lu_solve
 from ._kernels_elements import COINCIDENT_Y
-from ._kernels_equations import evaluate
+from ._kernels_equations import evaluate, pair_covector
 from ._kernels_options import CAREFUL, INNER
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
@@ -73,18 +73,30 @@ def keep_tangents(W, k, c, j):
             j[r, a] = W.phi_q[r, a]
 
 
+@njit(**INNER)
+def work_of(T, W, move):
+    """Work of the members' forces along a motion of the free bodies, systems of springs alone."""
+    total = 0.0 * move[0]
+    for p in range(T.pair.shape[0]):
+        pair_covector(W, T.pair[p, 0], T.pair[p, 1], W.force.shape[0] // 3, move, W.big[p], W.row_g)
+        total += W.fr[p, 0] * W.row_g[0] + W.fr[p, 1] * W.row_g[1] + W.fr[p, 2] * W.row_g[2]
+    return total
+
+
 @njit(**CAREFUL)
 def alpha_forward(
-    T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info, keep_k, keep_c, keep_j
-):
+    T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info,
+    keep_k, keep_c, keep_j, keep_e,
+):  # fmt: skip
     """Integrate from node 0 (all of whose arrays are set) to the end of q (steps + 1, n).
 
     settings: tolerance, most iterations, shift, reuse of factors, 1 when tangents depend on velocities.
     info: status, step, Newton iterations, last update, factorisations.
     keep_k, keep_c (steps + 1, n, n), keep_j (steps + 1, m, n): tangents at the converged states, for the
-    adjoint; empty to keep none. Where the motion is smooth, accelerations extrapolated to sixth order leave
-    an update of rounding size: one full Newton iteration then solves the step, and its tangents are those of
-    the converged state. Elsewhere the second iteration evaluates them in passing, or a last evaluation does.
+    adjoint; empty to keep none. keep_e (steps + 1,): the springs' energy there, or empty.
+    Where the motion is smooth, accelerations extrapolated to sixth order leave an update of rounding size:
+    one full Newton iteration then solves the step, and its tangents are those of the converged state.
+    Elsewhere the second iteration evaluates them in passing, or a last evaluation does.
     """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
     steps, n = q.shape[0] - 1, q.shape[1]
@@ -129,10 +141,17 @@ def alpha_forward(
         old, theta = -1.0, 1.0
         done = False
         refresh = (not reuse) or (not fresh) or smooth
+        closed = False  # whether W was evaluated after the last update
         seen = settled = False  # whether W holds tangents of this iteration; whether its update is rounding
-        for iteration in range(most):
-            seen = refresh or (keep and iteration > 0)
+        for iteration in range(most + 1):
+            if iteration == most and not done:
+                break
+            # one place where the equations are evaluated: they are most of what has to be compiled
+            seen = refresh or done or (keep and iteration > 0)
             evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, seen)
+            if done:
+                closed = True
+                break
             info[2] += 1
             if refresh:
                 fill_matrix(T, W, hc, h2c, shift, matrix)
@@ -187,7 +206,8 @@ def alpha_forward(
                 floor = max(floor, (3e-15 if iteration < 8 else 1e-12) * extent / h2c.real)
             if left <= tolerance.real * level or (old > 0.0 and theta > 0.3 and size <= floor):
                 done = True
-                break
+                if not keep or (seen and settled):
+                    break
             refresh = old > 0.0 and theta > 0.1 and (iteration > 4 or not refresh)
             old = size
         if not done:
@@ -198,9 +218,11 @@ def alpha_forward(
         if theta > 0.05:
             fresh = False
         if keep:
-            if not (seen and settled):
-                evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, True)
             keep_tangents(W, keep_k[step], keep_c[step], keep_j[step])
+            if keep_e.shape[0] > 0:
+                keep_e[step] = W.energy[0]
+                if not closed:
+                    keep_e[step] += h2c * work_of(T, W, rhs)
         for i in range(n):
             acc[i] += c * w1[i]
             largest = max(largest, abs(w1[i]))

@@ -6,6 +6,7 @@ stays in the cache nearest to the processor while all nodes and all rows pass ov
 """
 
 from numba import njit
+from numpy import cos, sin
 
 from ._kernels_elements import bushing_parameters, torsion_parameters
 from ._kernels_equations import FUSED, pair_covector, place, unit_forces
@@ -13,7 +14,7 @@ from ._kernels_laws import USER, law_parameters, laws
 from ._kernels_members import measure, project, rows, springs_contract
 from ._kernels_options import ENTRY, INNER
 
-BLOCK = 256  # members: ten arrays of this length fill half of a 48 kB cache
+BLOCK = 512  # members: the eight arrays of a spring fill 32 kB
 
 
 @njit(**INNER)
@@ -30,7 +31,7 @@ def spread_over_rows(b, f, first, last, covector, active, gradient):
 def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
     """gradient (R, N) += sum over the nodes up to starts[r] of (dF/dscale)^T mu[:, r].
 
-    mu (nodes, R, n), starts (R,) descending; big (nodes, P, 6), covector (P, nodes, R, 3) and b (3, N) are
+    mu (nodes, R, n), starts (R,) descending; big (nodes, P, 8), covector (P, nodes, R, 3) and b (3, N) are
     work space.
     """
     count, last_node = starts.shape[0], starts[0]
@@ -40,6 +41,7 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
         for p in range(T.pair.shape[0]):
             for a in range(6):
                 big[step, p, a] = W.big[p, a]
+            big[step, p, 6], big[step, p, 7] = cos(W.big[p, 2]), sin(W.big[p, 2])
             for r in range(count):
                 if starts[r] >= step:
                     pair_covector(
@@ -59,7 +61,18 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
                 if code == FUSED and active == 1:
                     w = covector[p, step, 0]
                     springs_contract(
-                        T.geometry, T.law[0], first, last, X[0], X[1], X[2], w[0], w[1], w[2], gradient[0]
+                        T.geometry,
+                        T.law[0],
+                        first,
+                        last,
+                        X[0],
+                        X[1],
+                        X[6],
+                        X[7],
+                        w[0],
+                        w[1],
+                        w[2],
+                        gradient[0],
                     )
                     continue
                 rows(T.geometry, first, last, X[0], X[1], X[2], b)

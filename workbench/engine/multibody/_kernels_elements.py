@@ -52,70 +52,93 @@ def pair_map(qa, va, i, j, big, jac):
 
 
 @njit(**INNER)
-def spread(qa, va, i, j, free, big, jac, fr, kr, cr, tangent, force, k, c_out, half):
+def add_blocks(i, j, free, c, s, x, y, a, b0, b1, b2, out):
+    """out += J^T [a, -a + b e^T] of the free bodies, J = dX/d(q_i, q_j), e = (0, 0, 1).
+
+    J_i turns by -theta_j and J_j = -J_i + t e^T with t = (y, -x, 0): four blocks from one turned matrix,
+    two vectors and a number.
+    """
+    h0, h1 = c * b0 - s * b1, s * b0 + c * b1
+    for col in range(3):
+        g0 = c * a[0, col] - s * a[1, col]
+        g1 = s * a[0, col] + c * a[1, col]
+        g2 = a[2, col]
+        turned = y * a[0, col] - x * a[1, col]
+        if i < free:
+            out[3 * i, 3 * i + col] += g0
+            out[3 * i + 1, 3 * i + col] += g1
+            out[3 * i + 2, 3 * i + col] += g2
+            if j < free:
+                out[3 * i, 3 * j + col] -= g0
+                out[3 * i + 1, 3 * j + col] -= g1
+                out[3 * i + 2, 3 * j + col] -= g2
+                out[3 * j, 3 * i + col] -= g0
+                out[3 * j + 1, 3 * i + col] -= g1
+                out[3 * j + 2, 3 * i + col] += turned - g2
+        if j < free:
+            out[3 * j, 3 * j + col] += g0
+            out[3 * j + 1, 3 * j + col] += g1
+            out[3 * j + 2, 3 * j + col] += g2 - turned
+    if j < free:
+        at = 3 * j + 2
+        out[at - 2, at] -= h0
+        out[at - 1, at] -= h1
+        out[at, at] += y * b0 - x * b1 - b2
+        if i < free:
+            out[3 * i, at] += h0
+            out[3 * i + 1, at] += h1
+            out[3 * i + 2, at] += b2
+
+
+@njit(**INNER)
+def spread(qa, va, i, j, free, big, fr, kr, cr, tangent, force, k, c_out, half):
     """Add the pair's F, K, C to the free bodies (index < free); half (3, 6) is work space."""
-    pair_map(qa, va, i, j, big, jac)
-    for a in range(6):
-        body = i if a < 3 else j
-        if body < free:
-            force[3 * body + a % 3] += jac[0, a] * fr[0] + jac[1, a] * fr[1] + jac[2, a] * fr[2]
+    c, s = cos(qa[3 * j + 2]), sin(qa[3 * j + 2])
+    x, y = big[0], big[1]
+    gx = c * fr[0] - s * fr[1]
+    gy = s * fr[0] + c * fr[1]
+    turned = y * fr[0] - x * fr[1]
+    if i < free:
+        force[3 * i] += gx
+        force[3 * i + 1] += gy
+        force[3 * i + 2] += fr[2]
+    if j < free:
+        force[3 * j] -= gx
+        force[3 * j + 1] -= gy
+        force[3 * j + 2] += turned - fr[2]
     if not tangent:
         return
-    c, s = cos(qa[3 * j + 2]), sin(qa[3 * j + 2])
     turn = va[3 * j + 2]
     du, dv = va[3 * i] - va[3 * j], va[3 * i + 1] - va[3 * j + 1]
-    # half = K J + C dU/dq, the second with dU/dq written out column by column
+    u0, u1 = c * dv - s * du - turn * x, -c * du - s * dv - turn * y  # dU/dtheta_j of the x and y rates
+    # dF/dq = K J + C dU/dq; the column of theta_j holds b beside minus that of theta_i
     for r in range(3):
-        for a in range(6):
-            half[r, a] = kr[r, 0] * jac[0, a] + kr[r, 1] * jac[1, a] + kr[r, 2] * jac[2, a]
-        px = turn * (-s * cr[r, 0] - c * cr[r, 1])
-        py = turn * (c * cr[r, 0] - s * cr[r, 1])
-        half[r, 0] += px
-        half[r, 1] += py
-        half[r, 3] -= px
-        half[r, 4] -= py
-        half[r, 5] += cr[r, 0] * (c * dv - s * du - turn * big[0])
-        half[r, 5] += cr[r, 1] * (-c * du - s * dv - turn * big[1])
-    for a in range(6):
-        body_a = i if a < 3 else j
-        if body_a >= free:
-            continue
-        row = 3 * body_a + a % 3
-        for b in range(6):
-            body_b = i if b < 3 else j
-            if body_b >= free:
-                continue
-            col = 3 * body_b + b % 3
-            k[row, col] += jac[0, a] * half[0, b] + jac[1, a] * half[1, b] + jac[2, a] * half[2, b]
+        k0, k1, c0, c1 = kr[r, 0], kr[r, 1], cr[r, 0], cr[r, 1]
+        half[r, 0] = c * k0 - s * k1 - turn * (s * c0 + c * c1)
+        half[r, 1] = s * k0 + c * k1 + turn * (c * c0 - s * c1)
+        half[r, 2] = kr[r, 2]
+        half[r, 3] = k0 * y - k1 * x + c0 * u0 + c1 * u1
+    add_blocks(i, j, free, c, s, x, y, half, half[0, 3], half[1, 3], half[2, 3], k)
     for r in range(3):
-        for a in range(6):
-            half[r, a] = cr[r, 0] * jac[0, a] + cr[r, 1] * jac[1, a] + cr[r, 2] * jac[2, a]
-    for a in range(6):
-        body_a = i if a < 3 else j
-        if body_a >= free:
-            continue
-        row = 3 * body_a + a % 3
-        for b in range(6):
-            body_b = i if b < 3 else j
-            if body_b >= free:
-                continue
-            col = 3 * body_b + b % 3
-            c_out[row, col] += jac[0, a] * half[0, b] + jac[1, a] * half[1, b] + jac[2, a] * half[2, b]
-    # F . d2X/dq2: only theta_j with the positions and with itself
-    gx = -s * fr[0] - c * fr[1]
-    gy = c * fr[0] - s * fr[1]
+        c0, c1 = cr[r, 0], cr[r, 1]
+        half[r, 0] = c * c0 - s * c1
+        half[r, 1] = s * c0 + c * c1
+        half[r, 2] = cr[r, 2]
+        half[r, 3] = c0 * y - c1 * x
+    add_blocks(i, j, free, c, s, x, y, half, half[0, 3], half[1, 3], half[2, 3], c_out)
+    # F . d2X/dq2: only theta_j with the positions and with itself; gy, -gx is F turned by a right angle
     if j < free:
         t = 3 * j + 2
-        k[t, t] -= fr[0] * big[0] + fr[1] * big[1]
-        k[3 * j, t] -= gx
-        k[t, 3 * j] -= gx
-        k[3 * j + 1, t] -= gy
-        k[t, 3 * j + 1] -= gy
+        k[t, t] -= fr[0] * x + fr[1] * y
+        k[3 * j, t] += gy
+        k[t, 3 * j] += gy
+        k[3 * j + 1, t] -= gx
+        k[t, 3 * j + 1] -= gx
         if i < free:
-            k[3 * i, t] += gx
-            k[t, 3 * i] += gx
-            k[3 * i + 1, t] += gy
-            k[t, 3 * i + 1] += gy
+            k[3 * i, t] -= gy
+            k[t, 3 * i] -= gy
+            k[3 * i + 1, t] += gx
+            k[t, 3 * i + 1] += gx
 
 
 @njit(**INNER)

@@ -22,9 +22,8 @@ from ._kernels_elements import (
     pair_row,
     spread,
     torsion,
-    torsion_energy,
 )
-from ._kernels_laws import USER, energies, laws
+from ._kernels_laws import USER, laws
 from ._kernels_members import (
     gather,
     gather_tangent,
@@ -32,7 +31,6 @@ from ._kernels_members import (
     project,
     rows,
     springs_contract,
-    springs_energy,
     springs_force,
     springs_tangent,
 )
@@ -148,21 +146,6 @@ def _rich_contract(T, W, step, p, code, first, last, w, gradient):
 
 
 @njit(**INNER)
-def _unit_energies(T, W, step, p, code, first, last):
-    X = W.big[p]
-    measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-    energies(code, T.law, first, last, W.delta, T.times[step], W.f)
-
-
-@njit(**INNER)
-def _spring_energies(T, W, step, p, code, first, last):
-    X = W.big[p]
-    measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-    for i in range(first, last):
-        W.f[i] = 0.5 * T.law[0, i] * W.delta[i] * W.delta[i]
-
-
-@njit(**INNER)
 def _spring_forces(T, W, first, last):
     for i in range(first, last):
         W.f[i] = T.law[0, i] * W.delta[i]
@@ -184,20 +167,9 @@ def _choose_forces(T, W, step, code, first, last):
     return lambda T, W, step, code, first, last: _law_forces(T, W, step, code, first, last)
 
 
-def unit_energies(T, W, step, p, code, first, last):
-    """Fill W.f with the energy of each member at unit density."""
-
-
-@overload(unit_energies, jit_options=INNER, strict=False)
-def _choose_energies(T, W, step, p, code, first, last):
-    if T.instance_class is SpringTables:
-        return lambda T, W, step, p, code, first, last: _spring_energies(T, W, step, p, code, first, last)
-    return lambda T, W, step, p, code, first, last: _unit_energies(T, W, step, p, code, first, last)
-
-
 @njit(**ENTRY)
 def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
-    """Fill W.force = F + Phi_q^T lambda, W.phi, W.phi_q, W.z, W.zdot and, if tangent, W.k, W.c.
+    """Fill W.force = F + Phi_q^T lambda, W.phi, W.phi_q, W.z, W.zdot and, if tangent, W.k, W.c, W.energy.
 
     z, zrate, half: damage and its rate at the start of a trapezoidal step of length 2 half (half = 0: z as
     given).
@@ -219,6 +191,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
             for b in range(3):
                 W.kr[p, a, b] = 0.0
                 W.cr[p, a, b] = 0.0
+    W.energy[0] = 0.0
 
     for g in range(T.segment.shape[0]):
         p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
@@ -226,7 +199,9 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
             continue
         X = W.big[p]
         if tangent:
-            springs_tangent(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p], W.kr[p])
+            W.energy[0] += springs_tangent(
+                T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p], W.kr[p]
+            )
         else:
             springs_force(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p])
 
@@ -261,7 +236,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
 
     for p in range(T.pair.shape[0]):
         spread(
-            W.q, W.v, T.pair[p, 0], T.pair[p, 1], free, W.big[p], W.jac, W.fr[p], W.kr[p], W.cr[p],
+            W.q, W.v, T.pair[p, 0], T.pair[p, 1], free, W.big[p], W.fr[p], W.kr[p], W.cr[p],
             tangent, W.force, W.k, W.c, W.half,
         )  # fmt: skip
 
@@ -322,7 +297,10 @@ def contract(T, W, step, mu, gradient):
         X = W.big[p]
         pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
         if code == FUSED:
-            springs_contract(T.geometry, T.law[0], first, last, X[0], X[1], X[2], w[0], w[1], w[2], gradient)
+            springs_contract(
+                T.geometry, T.law[0], first, last, X[0], X[1], cos(X[2]), sin(X[2]),
+                w[0], w[1], w[2], gradient,
+            )  # fmt: skip
         else:
             rich_contract(T, W, step, p, code, first, last, w, gradient)
 
@@ -347,24 +325,6 @@ def unit_rows(T, W, step, b):
             b[2, i] *= W.f[i]
 
 
-@njit(**INNER)
-def member_energy(T, W, step):
-    """Energy stored in the members at the state that `place` left in W."""
-    total = 0.0 * W.q[0]
-    for g in range(T.segment.shape[0]):
-        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
-        if code == USER:
-            continue
-        X = W.big[p]
-        if code == FUSED:
-            total += springs_energy(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2])
-        else:
-            unit_energies(T, W, step, p, code, first, last)
-            for i in range(first, last):
-                total += T.scale[i] * W.f[i]
-    return total
-
-
 @njit(**ENTRY)
 def measure_segment(T, W, p, first, last):
     """Fill W.delta and W.rate of one segment; `evaluate` or `place` must have set W."""
@@ -386,7 +346,7 @@ def add_segment(T, W, p, first, last, tangent):
         X[0], X[1], X[2], X[3], X[4], X[5], W.fr[p], W.kr[p], W.cr[p],
     )  # fmt: skip
     spread(
-        W.q, W.v, T.pair[p, 0], T.pair[p, 1], W.force.shape[0] // 3, X, W.jac, W.fr[p], W.kr[p], W.cr[p],
+        W.q, W.v, T.pair[p, 0], T.pair[p, 1], W.force.shape[0] // 3, X, W.fr[p], W.kr[p], W.cr[p],
         tangent, W.force, W.k, W.c, W.half,
     )  # fmt: skip
 
@@ -400,32 +360,3 @@ def contract_segment(T, W, p, first, last, mu, gradient):
     project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.fd)
     for i in range(first, last):
         gradient[i] += W.f[i] * W.fd[i]
-
-
-@njit(**ENTRY)
-def member_energy_series(T, W, q, v, energy):
-    """Stored energy of the members at every node of the grid."""
-    for step in range(q.shape[0]):
-        place(T, W, step, q[step], v[step])
-        energy[step] = member_energy(T, W, step)
-
-
-@njit(**ENTRY)
-def energy_by_scale(T, W, step, gradient, weight):
-    """gradient (N,) += weight times the unit energy of each member (explicit part of an energy objective)."""
-    for g in range(T.segment.shape[0]):
-        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
-        if code == USER:
-            continue
-        unit_energies(T, W, step, p, 0 if code == FUSED else code, first, last)
-        for i in range(first, last):
-            gradient[i] += weight * W.f[i]
-
-
-@njit(**ENTRY)
-def torsion_energy_sum(T, W):
-    """Energy stored in the joint springs at the state that `place` left in W."""
-    total = 0.0 * W.q[0]
-    for e in range(T.torsion_pair.shape[0]):
-        total += torsion_energy(T.torsion, e, W.big[T.torsion_pair[e]])
-    return total

@@ -45,51 +45,62 @@ def springs_force(geo, k, scale, first, last, x, y, th, out):
 
 @njit(**INNER)
 def springs_tangent(geo, k, scale, first, last, x, y, th, out, kout):
-    """Undamped linear springs: out (3,) += F and kout (3, 3) += dF/dX."""
+    """Undamped linear springs: out (3,) += F and kout (3, 3) += dF/dX; returns their energy.
+
+    With g = f/l and p = (s k - g)/l^2, per member  K = p b b^T + g [1, perp a]^T [1, perp a] - g (d.a) e e^T,
+    b = (dx, dy, a x d), and a.a - d.a = a.u with u = s2 - x.
+    """
     c, s = cos(th), sin(th)
     s1x, s1y, s2x, s2y = geo[0, first:last], geo[1, first:last], geo[2, first:last], geo[3, first:last]
     o2, l0 = geo[4, first:last], geo[5, first:last]
     kk, sc = k[first:last], scale[first:last]
     zero = 0.0 * x
-    fx, fy, ft = zero, zero, zero
+    fx, fy, ft, sg, sgx, sgy, energy = zero, zero, zero, zero, zero, zero, zero
     k00, k01, k11, k02, k12, k22 = zero, zero, zero, zero, zero, zero
     for i in range(last - first):
         ax = c * s1x[i] - s * s1y[i]
         ay = s * s1x[i] + c * s1y[i]
-        dx = ax + x - s2x[i]
-        dy = ay + y - s2y[i]
-        r = 1.0 / sqrt(dx * dx + dy * dy + o2[i])
+        ux = s2x[i] - x
+        uy = s2y[i] - y
+        dx = ax - ux
+        dy = ay - uy
+        l2 = dx * dx + dy * dy + o2[i]
+        r = 1.0 / sqrt(l2)
         ks = kk[i] * sc[i]
-        g = ks * (1.0 - l0[i] * r)  # f / l
-        gx = g * dx
-        gy = g * dy
-        fx += gx
-        fy += gy
-        ft += ax * gy - ay * gx
-        ex = dx * r
-        ey = dy * r
-        bt = ax * ey - ay * ex
-        m = ks - g  # K = (ks - f/l) b b^T + (f/l) [1, perp a]^T [1, perp a] + f e . d2a/dtheta2
-        mx = m * ex
-        my = m * ey
-        k00 += mx * ex + g
-        k01 += mx * ey
-        k11 += my * ey + g
-        k02 += mx * bt - g * ay
-        k12 += my * bt + g * ax
-        k22 += m * bt * bt + g * (ax * ax + ay * ay) - (gx * ax + gy * ay)
+        strain = 1.0 - l0[i] * r
+        g = ks * strain
+        b = ax * dy - ay * dx
+        gx = g * ax
+        gy = g * ay
+        fx += g * dx
+        fy += g * dy
+        ft += g * b
+        sg += g
+        sgx += gx
+        sgy += gy
+        energy += g * strain * l2
+        p = (ks - g) * (r * r)
+        px = p * dx
+        py = p * dy
+        k00 += px * dx
+        k01 += px * dy
+        k11 += py * dy
+        k02 += px * b
+        k12 += py * b
+        k22 += p * b * b + (ux * gx + uy * gy)
     out[0] += fx
     out[1] += fy
     out[2] += ft
-    kout[0, 0] += k00
+    kout[0, 0] += k00 + sg
     kout[0, 1] += k01
-    kout[0, 2] += k02
+    kout[0, 2] += k02 - sgy
     kout[1, 0] += k01
-    kout[1, 1] += k11
-    kout[1, 2] += k12
-    kout[2, 0] += k02
-    kout[2, 1] += k12
+    kout[1, 1] += k11 + sg
+    kout[1, 2] += k12 + sgx
+    kout[2, 0] += k02 - sgy
+    kout[2, 1] += k12 + sgx
     kout[2, 2] += k22
+    return 0.5 * energy
 
 
 @njit(**INNER)
@@ -109,9 +120,11 @@ def springs_energy(geo, k, scale, first, last, x, y, th):
 
 
 @njit(**INNER)
-def springs_contract(geo, k, first, last, x, y, th, w0, w1, w2, gradient):
-    """gradient[i] += (unit force of spring i) (b . w), w a covector's partner in pair coordinates."""
-    c, s = cos(th), sin(th)
+def springs_contract(geo, k, first, last, x, y, c, s, w0, w1, w2, gradient):
+    """gradient[i] += (unit force of spring i) (b . w), w a covector's partner in pair coordinates.
+
+    c, s: cosine and sine of the pair's angle.
+    """
     s1x, s1y, s2x, s2y = geo[0, first:last], geo[1, first:last], geo[2, first:last], geo[3, first:last]
     o2, l0 = geo[4, first:last], geo[5, first:last]
     kk, gr = k[first:last], gradient[first:last]

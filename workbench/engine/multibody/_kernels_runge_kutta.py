@@ -17,9 +17,9 @@ STAGES = 12
 
 
 @njit(**CAREFUL)
-def rk8_forward(T, W, a, b, times, q, v, stage_q, stage_v, slope):
-    """Fill q, v (steps + 1, n) from node 0, and the stage states (12 steps, n); slope (12, n) is work
-    space."""
+def rk8_forward(T, W, a, b, times, q, v, w, stage_q, stage_v, slope):
+    """Fill q, v (steps + 1, n) from node 0, w at all nodes but the last, and the stage states (12 steps, n);
+    slope (12, n) is work space."""
     n = q.shape[1]
     none = W.phi
     for step in range(q.shape[0] - 1):
@@ -37,6 +37,8 @@ def rk8_forward(T, W, a, b, times, q, v, stage_q, stage_v, slope):
             evaluate(T, W, at, qi, vi, none, W.z, W.zdot, 0.0, step < 0)
             for c in range(n):
                 slope[i, c] = -W.force[c] / T.mass[c]
+                if i == 0:
+                    w[step, c] = slope[i, c]
         for c in range(n):
             dq, dv = 0.0 * q[step, c], 0.0 * q[step, c]
             for i in range(STAGES):

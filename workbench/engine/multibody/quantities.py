@@ -5,22 +5,23 @@ the
 value and of the time derivative with respect to position, velocity, acceleration and density (`Slopes`).
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ._kernels_equations import contract, energy_by_scale, evaluate
+from ._kernels_energy import member_power
 from .compiled import compiled
-from .tables import Tables, Work, work_space
 from .trajectory import Trajectory
 
 __all__ = ["Coordinate", "Deviation", "Quantity", "Scalar", "Slopes", "StoredEnergy"]
 
 Array = np.ndarray[Any, Any]
+_Pair = tuple[float, float]
 
-SPIN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # d(A^T)/dtheta = SPIN A^T
+NODES = 4  # whose members' energies are remembered: a peak and its neighbours
 
 
 class Slopes(NamedTuple):
@@ -56,37 +57,6 @@ class Quantity(Protocol):
         ...
 
 
-def elastic(tables: Tables) -> Tables:
-    """Tables that hold the stored forces of the members alone, every body free (so rates see driven
-    bodies)."""
-    bodies = len(tables.mass) + tables.motion.shape[2]
-    law = tables.law
-    if (tables.segment[:, 1] != -1).any():
-        law = tables.law.copy()  # undamped springs need no copy without dampers
-    segments = []
-    for pair, code, first, last in tables.segment:
-        if code == 2:
-            continue  # impulses store nothing
-        damper = {0: 1, 1: 1, 3: 4}.get(int(code))
-        if damper is not None:
-            law[damper, first:last] = 0.0
-        segments.append((pair, code, first, last))
-    samples = len(tables.times)
-    return tables._replace(
-        mass=np.ones(bodies),
-        gravity=np.zeros(bodies),
-        law=law,
-        segment=np.array(segments, np.int64).reshape(-1, 4),
-        torsion_pair=np.zeros(0, np.int64),
-        bushing_pair=np.zeros(0, np.int64),
-        row=np.zeros((0, 4), np.int64),
-        load=np.zeros((0, 4), np.int64),
-        load_sample=np.zeros((samples, 0, 3)),
-        motion=np.zeros((samples, 2, 0)),
-        drive=np.zeros((samples, 0)),
-    )
-
-
 def full_state(trajectory: Trajectory, node: int) -> tuple[Array, Array]:
     """Positions and velocities of all bodies, driven ones and the ground included."""
     motion = trajectory.tables.motion
@@ -118,9 +88,6 @@ def in_member_order(trajectory: Trajectory, by_scale: Array) -> Array:
     return np.asarray(by_density)
 
 
-_EMPTY = np.zeros(0)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredEnergy:
     """Energy stored in the members, J: sum of alpha^p times the law's energy; k alpha delta^2/2 for springs.
@@ -134,52 +101,57 @@ class StoredEnergy:
         """(steps + 1,) g at every node."""
         return trajectory.stored_energy()
 
-    def _at(self, trajectory: Trajectory, node: int, *, tangent: bool) -> tuple[Tables, Work, Array]:
-        if "elastic" not in trajectory.memo:
-            fresh = elastic(trajectory.tables)
-            trajectory.memo["elastic"] = fresh, work_space(fresh)
-        tables, work = trajectory.memo["elastic"]
-        q, v = full_state(trajectory, node)
-        if trajectory.memo.get("elastic_at") != node:  # else the work space holds this node with its tangents
-            evaluate(tables, work, node, q, v, _EMPTY, _EMPTY, _EMPTY, 0.0, tangent)
-            trajectory.memo["elastic_at"] = node if tangent else None
-        return tables, work, v
+    def _at(self, trajectory: Trajectory, node: int) -> "_Power":
+        """Everything at a node, in one pass over the members; the last few nodes asked for are remembered."""
+        seen: dict[int, _Power] = trajectory.memo.setdefault("power", {})
+        if node not in seen:
+            if len(seen) >= NODES:
+                seen.clear()
+            r, tables = trajectory, trajectory.tables
+            n = r.position.shape[1]
+            full = n + tables.motion.shape[2]
+            slopes, explicit = np.empty((2, full)), np.zeros((2, len(r.density)))
+            rate = member_power(
+                tables, r.work, node, r.position[node], r.velocity[node], slopes[0], slopes[1],
+                np.empty((full, full)), explicit,
+            )  # fmt: skip
+            seen[node] = _Power(rate, slopes[0, :n], slopes[1, :n], explicit)
+        return seen[node]
 
     def rates(self, trajectory: Trajectory, nodes: Array) -> Array:
         """(len(nodes),) dg/dt = F . v over all bodies."""
-        out = []
-        for node in nodes:
-            _, work, v = self._at(trajectory, int(node), tangent=False)
-            out.append(work.force @ v)
-        return np.array(out)
+        return np.array([self._at(trajectory, int(node)).rate for node in nodes])
 
     def slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node."""
-        tables, work, _ = self._at(trajectory, node, tangent=True)  # the rate's slopes are asked for next
-        explicit = np.zeros(len(trajectory.density))
-        energy_by_scale(tables, work, node, explicit, 1.0)
-        n = trajectory.position.shape[1]
-        return Slopes(position=work.force[:n].copy(), density=in_member_order(trajectory, explicit))
+        at = self._at(trajectory, node)
+        return Slopes(position=at.force, density=in_member_order(trajectory, at.explicit[0]))
 
     def rate_slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of dg/dt at a node."""
-        tables, work, v = self._at(trajectory, node, tangent=True)
-        explicit = np.zeros(len(trajectory.density))
-        n = trajectory.position.shape[1]
-        by_position = (v @ work.k)[:n]
-        force = work.force[:n].copy()
-        contract(tables, work, node, v, explicit)  # at the state that the evaluation left
-        return Slopes(position=by_position, velocity=force, density=in_member_order(trajectory, explicit))
+        at = self._at(trajectory, node)
+        return Slopes(
+            position=at.drift, velocity=at.force, density=in_member_order(trajectory, at.explicit[1])
+        )
+
+
+class _Power(NamedTuple):
+    """Stored energy at a node: its rate, and the slopes of both."""
+
+    rate: float
+    force: Array  # (n,) dg/dq = d(dg/dt)/dv
+    drift: Array  # (n,) d(dg/dt)/dq
+    explicit: Array  # (2, N) slopes of g and dg/dt by the scales, segment order
 
 
 class _Seen(NamedTuple):
-    """Position of a point seen from a reference body, at one node."""
+    """Position of a point seen from a reference body, at one node; pairs are vectors in its frame."""
 
-    turn: Array  # (2, 2) A^T of the reference
+    turn: tuple[float, float]  # cosine and sine of the reference's angle
     spin: float  # its angular velocity
-    place: Array  # (2,) A^T d
-    rate: Array  # (2,) its time derivative
-    drift: Array  # (2,) A^T d'
+    place: tuple[float, float]  # A^T d
+    rate: tuple[float, float]  # its time derivative
+    drift: tuple[float, float]  # A^T d'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,17 +164,26 @@ class _View:
 
     def columns(self, trajectory: Trajectory) -> list[tuple[int, float]]:
         """(first full coordinate, share) of every body that enters."""
-        system = trajectory.system
-        index = {body.name: i for i, body in enumerate((*system.free, *system.prescribed))}
-        index["ground"] = len(index)
-        for name in (*self.bodies, self.reference):
-            if name not in index:
-                raise ValueError(f"quantity refers to body '{name}'; bodies are {', '.join(sorted(index))}")
-        total = sum(self.shares)
-        return [
-            *((3 * index[name], share / total) for name, share in zip(self.bodies, self.shares, strict=True)),
-            (3 * index[self.reference], -1.0),
-        ]
+        memo: dict[Any, list[tuple[int, float]]] = trajectory.memo.setdefault("columns", {})
+        key = tuple(self.bodies), self.reference, tuple(self.shares)
+        if key not in memo:
+            system = trajectory.system
+            index = {body.name: i for i, body in enumerate((*system.free, *system.prescribed))}
+            index["ground"] = len(index)
+            for name in (*self.bodies, self.reference):
+                if name not in index:
+                    raise ValueError(
+                        f"quantity refers to body '{name}'; bodies are {', '.join(sorted(index))}"
+                    )
+            total = sum(self.shares)
+            memo[key] = [
+                *(
+                    (3 * index[name], share / total)
+                    for name, share in zip(self.bodies, self.shares, strict=True)
+                ),
+                (3 * index[self.reference], -1.0),
+            ]
+        return memo[key]
 
     def series(self, trajectory: Trajectory) -> Array:
         """(steps + 1, 2) A^T d at every node."""
@@ -215,32 +196,39 @@ class _View:
 
     def seen(self, trajectory: Trajectory, node: int) -> _Seen:
         """The view and its rate at a node."""
-        q, v = full_state(trajectory, node)
+        q, v = (x.tolist() for x in full_state(trajectory, node))
         columns = self.columns(trajectory)
-        d = sum(share * q[at : at + 2] for at, share in columns)
-        d1 = sum(share * v[at : at + 2] for at, share in columns)
-        angle, spin = q[columns[-1][0] + 2], float(v[columns[-1][0] + 2])
-        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        place = turn @ d
-        drift = turn @ d1
-        return _Seen(turn, spin, place, drift + spin * SPIN @ place, drift)
+        dx, dy, ux, uy = (
+            sum(share * x[at + k] for at, share in columns) for x, k in ((q, 0), (q, 1), (v, 0), (v, 1))
+        )
+        reference = columns[-1][0]
+        spin = v[reference + 2]
+        c, s = math.cos(q[reference + 2]), math.sin(q[reference + 2])
+        x, y = c * dx + s * dy, c * dy - s * dx
+        drift = c * ux + s * uy, c * uy - s * ux
+        return _Seen((c, s), spin, (x, y), (drift[0] + spin * y, drift[1] - spin * x), drift)
 
     def chain(
-        self, trajectory: Trajectory, seen: _Seen, by_place: Array, by_rate: Array
+        self, trajectory: Trajectory, seen: _Seen, by_place: _Pair, by_rate: _Pair
     ) -> tuple[Array, Array]:
         """(n,) slopes by position and velocity of a scalar with the given slopes by A^T d and its rate."""
         n = trajectory.position.shape[1]
         by_q, by_v = np.zeros(n), np.zeros(n)
+        (c, s), spin, (x, y), _, (u, w) = seen
+        r0, r1 = by_rate
+        p0, p1 = by_place[0] - spin * r1, by_place[1] + spin * r0
         columns = self.columns(trajectory)
         for at, share in columns:
             if at < n:
-                by_q[at : at + 2] += share * seen.turn.T @ (by_place + seen.spin * SPIN.T @ by_rate)
-                by_v[at : at + 2] += share * seen.turn.T @ by_rate
+                by_q[at] += share * (c * p0 - s * p1)
+                by_q[at + 1] += share * (s * p0 + c * p1)
+                by_v[at] += share * (c * r0 - s * r1)
+                by_v[at + 1] += share * (s * r0 + c * r1)
         at = columns[-1][0]
         if at < n:
-            by_q[at + 2] += by_place @ SPIN @ seen.place
-            by_q[at + 2] += by_rate @ (SPIN @ seen.drift - seen.spin * seen.place)
-            by_v[at + 2] += by_rate @ SPIN @ seen.place
+            by_q[at + 2] += by_place[0] * y - by_place[1] * x
+            by_q[at + 2] += r0 * (w - spin * x) - r1 * (u + spin * y)
+            by_v[at + 2] += r0 * y - r1 * x
         return by_q, by_v
 
 
@@ -276,25 +264,30 @@ class Deviation:
     def rates(self, trajectory: Trajectory, nodes: Array) -> Array:
         """(len(nodes),) dg/dt = 2 R^T W R'."""
         view = self._view()
-        start = view.seen(trajectory, 0).place
-        w = np.array(self.weights)
+        x, y = view.seen(trajectory, 0).place
+        a, b = self.weights
         seen = [view.seen(trajectory, int(node)) for node in nodes]
-        return np.array([2.0 * (s.place - start) @ (w * s.rate) for s in seen])
+        return np.array(
+            [2.0 * (a * (s.place[0] - x) * s.rate[0] + b * (s.place[1] - y) * s.rate[1]) for s in seen]
+        )
 
     def slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node."""
         view = self._view()
-        seen, start = view.seen(trajectory, node), view.seen(trajectory, 0).place
-        by_place = 2.0 * np.array(self.weights) * (seen.place - start)
-        by_q, _ = view.chain(trajectory, seen, by_place, np.zeros(2))
+        seen, (x, y) = view.seen(trajectory, node), view.seen(trajectory, 0).place
+        a, b = self.weights
+        by_place = 2.0 * a * (seen.place[0] - x), 2.0 * b * (seen.place[1] - y)
+        by_q, _ = view.chain(trajectory, seen, by_place, (0.0, 0.0))
         return Slopes(position=by_q)
 
     def rate_slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of dg/dt at a node."""
         view = self._view()
-        seen, start = view.seen(trajectory, node), view.seen(trajectory, 0).place
-        w = np.array(self.weights)
-        by_q, by_v = view.chain(trajectory, seen, 2.0 * w * seen.rate, 2.0 * w * (seen.place - start))
+        seen, (x, y) = view.seen(trajectory, node), view.seen(trajectory, 0).place
+        a, b = self.weights
+        by_place = 2.0 * a * seen.rate[0], 2.0 * b * seen.rate[1]
+        by_rate = 2.0 * a * (seen.place[0] - x), 2.0 * b * (seen.place[1] - y)
+        by_q, by_v = view.chain(trajectory, seen, by_place, by_rate)
         return Slopes(position=by_q, velocity=by_v)
 
 
@@ -327,21 +320,20 @@ class Coordinate:
     def rates(self, trajectory: Trajectory, nodes: Array) -> Array:
         """(len(nodes),) dg/dt."""
         view = self._view()
-        n = np.array(self.direction)
-        return np.array([view.seen(trajectory, int(node)).rate @ n for node in nodes])
+        a, b = self.direction
+        rates = (view.seen(trajectory, int(node)).rate for node in nodes)
+        return np.array([a * u + b * w for u, w in rates])
 
     def slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node."""
         view = self._view()
-        by_q, _ = view.chain(trajectory, view.seen(trajectory, node), np.array(self.direction), np.zeros(2))
+        by_q, _ = view.chain(trajectory, view.seen(trajectory, node), self.direction, (0.0, 0.0))
         return Slopes(position=by_q)
 
     def rate_slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of dg/dt at a node."""
         view = self._view()
-        by_q, by_v = view.chain(
-            trajectory, view.seen(trajectory, node), np.zeros(2), np.array(self.direction)
-        )
+        by_q, by_v = view.chain(trajectory, view.seen(trajectory, node), (0.0, 0.0), self.direction)
         return Slopes(position=by_q, velocity=by_v)
 
 

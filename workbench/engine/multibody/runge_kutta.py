@@ -4,7 +4,7 @@ Coefficients of Dormand and Prince as scipy publishes them (`scipy.integrate.DOP
 """
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -15,7 +15,7 @@ from ._kernels_runge_kutta import STAGES, rk8_adjoint, rk8_forward
 from .compiled import Compiled, compiled, on_grid
 from .objectives import Maximum, Minimum
 from .schemes import RungeKutta8
-from .tables import Tables, work_space
+from .tables import Tables, Work, work_space
 from .trajectory import Diagnosis, Trajectory
 
 __all__ = ["locate_peak", "runge_kutta", "runge_kutta_adjoint"]
@@ -46,7 +46,8 @@ def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
     """Integrate over the nodes `times`, equal or not."""
     refuse(parts)
     tables = on_grid(parts, alpha, times)
-    q, v, _, _ = _run(parts, alpha, times, *parts.start)
+    run = _run(parts, alpha, times, *parts.start)
+    q, v, w = run.position, run.velocity, run.acceleration
     if not np.isfinite(q).all():
         bad = int(np.flatnonzero(~np.isfinite(q).all(axis=1))[0])
         raise NotConverged(
@@ -57,34 +58,39 @@ def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
     bushings = np.zeros((len(times), len(tables.bushing_pair)))
     return Trajectory(
         system=parts.system, density=alpha, scheme=RungeKutta8(), times=times, position=q, velocity=v,
-        acceleration=_accelerations(tables, q, v), multiplier=np.zeros((len(times), 0)),
+        acceleration=w, multiplier=np.zeros((len(times), 0)),
         damage=bushings, damage_rate=bushings.copy(), tables=tables,
         diagnosis=Diagnosis(
             newton_iterations=0, factorisations=0, redundant_rows=(), reason="RungeKutta8 as asked",
         ),
+        memo={"stages": run},
     )  # fmt: skip
 
 
+class _Stages(NamedTuple):
+    """States at the nodes and at all stages of a run, and the tables sampled at the stages."""
+
+    position: Array  # (steps + 1, n)
+    velocity: Array
+    acceleration: Array
+    stage_position: Array  # (12 steps, n)
+    stage_velocity: Array
+    tables: Tables
+
+
 def _run(
-    parts: Compiled, alpha: Array, times: Array, q0: Array, v0: Array
-) -> tuple[Array, Array, Array, Array]:
-    tables = on_grid(parts, alpha, stage_times(times))
+    parts: Compiled, alpha: Array, times: Array, q0: Array, v0: Array, work: Work | None = None
+) -> _Stages:
+    tables = on_grid(parts, alpha, np.append(stage_times(times), times[-1]))
     n, steps = len(q0), len(times) - 1
-    q, v = np.zeros((steps + 1, n)), np.zeros((steps + 1, n))
+    q, v, w = np.zeros((steps + 1, n)), np.zeros((steps + 1, n)), np.zeros((steps + 1, n))
     q[0], v[0] = q0, v0
     stage_q, stage_v = np.zeros((STAGES * steps, n)), np.zeros((STAGES * steps, n))
-    rk8_forward(tables, work_space(tables), A, B, times, q, v, stage_q, stage_v, np.zeros((STAGES, n)))
-    return q, v, stage_q, stage_v
-
-
-def _accelerations(tables: Tables, q: Array, v: Array) -> Array:
-    work = work_space(tables)
-    out = np.zeros_like(q)
-    none = np.zeros(0)
-    for node in range(len(q)):
-        evaluate(tables, work, node, q[node], v[node], none, work.z, work.zdot, 0.0, False)
-        out[node] = -work.force / tables.mass
-    return out
+    work, none = work_space(tables) if work is None else work, np.zeros(0)
+    rk8_forward(tables, work, A, B, times, q, v, w, stage_q, stage_v, np.zeros((STAGES, n)))
+    evaluate(tables, work, STAGES * steps, q[-1], v[-1], none, work.z, work.zdot, 0.0, False)
+    w[-1] = -work.force / tables.mass
+    return _Stages(q, v, w, stage_q, stage_v, tables)
 
 
 def runge_kutta_adjoint(trajectory: Trajectory, last: int, seed_q: Array, seed_v: Array) -> Array:
@@ -94,10 +100,12 @@ def runge_kutta_adjoint(trajectory: Trajectory, last: int, seed_q: Array, seed_v
     if last == 0:
         return gradient
     n, times = r.position.shape[1], r.times[: last + 1].copy()
-    _, _, stage_q, stage_v = _run(parts, r.density, times, r.position[0].copy(), r.velocity[0].copy())
-    tables = on_grid(parts, r.density, stage_times(times))
+    run = r.memo.get("stages")
+    if run is None:
+        run = _run(parts, r.density, times, r.position[0].copy(), r.velocity[0].copy(), r.work)
     rk8_adjoint(
-        tables, work_space(tables), A, B, times, last, stage_q, stage_v, seed_q, seed_v,
+        run.tables, r.work, A, B, times, last, run.stage_position, run.stage_velocity,
+        seed_q, seed_v,
         np.zeros((2, n)), np.zeros((STAGES, n)), np.zeros((STAGES, n)), np.zeros(n), gradient,
     )  # fmt: skip
     return gradient
@@ -154,17 +162,17 @@ def _with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Traj
     at = int(np.searchsorted(r.times[keep], time, side="right"))
     before = int(keep[at - 1])
     times = np.insert(r.times[keep], at, time)
-    q, v, _, _ = _run(
-        parts, r.density, times[at - 1 : at + 1].copy(), r.position[before].copy(), r.velocity[before].copy()
-    )
+    run = _run(
+        parts, r.density, times[at - 1 : at + 1].copy(), r.position[before].copy(), r.velocity[before].copy(),
+        r.work,
+    )  # fmt: skip
     tables = on_grid(parts, r.density, times)
-    position = np.insert(r.position[keep], at, q[1], axis=0)
-    velocity = np.insert(r.velocity[keep], at, v[1], axis=0)
-    work, none = work_space(tables), np.zeros(0)
-    evaluate(tables, work, at, position[at], velocity[at], none, work.z, work.zdot, 0.0, False)
-    acceleration = np.insert(r.acceleration[keep], at, -work.force / tables.mass, axis=0)
+    position = np.insert(r.position[keep], at, run.position[1], axis=0)
+    velocity = np.insert(r.velocity[keep], at, run.velocity[1], axis=0)
+    acceleration = np.insert(r.acceleration[keep], at, run.acceleration[1], axis=0)
     bushings = np.zeros((len(times), r.damage.shape[1]))
     return replace(
         r, times=times, position=position, velocity=velocity, tables=tables, acceleration=acceleration,
-        multiplier=np.zeros((len(times), 0)), damage=bushings, damage_rate=bushings.copy(), memo={},
+        multiplier=np.zeros((len(times), 0)), damage=bushings, damage_rate=bushings.copy(),
+        memo={"work": r.work},
     )  # fmt: skip

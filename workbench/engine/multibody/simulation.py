@@ -13,7 +13,7 @@ from .schemes import BDF2, GeneralisedAlpha, RungeKutta8, Scheme, VelocityVerlet
 from .start import Redundancy, accelerations_from, check_start, initial_accelerations, redundancy
 from .stepping import alpha_loop, bdf2_loop
 from .system import System
-from .tables import SpringTables, Tables, work_space
+from .tables import SpringTables, Tables, Work, work_space
 from .trajectory import Diagnosis, Tangents, Trajectory
 
 __all__ = ["simulate"]
@@ -106,18 +106,19 @@ def _implicit(
     return _record(
         parts, alpha, times, scheme, tables, run.q, run.v, run.w, run.lam, run.z, run.zdot, found,
         int(run.info[2]), int(run.info[4]), run.tangents,
+        run.work,
     )  # fmt: skip
 
 
 def _record(
     parts: Compiled, alpha: Array, times: Array, scheme: Scheme, tables: Tables, q: Array, v: Array, w: Array,
     lam: Array, z: Array, zdot: Array, found: Redundancy, newton: int, factorisations: int,
-    tangents: Tangents | None = None,
+    tangents: Tangents | None = None, work: Work | None = None,
 ) -> Trajectory:  # fmt: skip
     return Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=q, velocity=v,
         acceleration=w, multiplier=lam, damage=z, damage_rate=zdot, tables=tables,
-        tangents=tangents,
+        tangents=tangents, memo={} if work is None else {"work": work},
         diagnosis=Diagnosis(
             newton_iterations=newton, factorisations=factorisations, redundant_rows=found.rows,
             reason=f"{type(scheme).__name__} as asked",
@@ -135,19 +136,21 @@ def _start_with_laws(parts: Compiled, tables: Tables, q0: Array, v0: Array) -> t
 class Run:
     """Arrays of one integration, and the kernel's account of it."""
 
-    __slots__ = ("info", "lam", "q", "tangents", "v", "w", "z", "zdot")
+    __slots__ = ("info", "lam", "q", "tangents", "v", "w", "work", "z", "zdot")
 
-    def __init__(self, nodes: int, n: int, m: int, bushings: int) -> None:
+    def __init__(self, nodes: int, n: int, m: int, bushings: int, *, springs: bool) -> None:
         self.q, self.v, self.w = np.zeros((nodes, n)), np.zeros((nodes, n)), np.zeros((nodes, n))
         self.lam = np.zeros((nodes, m))
         self.z, self.zdot = np.zeros((nodes, bushings)), np.zeros((nodes, bushings))
         self.info = np.zeros(5)
+        self.work: Work | None = None
         # bushings carry states of their own: their adjoint needs more than the tangents
         small = bushings == 0 and 8 * nodes * n * (2 * n + m) <= KEEP
         kept = nodes if small else 0
         self.tangents = Tangents(
-            stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), jacobian=np.empty((kept, m, n))
-        )
+            stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), jacobian=np.empty((kept, m, n)),
+            energy=np.empty(kept if springs else 0),
+        )  # fmt: skip
 
 
 def proximal(tables: Tables, *, redundant: bool) -> float:
@@ -166,8 +169,8 @@ def integrate(
 ) -> Run:
     """Run the compiled loop from consistent initial accelerations."""
     n, m, bushings = len(q0), len(tables.row), len(tables.bushing_pair)
-    run = Run(len(tables.times), n, m, bushings)
-    work = work_space(tables)
+    run = Run(len(tables.times), n, m, bushings, springs=isinstance(tables, SpringTables))
+    work = run.work = work_space(tables)
     run.q[0], run.v[0] = q0, v0
     run.w[0], run.lam[0] = initial_accelerations(parts, tables, work, q0, v0)
     run.zdot[0] = work.zdot
@@ -181,6 +184,7 @@ def integrate(
         tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), run.q, run.v, run.w, run.lam,
         run.z, run.zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
         settings, run.info, run.tangents.stiffness, run.tangents.damping, run.tangents.jacobian,
+        run.tangents.energy,
     )  # fmt: skip
     return run
 

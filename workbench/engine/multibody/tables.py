@@ -75,6 +75,7 @@ class Work(NamedTuple):
     gx: Array  # (B, 3)
     zx: Array  # (B, 3)
     out: Array  # (3,)
+    energy: Array  # (1,) stored in the undamped springs, where tangents were asked for
 
 
 def work_space(tables: Tables, dtype: Any = np.float64) -> Work:
@@ -94,5 +95,5 @@ def work_space(tables: Tables, dtype: Any = np.float64) -> Work:
         row_g=zeros(3), row_h=zeros(3, 3),
         delta=zeros(members), rate=zeros(members), f=zeros(members), fd=zeros(members), fv=zeros(members),
         z=zeros(bushings), zdot=zeros(bushings), gz=zeros(bushings),
-        fz=zeros(bushings, 3), gx=zeros(bushings, 3), zx=zeros(bushings, 3), out=zeros(3),
+        fz=zeros(bushings, 3), gx=zeros(bushings, 3), zx=zeros(bushings, 3), out=zeros(3), energy=zeros(1),
     )  # fmt: skip

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ._kernels_equations import evaluate, member_energy_series, place, torsion_energy_sum
+from ._kernels_energy import member_energy_series, torsion_energy_sum
+from ._kernels_equations import evaluate, place
 from .schemes import Scheme
 from .system import System
 from .tables import Tables, Work, work_space
@@ -37,12 +38,14 @@ class Tangents:
     """Tangents at the converged states of a run, kept for its adjoint.
 
     stiffness, damping: (steps + 1, n, n) dF/dq with the geometric term, dF/dv.  jacobian: (steps + 1, m, n)
-    Phi_q. Node 0 is empty. Arrays of length 0 when nothing was kept.
+    Phi_q.  energy: (steps + 1,) stored in the members, where all are undamped springs. The forward
+    run leaves node 0 out. Arrays of length 0 when nothing was kept.
     """
 
     stiffness: Array
     damping: Array
     jacobian: Array
+    energy: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,8 +103,17 @@ class Trajectory:
     def stored_energy(self) -> Array:
         """(steps + 1,) energy stored in the members, J."""
         if "stored_energy" not in self.memo:
-            energy = np.zeros(len(self.times))
-            member_energy_series(self.tables, self.work, self.position, self.velocity, energy)
+            kept = self.tangents.energy if self.tangents is not None else np.empty(0)
+            if len(kept):  # the run knows them from its tangents, all but the first
+                energy, z = kept.copy(), self.damage[0]
+                evaluate(
+                    self.tables, self.work, 0, self.position[0], self.velocity[0], self.multiplier[0],
+                    z, z, 0.0, True,
+                )  # fmt: skip
+                energy[0] = self.work.energy[0]
+            else:
+                energy, nodes = np.empty(len(self.times)), np.arange(len(self.times))
+                member_energy_series(self.tables, self.work, nodes, self.position, self.velocity, energy)
             self.memo["stored_energy"] = energy
         return np.array(self.memo["stored_energy"])
 

@@ -14,10 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ..multibody._kernels_equations import evaluate
+from ..multibody._kernels_energy import member_power
 from ..multibody.objectives import Objective
-from ..multibody.quantities import elastic, full_state
-from ..multibody.tables import work_space
 from ..multibody.trajectory import Trajectory
 from .linearised import Linearised
 from .seeds import seeds
@@ -37,14 +35,16 @@ def constant_load(trajectory: Trajectory, objective: Objective, *, held: tuple[s
     q, v = trajectory.position[node], trajectory.velocity[node]
     jacobian = system.tangents(node, q, v, trajectory.multiplier[node]).jacobian
     design = system.design(node, q, v)
-    tables = elastic(trajectory.tables)
-    work = work_space(tables)
-    none = np.zeros(0)
-    evaluate(tables, work, node, *full_state(trajectory, node), none, none, none, 0.0, True)
+    full = n + trajectory.tables.motion.shape[2]
+    stiffness = np.empty((full, full))  # of the members alone
+    member_power(
+        trajectory.tables, trajectory.work, node, q, v, *np.empty((2, full)), stiffness,
+        np.zeros((2, system.members)),
+    )  # fmt: skip
     moving = np.ones(n, bool)
     for body in held:
         moving[trajectory.system.coordinate(body)] = False
-    matrix = system.saddle(work.k[:n, :n], jacobian)
+    matrix = system.saddle(stiffness[:n, :n], jacobian)
     keep = np.concatenate([moving, np.ones(system.rows, bool)])
     load = start.position.sum(axis=0)
     right = np.concatenate([load, np.zeros(system.rows)])[keep]

@@ -7,15 +7,16 @@ several objectives of one run. It holds for the index-3 DAE too, where the sourc
 that an adjoint is not available is refuted here).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody._kernels_adjoint import alpha_adjoint
+from ..multibody._kernels_adjoint import alpha_adjoint, linearise
 from ..multibody._kernels_contraction import contract_history, contract_parameter_history
+from ..multibody._kernels_equations import evaluate
 from ..multibody.compiled import compiled
 from ..multibody.equations import PlanarEquations
 from ..multibody.objectives import Objective
@@ -32,6 +33,7 @@ __all__ = ["ByParameter", "discrete_adjoint", "discrete_adjoints", "parameter_gr
 Array = np.ndarray[Any, Any]
 
 ROWS = 64e6  # bytes of adjoint states that one sweep over several rows may hold
+STRETCH = 4e5  # bytes of tangents that are evaluated again at a time: they stay in a processor's cache
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,12 +141,26 @@ def _one(trajectory: Trajectory, start: Seeds) -> Array:
     return alpha_adjoint_loop(equations, r.scheme, r.step, r, start)
 
 
-def _kept(trajectory: Trajectory, n: int, m: int) -> tuple[Array, Array, Array]:
-    """The tangents that the forward run kept; empty arrays when it kept none."""
-    kept = trajectory.tangents
-    if kept is None:
-        return np.empty((0, n, n)), np.empty((0, n, n)), np.empty((0, m, n))
-    return kept.stiffness, kept.damping, kept.jacobian
+def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
+    """First node and tangents of stretches of nodes, the latest first: those kept, or evaluated again."""
+    r, tables, work, kept = trajectory, trajectory.tables, trajectory.work, trajectory.tangents
+    n, m, bushings = r.position.shape[1], r.multiplier.shape[1], r.damage.shape[1]
+    if kept is not None and len(kept.stiffness):
+        z = r.damage[0]
+        evaluate(tables, work, 0, r.position[0], r.velocity[0], r.multiplier[0], z, z, 0.0, True)
+        kept.stiffness[0], kept.damping[0], kept.jacobian[0] = work.k, work.c, work.phi_q
+        yield 0, (kept.stiffness, kept.damping, kept.jacobian, np.empty((len(r.times), 0, 10)))
+        return
+    size = min(last + 1, max(1, int(STRETCH // (8 * n * (2 * n + m) + 80 * bushings))))
+    k, c = np.empty((size, n, n)), np.empty((size, n, n))
+    j, b = np.empty((size, m, n)), np.empty((size, bushings, 10))
+    for end in range(last + 1, 0, -size):
+        first = max(0, end - size)
+        part = tuple(x[: end - first] for x in (k, c, j, b))
+        linearise(
+            tables, work, first, r.step, r.position, r.velocity, r.multiplier, r.damage, r.damage_rate, *part
+        )
+        yield first, part
 
 
 def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:
@@ -157,18 +173,20 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
     nodes, pairs = int(start.starts[0]) + 1, len(tables.pair)
     gradient = np.zeros((rows, count))
     shift = proximal(tables, redundant=len(r.diagnosis.redundant_rows) > 0)
-    work = r.work
     mu = np.empty((nodes, rows, n))
-    alpha_adjoint(
-        tables, work, scheme.numbers, r.step,
-        r.position, r.velocity, r.multiplier, r.damage, r.damage_rate,
-        start.starts, start.at, start.position, start.velocity, start.acceleration, start.multiplier,
-        start.damage, np.empty((total, total)), np.empty((total, total) if shift else (0, 0)),
-        np.empty((rows, total)), np.empty(2 * total), np.empty(total, np.int64), shift,
-        np.zeros((rows, 4, n)), np.zeros((rows, 2, bushings)), mu, *_kept(r, n, m),
+    space = (
+        np.empty((total, total)), np.empty((total, total) if shift else (0, 0)), np.empty((rows, total)),
+        np.empty(2 * total), np.empty(total, np.int64), shift,
+        np.zeros((rows, 4, n)), np.zeros((rows, 2, bushings)), mu,
     )  # fmt: skip
+    for first, tangents in _stretches(r, nodes - 1):
+        alpha_adjoint(
+            tables, r.work, scheme.numbers, r.step, first, r.position, r.velocity, start.starts, start.at,
+            start.position, start.velocity, start.acceleration, start.multiplier, start.damage,
+            *space, *tangents,
+        )  # fmt: skip
     contract_history(
-        tables, work, start.starts, r.position, r.velocity, mu, np.empty((nodes, pairs, 6)),
+        tables, r.work, start.starts, r.position, r.velocity, mu, np.empty((nodes, pairs, 8)),
         np.empty((pairs, nodes, rows, 3)), np.empty((3, count)), gradient,
     )  # fmt: skip
     if not detailed:
@@ -177,7 +195,7 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
     spring = np.zeros((6, len(tables.torsion_pair)))
     bushing, mass = np.zeros((5, bushings)), np.zeros(n)
     contract_parameter_history(
-        tables, work, nodes - 1, r.position, r.velocity, r.acceleration, r.damage,
+        tables, r.work, nodes - 1, r.position, r.velocity, r.acceleration, r.damage,
         np.ascontiguousarray(mu[:, 0]), law, length, spring, bushing, mass, np.zeros(9), np.zeros((5, 3)),
     )  # fmt: skip
     return gradient, (law, length, spring, bushing, mass)
