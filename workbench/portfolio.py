@@ -7,6 +7,8 @@
                  whose upper bound exceeds the worst run: none is dropped while it could still hold the worst
     flip         one coordinate of the worst run moved to another level or to its other end
     trust        the predicted worst inside a box around the worst run
+    hill         around the top of the next hill (`workbench.hills`), by turns the largest expected gain
+                 over it and the predicted worst          after a stall, and where nothing is promised
     explore      the highest upper bound among random points          after a stall
 
 Every proposal is multiplied with the chance that the run succeeds, and none lies closer than `CLOSEST` to a
@@ -20,6 +22,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from workbench.feasibility import Feasibility
+from workbench.hills import HALF_WIDTH, next_hill
 from workbench.infill import maximise_score
 from workbench.search_model import SearchModel
 from workbench.search_space import SearchSpace
@@ -32,12 +35,17 @@ CLOSEST = 1e-3  # of the unit cube, largest coordinate: closer points tell a Kri
 RANDOM_POINTS = 2000
 STARTS = 6
 EVEN = 0.49
+TRUSTED = 0.1  # of the unit cube, half the width of the box around the worst run
 AVERSION = 3.0  # power of the chance of success in an expected improvement: a failed run teaches little
 EXPLORED = 300  # random points that an exploration chooses from
 NORMAL = ("predicted", "ei", "predicted", "cautious")
-STALLED = ("explore", "ei", "predicted", "cautious", "trust", "ei", "flip", "cautious")
+STALLED = (
+    "hill", "hill", "explore", "hill", "hill", "ei", "hill", "hill", "cautious", "hill", "trust", "flip",
+)  # fmt: skip
 FINISHING = ("predicted", "predicted", "trust")
-LOCAL = ("predicted", "trust", "flip")  # given up for an expected improvement where the bound excludes a gain
+LOCAL = ("predicted", "trust", "flip")  # given up where one deviation holds no noticeable gain
+SOUGHT = ("ei", "cautious")  # given up where two deviations hold none
+VALLEY = 0.03  # of the range of the values: how deep a valley parts two hills
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +63,8 @@ def propose(
     model: SearchModel,
     *,
     u: np.ndarray,
+    u_ok: np.ndarray,
+    v: np.ndarray,
     incumbent: np.ndarray,
     feasibility: Feasibility,
     iteration: int,
@@ -63,7 +73,8 @@ def propose(
     size: int,
     rng: np.random.Generator,
 ) -> Batch:
-    """Up to `size` points for runs made at u (n, d), failed ones included; `incumbent` (d,) is the worst run.
+    """Up to `size` points for runs made at u (n, d), failed ones included; those at u_ok (m, d) gave values
+    v (m,), and `incumbent` (d,) is the worst of them.
 
     `stalled`: nothing gained for long. `finishing`: the last runs of the budget, which refine the worst run.
 
@@ -73,9 +84,28 @@ def propose(
     if where.combinations() is not None and not where.is_finite and not finishing:
         turns.insert(2, "combination")
     pool = _pool(where, incumbent, rng)
+    judge, depth = model.cautious or model, VALLEY * float(np.ptp(v))
+    top = None
+    if not finishing:
+        top = next_hill(u_ok, v, lambda points: judge.mean(where.features(points)), depth=depth)
+    hill_pool = pool if top is None else _pool(where, u_ok[top], rng)
 
     def best_of(name: str, taken: np.ndarray) -> np.ndarray | None:
-        return _best(name, where, model, taken=taken, incumbent=incumbent, feasibility=feasibility, pool=pool)
+        centre, starts, target = incumbent, pool, None
+        if name == "hill":
+            if top is None:
+                return None
+            centre, starts, target = u_ok[top], hill_pool, float(v[top])
+        return _best(
+            name,
+            where,
+            model,
+            taken=taken,
+            incumbent=centre,
+            feasibility=feasibility,
+            pool=starts,
+            target=target,
+        )
 
     chosen: list[np.ndarray] = []
     names: list[str] = []
@@ -85,9 +115,12 @@ def propose(
         attempt += 1
         taken = np.vstack([u, *chosen]) if chosen else u
         point = best_of(name, taken)
-        local = name in LOCAL and not finishing
-        if point is not None and local and not model.promises(where.features(point[None])):
-            name = "cautious" if attempt % 2 else "ei"  # nothing to gain here: look elsewhere
+        if point is None and name == "hill":
+            name = "cautious" if iteration % 4 else "explore"
+            point = best_of(name, taken)
+        if point is not None and not finishing and _is_vain(name, model, where.features(point[None])):
+            # nothing to gain here: look elsewhere
+            name = "hill" if top is not None else "explore" if name in SOUGHT else "cautious"
             point = best_of(name, taken)
         if point is not None:
             chosen.append(point[None])
@@ -95,6 +128,13 @@ def propose(
     points = np.vstack(chosen) if chosen else np.empty((0, where.dimension))
     mean, std = model.in_units(where.features(points)) if chosen else (np.empty(0), np.empty(0))
     return Batch(u=points, proposals=tuple(names), predicted=mean, std=std)
+
+
+def _is_vain(name: str, model: SearchModel, features: np.ndarray) -> bool:
+    """Whether a point promises no noticeable gain, within one deviation to refine and two to seek."""
+    if name in LOCAL:
+        return not model.promises(features, 1.0)
+    return name in SOUGHT and not any(m.promises(features, 2.0) for m in (model, model.cautious or model))
 
 
 def predicted_worst(
@@ -123,15 +163,21 @@ def _best(
     incumbent: np.ndarray,
     feasibility: Feasibility,
     pool: np.ndarray,
+    target: float | None = None,
 ) -> np.ndarray | None:
-    """The admissible point of the highest score of the proposal `name`, or None."""
+    """The admissible point of the highest score of the proposal `name`, or None. Of a hill, `incumbent` is
+    the top and `target` its value."""
     levels: list[np.ndarray | None] = list(where.levels)
-    judge = (model.cautious or model) if name in ("cautious", "combination") else model
-    acquisition = _acquisition(name, judge)
+    judge = (model.cautious or model) if name in ("cautious", "combination", "hill") else model
+    acquisition = _acquisition(name, judge, target)
+    if name == "hill" and len(taken) % 2:
+        acquisition = _acquisition("predicted", model)
     if name == "combination":
         levels = _open_combination(where, judge, pool, taken)
     elif name == "trust":
-        levels = _trust_region(where, model, incumbent)
+        levels = _box(where, incumbent, TRUSTED, 11)
+    elif name == "hill":
+        levels = _box(where, incumbent, HALF_WIDTH, 21)
     elif name == "flip":
         pool = _flips(where, incumbent)
     elif name == "explore":
@@ -160,12 +206,14 @@ def _best(
     return best if np.isfinite(values.max()) else None
 
 
-def _acquisition(name: str, model: SearchModel) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+def _acquisition(
+    name: str, model: SearchModel, target: float | None = None
+) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """The score of a proposal on features (m, p) with chances of success (m,)."""
     if name == "explore":
         return lambda features, chance: model.warped_bound(features, 3.0) + model.scale * np.log(chance)
-    if name in ("ei", "cautious", "combination"):
-        return lambda features, chance: model.log_ei(features) + AVERSION * np.log(chance)
+    if name in ("ei", "cautious", "combination", "hill"):
+        return lambda features, chance: model.log_ei(features, target) + AVERSION * np.log(chance)
     # an even chance is good enough for the predicted worst, which often lies where the failures begin
     return lambda features, chance: np.where(chance >= EVEN, model.predict(features)[0], -np.inf)
 
@@ -229,10 +277,10 @@ def _open_combination(
     return levels
 
 
-def _trust_region(where: SearchSpace, model: SearchModel, incumbent: np.ndarray) -> list[np.ndarray | None]:
-    """Continuous coordinates cut to eleven values around the worst run."""
+def _box(where: SearchSpace, centre: np.ndarray, half: float, count: int) -> list[np.ndarray | None]:
+    """Continuous coordinates cut to `count` values within `half` of a point (d,)."""
     levels: list[np.ndarray | None] = list(where.levels)
     for j, grid in enumerate(where.levels):
         if grid is None:
-            levels[j] = np.unique(np.clip(incumbent[j] + 0.1 * np.linspace(-1, 1, 11), 0, 1))
+            levels[j] = np.unique(np.clip(centre[j] + half * np.linspace(-1, 1, count), 0, 1))
     return levels

@@ -29,6 +29,7 @@ GROWTH = 1.25
 NUGGET = 1e-8  # relative to the process variance: the runs are taken as exact
 COLD_STARTS, WARM_STARTS = 5, 1
 MOST_INFLATION = 4.0
+RARE = 2.5  # deviations: the worst run is taken for no rarer an event
 ROUGHER, ROUGHEST_STEPS = 1.35, 12  # all theta are raised by this factor, at most so often,
 CREDIBLE = 2.0  # while the log-likelihood falls by less than this: half the 95 % point of chi^2_1
 CAUTION = 0.1  # smallest theta of the cautious model, of the mean theta
@@ -75,9 +76,9 @@ class SearchModel:
         mean, std = self.predict(features)
         return mean + k * self.inflation * std
 
-    def promises(self, features: np.ndarray) -> bool:
-        """Whether any of the points may exceed the best run by a noticeable amount, one deviation allowed."""
-        return bool((self.bound(features, 1.0) > self.best + self.noticeable).any())
+    def promises(self, features: np.ndarray, k: float) -> bool:
+        """Whether any of the points may exceed the best run by a noticeable amount, k deviations allowed."""
+        return bool((self.bound(features, k) > self.best + self.noticeable).any())
 
     def in_units(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predicted v and half the width of its one-standard-deviation interval, in units of v."""
@@ -85,10 +86,14 @@ class SearchModel:
         low, high = self.warp.inverse(mean - std), self.warp.inverse(mean + std)
         return self.warp.inverse(mean), 0.5 * (high - low)
 
-    def log_ei(self, features: np.ndarray) -> np.ndarray:
-        """Log expected improvement over the best run, in warped units."""
+    def log_ei(self, features: np.ndarray, target: float | None = None) -> np.ndarray:
+        """Log expected improvement, warped: over the best run by a noticeable gain, or over `target`.
+
+        A smaller gain is worth no run, and to seek it keeps a search at a peak that it knows.
+        """
         mean, std = self.predict(features)
-        return log_expected_improvement(mean, std, float(self.warp.forward(np.array([self.best]))[0]))
+        over = self.best + self.noticeable if target is None else target
+        return log_expected_improvement(mean, std, float(self.warp.forward(np.array([over]))[0]))
 
 
 def fit_search_model(
@@ -245,6 +250,9 @@ def _fit(
     kriging.fit(features, w)
     residual = kriging.leave_one_out()
     usable = np.isfinite(residual.std) & (residual.std > 0)
+    rarity = 0.0  # a peak as high as the one that was found may hide where no run is near
+    if trend == "constant" and warp.kind == "identity" and kriging.sigma2_ > 0:
+        rarity = float(w.max() - kriging.beta_[0]) / (RARE * float(np.sqrt(kriging.sigma2_)))
     spread = np.sqrt(np.mean(residual.standardised[usable] ** 2)) if usable.any() else 1.0
     return SearchModel(
         kriging=kriging,
@@ -254,7 +262,7 @@ def _fit(
         best=float(v.max()),
         noticeable=noticeable_gain(v),
         scale=float(np.std(w)) or 1.0,
-        inflation=float(np.clip(spread, 1.0, MOST_INFLATION)),
+        inflation=float(np.clip(max(spread, rarity), 1.0, MOST_INFLATION)),
         q2=float(residual.q2),
     )
 

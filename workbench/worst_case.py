@@ -5,8 +5,9 @@
 The search reuses the runs it is given, starts with d + 2 space-filling points when there are none, and then
 runs the model where a Kriging of all runs so far predicts the worst (`predicted`), where an improvement is
 most expected (`ei`), at single changes of the worst point (`flip`), inside a trust region around it
-(`trust`), in the least often run discrete combination that is still open (`combination`), and, after a stall,
-where the bound still exceeds the best run (`explore`). Where the model gives gradients, the last runs of the
+(`trust`), in the least often run discrete combination that is still open (`combination`), and, after a stall
+or where nothing more is promised, on the next hill of the runs (`hill`) and where the bound is highest
+(`explore`). Where the model gives gradients, the last runs of the
 budget climb by them (`gradient`). What is reported as worst is always a true run. The
 remaining gap is an upper credible bound of the Kriging, stated as model-based, unless the space was
 enumerated, or a Lipschitz constant or an interval enclosure was given.
@@ -246,10 +247,12 @@ def search_worst_case(
             where,
             model,
             u=ledger.u,
+            u_ok=ledger.u_ok,
+            v=ledger.v,
             incumbent=ledger.incumbent,
             feasibility=feasibility,
             iteration=ledger.spent - len(points),
-            stalled=ledger.since_improvement > max(2 * where.dimension, 6),
+            stalled=ledger.since_improvement > max(where.dimension, 6),
             finishing=searched - ledger.spent <= FINISHING_RUNS and ledger.since_improvement > FINISHING_RUNS,
             size=min(workers, searched - ledger.spent),
             rng=stream(seed, "worst case", replicate=ledger.spent),
