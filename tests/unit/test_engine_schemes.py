@@ -13,10 +13,12 @@ from workbench.engine import (
     Bushing,
     Deviation,
     GeneralisedAlpha,
+    IndependentAlpha,
     Maximum,
     Member,
     NotConverged,
     NotSupported,
+    RevoluteJoint,
     RungeKutta8,
     Scalar,
     Spring,
@@ -127,12 +129,29 @@ def free_mass(law=None, **kinds):
 def test_schemes_refuse_what_they_cannot_treat():
     p = three_body.problem()
     with pytest.raises(NotSupported, match="cannot hold joints"):
-        simulate(p.system, p.density, 0.1, 10, scheme=RungeKutta8())
-    with pytest.raises(NotSupported, match="cannot hold joints"):
         simulate(p.system, p.density, 0.1, 10, scheme=VelocityVerlet())
+    with pytest.raises(NotSupported, match="without joints; take more steps near the peak"):
+        locate_peak(simulate(p.system, p.density, 0.1, 10, scheme=RungeKutta8()), p.objective)
+    run = simulate(p.system, p.density, 0.1, 10, scheme=IndependentAlpha())
+    for method in ("direct", "time_integration"):
+        with pytest.raises(NotSupported, match="not IndependentAlpha"):
+            gradient(p.system, p.density, run, p.objective, method=method)
+    with pytest.raises(NotSupported, match="got one of IndependentAlpha"):
+        parameter_gradient(run, p.objective)
+    with pytest.raises(ValueError, match="independent alpha needs 0 <= rho <= 1, got rho=2"):
+        IndependentAlpha(rho=2)
+    free = simulate(free_mass(), [1.0], 0.1, 10, scheme=IndependentAlpha(rho=0.5))
+    assert free.scheme == GeneralisedAlpha(rho=0.5)  # without joints every coordinate is independent
+    pin = RevoluteJoint(a="mass", b="ground")
+    jointed = free_mass(UserLaw(force=lambda delta, rate, t: 10.0 * delta), joints=(pin,))
+    with pytest.raises(NotSupported, match="IndependentAlpha with joints runs the engine's own laws only"):
+        simulate(jointed, [1.0], 0.1, 10, scheme=IndependentAlpha())
     grip = Bushing(a="mass", b="ground", k=1e3, slip=0.01, release=0.02)
     with pytest.raises(NotSupported, match="damage of bushings"):
         simulate(free_mass(bushings=(grip,)), [1.0], 0.1, 10, scheme=RungeKutta8())
+    for scheme in (IndependentAlpha(), RungeKutta8()):
+        with pytest.raises(NotSupported, match="damage of bushings"):
+            simulate(free_mass(bushings=(grip,), joints=(pin,)), [1.0], 0.1, 10, scheme=scheme)
     with pytest.raises(NotSupported, match="breakable bushings run with GeneralisedAlpha"):
         simulate(free_mass(bushings=(grip,)), [1.0], 0.1, 10, scheme=BDF2())
     own = free_mass(UserLaw(force=lambda delta, rate, t: 10.0 * delta))

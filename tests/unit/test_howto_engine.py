@@ -8,7 +8,9 @@ import pytest
 HOWTO = Path(__file__).parent.parent.parent / "docs" / "howto"
 
 
-@pytest.mark.parametrize("page", ["build-a-multibody-system.md", "optimise-a-layout.md"])
+@pytest.mark.parametrize(
+    "page", ["build-a-multibody-system.md", "optimise-a-layout.md", "simulate-a-spatial-mechanism.md"]
+)
 def test_the_snippets_run(page, capsys):
     blocks = re.findall(r"```python\n(.*?)```", (HOWTO / page).read_text(), re.DOTALL)
     assert len(blocks) >= 2

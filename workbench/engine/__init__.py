@@ -28,13 +28,22 @@ _PUBLIC: dict[str, str] = {
             "dense_members",
         ),
         "multibody.motion": ("Motion", "motion_from_acceleration"),
+        "multibody.natural": (
+            "Angle", "Distance", "NaturalPoint", "NaturalSystem", "PointMember", "PointOnLine3",
+            "PointOnPlane", "RigidElement", "UnitVector",
+        ),
+        "multibody.natural_quantities": ("PointCoordinate",),
+        "multibody.natural_simulation": ("NaturalTrajectory", "moving"),
         "multibody.runge_kutta": ("locate_peak",),
-        "multibody.schemes": ("BDF2", "GeneralisedAlpha", "RungeKutta8", "VelocityVerlet"),
+        "multibody.schemes": (
+            "BDF2", "GeneralisedAlpha", "IndependentAlpha", "RungeKutta8", "VelocityVerlet",
+        ),
         "multibody.objectives": ("AtTime", "Integral", "Maximum", "Minimum", "PNorm", "Peak", "Terminal"),
         "multibody.quantities": ("Coordinate", "Deviation", "Scalar", "Slopes", "StoredEnergy"),
         "multibody.simulation": ("simulate",),
         "sensitivity": ("gradient", "gradient_check", "gradients", "parameter_gradient"),
         "multibody.start": ("assembled",),
+        "multibody.steps": ("choose_steps",),
         "multibody.system": ("Body", "Load", "System"),
         "multibody.trajectory": ("Trajectory",),
     }.items()

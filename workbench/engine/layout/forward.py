@@ -39,9 +39,11 @@ class Sensitivities:
 
 
 def supports_forward(trajectory: Trajectory) -> bool:
-    """Whether the system has no internal states (damage) and no redundant joints or laws in Python."""
+    """Whether the system has no internal states (damage) and no redundant joints or laws in Python, and the
+    run is not in independent coordinates."""
     return (
         trajectory.damage.shape[1] == 0
+        and trajectory.splits is None
         and not trajectory.diagnosis.redundant_rows
         and not compiled(trajectory.system).user
     )
@@ -57,8 +59,8 @@ def forward_sensitivities(trajectory: Trajectory, *, with_rates: bool = False) -
     r, tables = trajectory, trajectory.tables
     if not supports_forward(r):
         raise NotSupported(
-            "forward sensitivities need a system without damage states, redundant joints and laws in Python; "
-            "use the adjoint"
+            "forward sensitivities need a system without damage states, redundant joints and laws in Python, "
+            "and a run that is not in independent coordinates; use the adjoint"
         )
     numbers: Any = r.scheme.numbers  # type: ignore[union-attr]
     alpha_m, alpha_f, gamma, beta = (float(x) for x in numbers)

@@ -1,19 +1,20 @@
-"""The explicit scheme of order 8 for smooth systems without joints, and a grid with a node on the peak.
+"""The explicit scheme of order 8 for smooth systems, and a grid with a node on the peak.
 
-Coefficients of Dormand and Prince as scipy publishes them (`scipy.integrate.DOP853`).
+With joints the run is made in independent coordinates (`planar_independent`).
 """
 
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from ..errors import NotConverged, NotSupported
 from ._kernels_equations import evaluate
-from ._kernels_runge_kutta import STAGES, rk8_adjoint, rk8_forward
+from ._kernels_runge_kutta import rk8_adjoint, rk8_forward
 from .compiled import Compiled, compiled, on_grid
 from .objectives import Maximum, Minimum
+from .planar_independent import jointed_rk8
+from .runge_kutta_tableau import STAGES, A, B, C
 from .schemes import RungeKutta8
 from .tables import Tables, Work, work_space
 from .trajectory import Diagnosis, Trajectory
@@ -22,9 +23,6 @@ __all__ = ["locate_peak", "runge_kutta", "runge_kutta_adjoint"]
 
 Array = np.ndarray[Any, Any]
 
-A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
-B = np.ascontiguousarray(DOP853.B[:STAGES])
-C = np.ascontiguousarray(DOP853.C[:STAGES])
 PEAK_STEPS = 8  # secant steps on dg/dt = 0; three suffice from the Hermite start
 NEAR = 1e-6  # of the interval: the last step, not evaluated again
 
@@ -36,8 +34,6 @@ def stage_times(times: Array) -> Array:
 
 def refuse(parts: Compiled) -> None:
     """Raise NotSupported for systems the explicit scheme cannot treat."""
-    if len(parts.arrays["row"]):
-        raise NotSupported("explicit Runge-Kutta cannot hold joints; use GeneralisedAlpha")
     if any(b.breakable for b in parts.system.bushings):
         raise NotSupported("explicit Runge-Kutta does not carry the damage of bushings; use GeneralisedAlpha")
 
@@ -45,6 +41,8 @@ def refuse(parts: Compiled) -> None:
 def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
     """Integrate over the nodes `times`, equal or not."""
     refuse(parts)
+    if len(parts.arrays["row"]):
+        return jointed_rk8(parts, alpha, times)
     tables = on_grid(parts, alpha, times)
     run = _run(parts, alpha, times, *parts.start)
     q, v, w = run.position, run.velocity, run.acceleration
@@ -94,7 +92,7 @@ def _run(
 
 
 def runge_kutta_adjoint(trajectory: Trajectory, last: int, seed_q: Array, seed_v: Array) -> Array:
-    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the scheme's own result."""
+    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the scheme's own result, without joints."""
     r, parts = trajectory, compiled(trajectory.system)
     gradient = np.zeros(len(r.density))
     if last == 0:
@@ -123,6 +121,8 @@ def locate_peak(trajectory: Trajectory, objective: Maximum | Minimum) -> Traject
         raise NotSupported(
             "locate_peak is for RungeKutta8 trajectories; GeneralisedAlpha's peaks are refined already"
         )
+    if r.splits is not None:
+        raise NotSupported("locate_peak is for systems without joints; take more steps near the peak instead")
     peak = objective.peaks(r)[0]
     if peak.at_end or not objective.quantity.has_rates:
         return r

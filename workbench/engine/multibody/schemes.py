@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["BDF2", "GeneralisedAlpha", "RungeKutta8", "Scheme", "VelocityVerlet"]
+__all__ = ["BDF2", "GeneralisedAlpha", "IndependentAlpha", "RungeKutta8", "Scheme", "VelocityVerlet"]
 
 Array = np.ndarray[Any, Any]
 
@@ -18,8 +18,9 @@ class GeneralisedAlpha:
         alpha_m = (2 rho - 1)/(rho + 1),  alpha_f = rho/(rho + 1)
         gamma = 1/2 - alpha_m + alpha_f,  beta = (1/2 + gamma)^2/4
 
-    rho: spectral radius at infinity, 0 (strongest damping) to 1 (none). With joints keep to rho <= 0.99: at 1
-    accelerations and joint forces have the eigenvalue -1 twice, and their alternation grows in long runs.
+    rho: spectral radius at infinity, 0 (strongest damping) to 1 (none). With joints and rho above 0.99 the
+    run is taken over by `IndependentAlpha`: at rho = 1 accelerations and joint forces of the index-3 form
+    have the eigenvalue -1 twice, and their alternation grows in long runs.
     tolerance: relative error left in the accelerations of a step.  iterations: the most Newton steps per
     step.
 
@@ -44,6 +45,34 @@ class GeneralisedAlpha:
         # 1/2
         gamma = 0.5 - alpha_m + alpha_f
         return np.array([alpha_m, alpha_f, gamma, 0.25 * (0.5 + gamma) ** 2])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IndependentAlpha:
+    """Generalised-alpha on the independent coordinates of a system with joints, which hold on positions,
+    velocities and accelerations; Wehage and Haug 1982 (coordinate partitioning), Chung and Hulbert 1993.
+
+    q1_I = q_I + h v_I + h^2 ((1/2 - beta) a_I + beta a1_I),   Phi(q1) = 0,  Phi' = 0,  Phi'' = 0
+
+    Nothing alternates at rho = 1, and redundant rows are set aside. Independent coordinates are chosen at
+    every step by pivoting, angles first. rho, tolerance, iterations: as in `GeneralisedAlpha`.
+
+    >>> IndependentAlpha().numbers
+    array([0.5 , 0.5 , 0.5 , 0.25])
+    """
+
+    rho: float = 1.0
+    tolerance: float = 1e-12
+    iterations: int = 25
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.rho <= 1.0:
+            raise ValueError(f"independent alpha needs 0 <= rho <= 1, got rho={self.rho}")
+
+    @property
+    def numbers(self) -> Array:
+        """alpha_m, alpha_f, gamma, beta."""
+        return GeneralisedAlpha(rho=self.rho).numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,8 +103,9 @@ class BDF2:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RungeKutta8:
-    """Explicit Runge-Kutta of order 8 (Dormand and Prince) at a fixed step, for smooth systems without
-    joints."""
+    """Explicit Runge-Kutta of order 8 (Dormand and Prince) at a fixed step, for smooth systems; with joints
+    on
+    the independent coordinates."""
 
 
-Scheme = GeneralisedAlpha | VelocityVerlet | BDF2 | RungeKutta8
+Scheme = GeneralisedAlpha | IndependentAlpha | VelocityVerlet | BDF2 | RungeKutta8

@@ -1,6 +1,7 @@
 """simulate: integrate a system over time and return its trajectory."""
 
-from typing import Any
+import logging
+from typing import Any, overload
 
 import numpy as np
 
@@ -8,8 +9,12 @@ from ..errors import NotConverged, NotSupported
 from ._kernels_alpha import SINGULAR, alpha_forward
 from .compiled import Compiled, compiled, on_grid
 from .equations import PlanarEquations
+from .independent import CONSISTENT
+from .natural import NaturalSystem
+from .natural_simulation import NaturalTrajectory, simulate_natural
+from .planar_independent import independent_alpha
 from .runge_kutta import runge_kutta
-from .schemes import BDF2, GeneralisedAlpha, RungeKutta8, Scheme, VelocityVerlet
+from .schemes import BDF2, GeneralisedAlpha, IndependentAlpha, RungeKutta8, Scheme, VelocityVerlet
 from .start import Redundancy, accelerations_from, check_start, initial_accelerations, redundancy
 from .stepping import alpha_loop, bdf2_loop
 from .system import System
@@ -19,13 +24,14 @@ from .trajectory import Diagnosis, Tangents, Trajectory
 __all__ = ["simulate"]
 
 Array = np.ndarray[Any, Any]
+LOG = logging.getLogger("workbench.engine")
 
 KEEP = 32e6  # bytes of tangents that a run keeps for its adjoint; beyond, the adjoint evaluates them again
 UNDAMPED = 0.99  # above it the alternation of the joint forces may grow: eigenvalue -1, twice, at rho = 1
 SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
 
 
-def checked_density(system: System, density: Array) -> Array:
+def checked_density(system: System | NaturalSystem, density: Array) -> Array:
     """(N,) densities as a fresh float array; raises ValueError for a wrong shape, negative or non-finite
     values."""
     alpha = np.array(density, dtype=float)
@@ -38,16 +44,38 @@ def checked_density(system: System, density: Array) -> Array:
     return alpha
 
 
+@overload
 def simulate(
     system: System, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
-) -> Trajectory:
+) -> Trajectory: ...
+
+
+@overload
+def simulate(
+    system: NaturalSystem,
+    density: Array,
+    t_end: float = 0.2,
+    steps: int = 200,
+    *,
+    scheme: Scheme | None = None,
+) -> NaturalTrajectory: ...
+
+
+def simulate(
+    system: System | NaturalSystem,
+    density: Array,
+    t_end: float = 0.2,
+    steps: int = 200,
+    *,
+    scheme: Scheme | None = None,
+) -> Trajectory | NaturalTrajectory:
     """Integrate the system from t = 0 to t_end in equal steps.
 
         M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
 
     Args:    density: (N,) alpha, one per member, >= 0    t_end: s    steps: number of steps
              scheme: GeneralisedAlpha(rho=0.8) unless given
-    Returns: a `Trajectory`.
+    Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`.
     Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
     when a
     step cannot be solved, NotSupported when the scheme cannot treat the system.
@@ -65,14 +93,33 @@ def simulate(
         raise ValueError(f"simulate needs a whole number of steps >= 1, got steps={steps}")
     alpha = checked_density(system, density)
     scheme = GeneralisedAlpha() if scheme is None else scheme
-    parts = compiled(system)
     times = np.linspace(0.0, float(t_end), int(steps) + 1)
+    if isinstance(system, NaturalSystem):
+        return simulate_natural(system, alpha, times, scheme)
+    parts = compiled(system)
     if isinstance(scheme, RungeKutta8):
         if not parts.fused:
             raise NotSupported(
                 "RungeKutta8 runs the engine's own laws only; use GeneralisedAlpha for a UserLaw"
             )
         return runge_kutta(parts, alpha, times)
+    jointed = len(parts.row_names) > 0
+    if isinstance(scheme, IndependentAlpha):
+        if jointed:
+            return independent_alpha(parts, alpha, times, scheme, reason="IndependentAlpha as asked")
+        scheme = GeneralisedAlpha(
+            rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations
+        )  # no joints: every coordinate is independent
+    if isinstance(scheme, GeneralisedAlpha) and scheme.rho > UNDAMPED and jointed and parts.fused:
+        if not any(b.breakable for b in system.bushings):
+            instead = IndependentAlpha(
+                rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations
+            )
+            reason = (
+                f"independent coordinates: at rho={scheme.rho:g} the joint forces of the index-3 form would "
+                "alternate undamped"
+            )
+            return independent_alpha(parts, alpha, times, instead, reason=reason)
     return _implicit(parts, alpha, times, scheme)
 
 
@@ -96,18 +143,18 @@ def _implicit(
         else:
             nodes = alpha_loop(equations, scheme, times, start, shift)
         empty = np.zeros((len(times), len(tables.bushing_pair)))
-        return _record(
+        return _agreeing(_record(
             parts, alpha, times, scheme, tables, nodes.position, nodes.velocity,
             nodes.acceleration, nodes.multiplier, empty, empty.copy(), found, nodes.newton, nodes.newton,
-        )  # fmt: skip
+        ))  # fmt: skip
     run = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
     if run.info[0] != 0 or not np.isfinite(run.q[-1]).all():
         raise _failure(parts, alpha, times, scheme, run.info)
-    return _record(
+    return _agreeing(_record(
         parts, alpha, times, scheme, tables, run.q, run.v, run.w, run.lam, run.z, run.zdot, found,
         int(run.info[2]), int(run.info[4]), run.tangents,
         run.work,
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def _record(
@@ -121,9 +168,38 @@ def _record(
         tangents=tangents, memo={} if work is None else {"work": work},
         diagnosis=Diagnosis(
             newton_iterations=newton, factorisations=factorisations, redundant_rows=found.rows,
-            reason=f"{type(scheme).__name__} as asked",
+            reason=f"{type(scheme).__name__} as asked", notices=_told(parts, found),
         ),
     )  # fmt: skip
+
+
+def _told(parts: Compiled, found: Redundancy) -> tuple[str, ...]:
+    """Say that joints are redundant: the run goes on, and shares their forces out evenly."""
+    if not found.rows:
+        return ()
+    sentence = f"redundant joint rows share their forces in the least-squares sense: {'; '.join(found.rows)}"
+    LOG.warning(sentence)
+    return (sentence,)
+
+
+def _agreeing(run: Trajectory) -> Trajectory:
+    """A run whose redundant joints agreed along the motion. Raises NotConverged by name where they did
+    not."""
+    if not run.diagnosis.redundant_rows:
+        return run
+    off = np.abs(run.joint_residuals())
+    if off.max() <= CONSISTENT:
+        return run
+    step = int(np.flatnonzero(off.max(axis=1) > CONSISTENT)[0])
+    name = compiled(run.system).row_names[int(off[step].argmax())]
+    raise NotConverged(
+        f"redundant joints do not agree along the motion: from t = {run.times[step]:.6g} s '{name}' is "
+        "off by "
+        f"{off[step].max():.2g}. {'; '.join(run.diagnosis.redundant_rows)} were redundant at the start "
+        "only: check "
+        "their points and lengths, or remove them",
+        float(run.times[step]),
+    )
 
 
 def _start_with_laws(parts: Compiled, tables: Tables, q0: Array, v0: Array) -> tuple[Array, Array]:

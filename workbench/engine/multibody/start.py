@@ -13,6 +13,7 @@ from ..errors import AssemblyError
 from ._kernels_equations import evaluate
 from .compiled import Compiled, compiled, drive_slopes, on_grid
 from .joints import ANGLE, LINE
+from .natural_compiled import NaturalCompiled
 from .system import System
 from .tables import Tables, Work, work_space
 
@@ -92,7 +93,7 @@ def _pair_motion(q: Array, v: Array, acc: Array, i: int, j: int) -> tuple[Array,
     return np.append(x, angle[0]), np.append(u, angle[1]), np.append(a, angle[2])
 
 
-def redundancy(parts: Compiled, phi_q: Array) -> Redundancy:
+def redundancy(parts: Compiled | NaturalCompiled, phi_q: Array) -> Redundancy:
     """Rank of the joints' Jacobian and the rows that depend on earlier ones."""
     m = len(phi_q)
     if m == 0:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ._kernels_energy import member_energy_series, torsion_energy_sum
 from ._kernels_equations import evaluate, place
+from .independent import Splits
 from .schemes import Scheme
 from .system import System
 from .tables import Tables, Work, work_space
@@ -25,12 +26,14 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosis:
-    """Numbers to judge a run by."""
+    """Numbers to judge a run by. notices: what the user should know, a sentence each, also sent to the
+    log."""
 
     newton_iterations: int
     factorisations: int
     redundant_rows: tuple[str, ...]
     reason: str
+    notices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,6 +73,7 @@ class Trajectory:
     diagnosis: Diagnosis
     tables: Tables
     tangents: Tangents | None = None
+    splits: Splits | None = None  # of a run in independent coordinates
     status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)  # derived series, computed once
 

@@ -26,6 +26,7 @@ from ..multibody.schemes import BDF2, GeneralisedAlpha, RungeKutta8, VelocityVer
 from ..multibody.simulation import proximal
 from ..multibody.stepping import alpha_adjoint_loop, bdf2_adjoint_loop
 from ..multibody.trajectory import Trajectory
+from .independent import independent_gradients
 from .seeds import NodeSeeds, Seeds, node_seeds, seeds
 
 __all__ = ["ByParameter", "discrete_adjoint", "discrete_adjoints", "parameter_gradient"]
@@ -66,6 +67,8 @@ def discrete_adjoints(trajectory: Trajectory, objectives: Sequence[Objective]) -
     The tangents are evaluated and factored once per step for all rows together; a further row costs a solve.
     """
     r = trajectory
+    if r.splits is not None:
+        return independent_gradients(r, objectives)
     out = np.empty((len(objectives), len(r.density)))
     if not swept(r):
         for row, objective in enumerate(objectives):
