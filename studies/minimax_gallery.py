@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from workbench import Parameter, Space, minimax
+from workbench import Parameter, Space
+from workbench.minimax import minimax
 
 __all__ = ["PROBLEMS", "MinimaxProblem", "run"]
 

@@ -192,6 +192,7 @@ def plastic_optimum(truss: Truss, *, volume: float = 1.0) -> float:
         bounds=[(0, None)] * (2 * n),
         method="highs",
     )
+    assert solution.fun is not None
     return float(solution.fun**2 / volume)
 
 

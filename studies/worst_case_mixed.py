@@ -19,8 +19,8 @@ import xarray as xr
 from scipy.optimize import minimize
 
 import doe
-from workbench import Parameter, Space, worst_case
-from workbench.worst_case import WorstCase
+from workbench import Parameter, Space
+from workbench.worst_case import WorstCase, worst_case
 
 __all__ = [
     "GRIP", "STIFFNESS", "SWITCHES", "grip_response", "grip_worst", "run", "search_grip", "search_stiffness",
@@ -86,7 +86,8 @@ def switches_worst() -> float:
         values = np.array([negative(u) for u in sample])
         for start in sample[np.argsort(values)[:3]]:
             options = {"maxiter": 400, "xatol": 1e-6, "fatol": 1e-8}
-            worst = max(worst, -minimize(negative, start, method="Nelder-Mead", options=options).fun)
+            found = minimize(negative, start, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+            worst = max(worst, -found.fun)
     return float(worst)
 
 

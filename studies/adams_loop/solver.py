@@ -15,8 +15,11 @@ the motion leaves all bounds.
 
 import math
 import sys
+from collections.abc import Sequence
 
 __all__ = ["main", "motion", "parse"]
+
+Deck = dict[str, dict[str, float]]
 
 GRAVITY = 9.81
 NEEDED = {
@@ -30,9 +33,9 @@ NEEDED = {
 }
 
 
-def parse(text):
+def parse(text: str) -> Deck:
     """Statements `KIND/ NAME, KEY = value, ...` as {NAME: {KEY: value}}; ends at END."""
-    deck = {}
+    deck: Deck = {}
     for number, line in enumerate(text.splitlines(), start=1):
         line = line.strip()
         if not line or line.startswith("!"):
@@ -50,20 +53,20 @@ def parse(text):
     return deck
 
 
-def motion(deck):
+def motion(deck: Deck) -> list[tuple[float, ...]]:
     """Rows (t, a, b, belt force, forward place of the top of the head) at every step."""
     torso, head, hip, neck = deck["TORSO"], deck["HEAD"], deck["HIP"], deck["NECK"]
     belt, seat, run = deck["CHEST"], deck["SEAT"], deck["RUN"]
     m1, l1, m2, l2 = torso["MASS"], torso["LENGTH"], head["MASS"], head["LENGTH"]
     i1, i2 = m1 * l1 * l1 / 3 + m2 * l1 * l1, m2 * l2 * l2 / 3
 
-    def force(a, va):
+    def force(a: float, va: float) -> float:
         stretch = belt["HEIGHT"] * math.sin(a) - belt["SLACK"]
         if stretch <= 0:
             return 0.0
         return max(belt["K"] * stretch + belt["C"] * belt["HEIGHT"] * math.cos(a) * va, 0.0)
 
-    def rate(t, a, b, va, vb):
+    def rate(t: float, a: float, b: float, va: float, vb: float) -> tuple[float, ...]:
         s = seat["PEAK"] * math.sin(math.pi * t / seat["DURATION"]) if t < seat["DURATION"] else 0.0
         coupling = m2 * l1 * l2 / 2
         c, d = math.cos(a - b), math.sin(a - b)
@@ -76,7 +79,8 @@ def motion(deck):
         return va, vb, (i2 * q1 - coupling * c * q2) / det, (i1 * q2 - coupling * c * q1) / det
 
     steps, h = int(run["STEPS"]), run["END"] / run["STEPS"]
-    state, rows = (0.0, 0.0, 0.0, 0.0), []
+    state: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    rows: list[tuple[float, ...]] = []
     for k in range(steps + 1):
         t, (a, b, va, _) = k * h, state
         if not all(abs(x) < 1e6 for x in state):
@@ -91,12 +95,12 @@ def motion(deck):
     return rows
 
 
-def moved(state, slope, h):
+def moved(state: Sequence[float], slope: Sequence[float], h: float) -> tuple[float, ...]:
     """The state after a step h along a slope."""
     return tuple(x + h * r for x, r in zip(state, slope, strict=True))
 
 
-def main(deck_file, request_file):
+def main(deck_file: str, request_file: str) -> None:
     """Read, integrate, write."""
     with open(deck_file) as file:
         deck = parse(file.read())
