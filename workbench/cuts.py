@@ -4,14 +4,15 @@ The worst one alone makes a slow loop: the next layout holds it and breaks somew
 dear optimisations, and most say the same. So the worst comes first, then the worst of those far from it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from workbench.evaluator import Outcome
 from workbench.space import Space
 
-__all__ = ["spread_out_worst"]
+__all__ = ["distinct", "spread_out_worst"]
 
 FAR = 0.35  # root mean square distance in the unit cube: two flips of fourteen parameters are far enough
 
@@ -43,3 +44,11 @@ def spread_out_worst(
         ):
             kept.append(k)
     return [ranked[k] for k in kept]
+
+
+def distinct(cases: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Cases in order, repeated ones once."""
+    seen: dict[str, dict[str, Any]] = {}
+    for case in cases:
+        seen.setdefault(repr(sorted(case.items())), dict(case))
+    return list(seen.values())

@@ -5,10 +5,8 @@
              worst  <- look at random corners; when they do not break the bound, search the whole uncertainty
              stop when the search exceeds the bound by less than the tolerance, else S <- S + what broke it
 
-(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009). A layout that random corners break needs no
-search yet. The search treats every combination of words (hands on, hands off) on its own: a Kriging of all of
-them together follows the combination that was worst without a layout, and misses the one that is worst with
-it. Of the cases that broke the bound several join, far from each other (`workbench.cuts`).
+(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009; the oracle is `workbench.layout_oracle`). Of
+the cases that broke the bound several join, far from each other (`workbench.cuts`).
 
 A layout is judged by true runs alone. Every round also judges all earlier layouts and the trivial ones, so
 what is returned is never worse than those over all cases found. The lower end is that of a local optimiser,
@@ -19,30 +17,25 @@ and ended searches in `rounds/`, so after a kill the same call goes on: it repea
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from hashlib import blake2b
-from itertools import product
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.atomic import read_json, write_json
 from workbench.case_layouts import Optimised, optimise_for_cases, trivial_layouts
-from workbench.cuts import spread_out_worst
+from workbench.cuts import distinct
 from workbench.engine.errors import EngineError
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import Evaluator, Outcome
-from workbench.layout_model import LayoutModel, layout_name
+from workbench.evaluator import Evaluator
+from workbench.layout_model import LayoutModel
+from workbench.layout_oracle import Found, LayoutOracle
 from workbench.space import Space
-from workbench.streams import stream
-from workbench.worst_case import search_worst_case
 
 __all__ = [
     "NEAR",
     "SECOND",
-    "Found",
     "LoopSettings",
     "RobustLayout",
     "Round",
@@ -53,11 +46,8 @@ Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
 SECOND = "second start"
-MOST_COMBINATIONS = 6  # of words that are searched one by one
-CORNERS_KEPT = 10  # known runs that a search begins with, the worst ones
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 JOINING = 6  # cases that join the next optimisation at most
-BATCH = 4  # runs a search proposes at once, whatever the number of workers: the same numbers with 1 and 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,21 +62,6 @@ class LoopSettings:
     rounds: int = 6
     tolerance: float = 0.02
     seed: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Found:
-    """The worst true run of a layout, and the credible excess that the search leaves open (model-based).
-
-    others: further cases, far from it and from each other, with their values, largest first.
-    """
-
-    value: float
-    case: Case
-    runs: int
-    status: str
-    open_gap: float | None
-    others: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,9 +122,13 @@ def find_robust_layout(
         StudyError: the nominal case cannot be run, by the optimiser or at all.
         NotEnoughRuns: a layout fails in almost all cases.
     """
+    oracle = LayoutOracle(
+        model=model, space=space, evaluator=evaluator, folder=folder / "rounds", identity=identity,
+        budget=settings.budget, corners=settings.corners, tolerance=settings.tolerance, seed=settings.seed,
+    )  # fmt: skip
     loop = _Loop(
-        model=model, space=space, evaluator=evaluator, folder=folder, settings=settings, identity=identity,
-        tell=tell,
+        model=model, space=space, evaluator=evaluator, oracle=oracle, folder=folder, settings=settings,
+        identity=identity, tell=tell,
     )  # fmt: skip
     return loop.run(start)
 
@@ -159,6 +138,7 @@ class _Loop:
     model: LayoutModel
     space: Space
     evaluator: Callable[[Array], Evaluator]
+    oracle: LayoutOracle
     folder: Path
     settings: LoopSettings
     identity: str
@@ -173,7 +153,7 @@ class _Loop:
     failures: list[str] = field(default_factory=list)
 
     def run(self, start: Sequence[Case]) -> RobustLayout:
-        self.cases = _distinct([self.space.canonical(case) for case in start])
+        self.cases = distinct([self.space.canonical(case) for case in start])
         nominal = self.optimised([0], None)
         if nominal is None:
             raise StudyError(f"the nominal case cannot be optimised: {self.failures[-1]}")
@@ -213,7 +193,7 @@ class _Loop:
         chosen = self.best()
         bound = _largest(self.values(self.layouts[chosen]))
         limit = bound + self.settings.tolerance * abs(bound)
-        found = self.look(chosen)
+        found = self.look_at(chosen)
         if found.value <= limit:
             self.tell(
                 f"round {number}: search the worst case of '{chosen}', bound {bound:.6g} {self.model.unit}"
@@ -232,7 +212,7 @@ class _Loop:
         self.tell(f"round {number}: broken, {found.value:.6g} {self.model.unit} instead of {bound:.6g}")
         self.fresh = len(self.cases)
         also = [dict(other["case"]) for other in found.others if other["value"] > limit]
-        self.cases = _distinct([*self.cases, dict(found.case), *also[: JOINING - 1]])
+        self.cases = distinct([*self.cases, dict(found.case), *also[: JOINING - 1]])
         return False
 
     def best(self) -> str:
@@ -287,104 +267,13 @@ class _Loop:
         outcomes = self.evaluator(density)(self.cases, purpose="cases")
         return [o.outputs[self.model.response] if o.status == "ok" else None for o in outcomes]
 
-    def look(self, name: str) -> Found:
-        """The worst of the known cases and of random corners."""
-        evaluate = self.evaluator(self.layouts[name])
-        known = [*evaluate(self.cases, purpose="cases"), *evaluate(self.corners(), purpose="corners")]
-        (value, top), *others = self.spread(known)
-        self.worst[name] = Found(
-            value=value, case=self.space.canonical(top.parameters), runs=len(known),
-            status="random corners were looked at; a search was not needed", open_gap=None,
-            others=[{"value": v, "case": dict(o.parameters)} for v, o in others],
-        )  # fmt: skip
+    def look_at(self, name: str) -> Found:
+        self.worst[name] = self.oracle.look(self.layouts[name], self.cases)
         return self.worst[name]
-
-    def spread(self, outcomes: Sequence[Outcome]) -> list[tuple[float, Outcome]]:
-        """The worst of these runs and others far from it, twice as many as may join."""
-        found = spread_out_worst(self.space, outcomes, response=self.model.response, number=2 * JOINING)
-        if not found:
-            raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
-        return found
 
     def search(self, name: str) -> Found:
-        """The worst case of a layout over the whole uncertainty; the known cases count as runs made."""
-        parts = (self.identity, self.space.hash, layout_name(self.layouts[name]), self.cases, self.settings)
-        text = repr(parts)
-        place = self.folder / "rounds" / f"search-{_digest(text)}.json"
-        found = read_json(place)
-        if found is None:
-            found = self._searched(self.layouts[name])
-            place.parent.mkdir(parents=True, exist_ok=True)
-            write_json(place, found)
-        self.worst[name] = Found(**found)
+        self.worst[name] = self.oracle.search(self.layouts[name], self.cases)
         return self.worst[name]
-
-    def _searched(self, density: Array) -> dict[str, Any]:
-        """A look at random corners, then a search for every combination of words."""
-        evaluate = self.evaluator(density)
-        known = [*evaluate(self.cases, purpose="cases"), *evaluate(self.corners(), purpose="corners")]
-        worst: list[dict[str, Any]] = []
-        made = [*known]
-        for words in _combinations(self.space):
-            here = [o for o in known if all(o.parameters[name] == word for name, word in words.items())]
-            worst.append(self._in_words(evaluate, words, here, made))
-        top = max(worst, key=lambda found: found["value"])
-        gaps = [found["open_gap"] for found in worst if found["open_gap"] is not None]
-        return {
-            "value": top["value"],
-            "case": top["case"],
-            "runs": sum(found["runs"] for found in worst) + self.settings.corners,
-            "status": top["status"],
-            "open_gap": max(gaps, default=None),
-            "others": [
-                {"value": v, "case": self.space.canonical(o.parameters)} for v, o in self.spread(made)[1:]
-            ],
-        }
-
-    def _in_words(
-        self, evaluate: Evaluator, words: Mapping[str, Any], known: Sequence[Outcome], made: list[Outcome]
-    ) -> dict[str, Any]:
-        """The worst case with these words fixed, from the worst known there; its runs go to `made`."""
-
-        def read(o: Outcome) -> float:
-            return o.outputs[self.model.response] if o.status == "ok" else -np.inf
-
-        def fixed(rows: Sequence[Case], *, purpose: str) -> list[Outcome]:
-            outcomes = evaluate([{**row, **words} for row in rows], purpose=purpose)
-            made.extend(outcomes)
-            return [replace(o, parameters=_without(o.parameters, words)) for o in outcomes]
-
-        start = sorted(known, key=read, reverse=True)[:CORNERS_KEPT]
-        found = search_worst_case(
-            fixed,
-            Space(tuple(p for p in self.space.parameters if p.name not in words), self.space.constraints),
-            response=self.model.response,
-            unit=self.model.unit,
-            budget=self.settings.budget,
-            seed=self.settings.seed,
-            start=[replace(o, parameters=_without(o.parameters, words)) for o in start],
-            workers=BATCH,
-            tolerance=self.settings.tolerance / 4,
-        )
-        return {
-            "value": found.value,
-            "case": self.space.canonical({**found.parameters, **words}),
-            "runs": found.evaluations,
-            "status": found.status.value,
-            "open_gap": float(found.gap.width) if np.isfinite(found.gap.width) else None,
-        }
-
-    def corners(self) -> list[dict[str, Any]]:
-        """Random corners of the uncertainty; samples inside hardly ever meet one."""
-        rng = stream(self.settings.seed, "corners")
-        u = rng.integers(0, 2, (self.settings.corners, self.space.dimension)).astype(float)
-        for j, parameter in enumerate(self.space.parameters):
-            if not parameter.is_numeric:
-                levels = parameter.unit_levels
-                assert levels is not None
-                u[:, j] = rng.choice(levels, len(u))
-        rows = self.space.rows(u)
-        return _distinct([row for row in rows if self.space.violated(row) is None])
 
     def second_start(self) -> None:
         """The last layout once more, from the start of the problem; searched when it looks better."""
@@ -400,7 +289,7 @@ class _Loop:
 
     def result(self, certified: bool) -> RobustLayout:
         """Choose the layout whose worst known case is smallest."""
-        self.cases = _distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
+        self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
         values = {name: self.values(density) for name, density in self.layouts.items()}
         known = {name: _largest(row) for name, row in values.items()}
         robust = min(known, key=lambda name: known[name])
@@ -435,30 +324,3 @@ def _largest(values: Sequence[float | None]) -> float:
     if not there:
         raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
     return max(there)
-
-
-def _combinations(space: Space) -> list[dict[str, Any]]:
-    """The combinations of words to search one by one; a single empty one when there are none, or too many."""
-    words = [p for p in space.parameters if not p.is_numeric]
-    found = [
-        dict(zip((p.name for p in words), choice, strict=True))
-        for choice in product(*(p.levels for p in words))
-    ]
-    few = len(found) <= MOST_COMBINATIONS and len(words) < len(space.parameters) and not space.constraints
-    return found if few else [{}]
-
-
-def _without(row: Case, names: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in row.items() if name not in names}
-
-
-def _digest(text: str) -> str:
-    return blake2b(text.encode(), digest_size=8).hexdigest()
-
-
-def _distinct(cases: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Cases in order, repeated ones once."""
-    seen: dict[str, dict[str, Any]] = {}
-    for case in cases:
-        seen.setdefault(repr(sorted(case.items())), dict(case))
-    return list(seen.values())

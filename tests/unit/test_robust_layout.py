@@ -51,6 +51,9 @@ def test_the_loop_finds_the_layout_that_makes_both_ends_equal(standard):
     assert worst["robust"] < min(worst["uniform"], worst["nominal only"], worst["none"])
     assert len(found["rounds"]) > 1  # the nominal case alone knew one end only
     assert found["rounds"][0]["gap"] > 0.1
+    assert (
+        found["rounds"][-1]["runs"] > found["rounds"][0]["runs"]
+    )  # only what corners do not break is searched
     assert found["variants"][0]["worst"] > worst["robust"]
     assert set(found["screening"]["before"]) == {"u"}
     assert not found["broken_by_samples"]
