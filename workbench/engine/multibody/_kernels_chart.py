@@ -4,8 +4,8 @@
     q_I, v_I given;  Phi(q) = 0,  Phi' = 0  give q_D, v_D;  N = dq/dq_I
     N^T (M w + F) = 0,  Phi'' = 0  give w;  lambda = -Phi_D^-T (M w + F)_D, 0 for redundant rows
 
-`Chart` holds the arrays. `tangents` differentiates w with respect to q_I and v_I, `pull_back` transposes it.
-The three questions to a system (rates of its constraints, forces, design derivatives) are answered by type.
+`Chart` holds the arrays. `tangents` differentiates w by q_I and v_I, `_kernels_pull_back` transposes it. The
+three questions to a system (rates of its constraints, forces, design derivatives) are answered by type.
 """
 
 from numba import njit
@@ -21,6 +21,7 @@ from .natural_tables import NaturalTables
 CLOSING, MOVING, BENDING, BRIDGED = 0, 1, 2, -1
 SINGULAR, OPEN = 2, 3
 NARROW = 1e-3  # of the largest pivot: nearer to a dead point rounding spoils what differentiated joints say
+TIE = 1.000001  # of equal pivots the first is taken, whatever rounding says
 CLOSED = 3e-15  # of the coordinates: a correction this small ends the closing of the joints
 
 
@@ -82,7 +83,7 @@ def split(W, X):
         for r in range(k, m):
             for a in range(k, n):
                 size = abs(X.work[X.rows[r], X.cols[a]]) * X.weight[X.cols[a]]
-                if size > best:
+                if size > TIE * best:
                     best, at, on = size, r, a
         if k == 0:
             first = best
@@ -379,54 +380,3 @@ def settle(T, W, R, X, step, q, v, w, lam, fresh, tangent, may_bridge):
             return 0
         phase = BENDING
     return OPEN
-
-
-@njit(**INNER)
-def pull_multiplier(W, X, sq, sv, sw, sl, mu):
-    """Turn seeds of lambda into seeds of q, v, w and the part of mu they need; mu is overwritten."""
-    rank, n = X.rank[0], mu.shape[0]
-    some = False
-    for a in range(n):
-        mu[a] = 0.0
-    for a in range(rank):
-        X.side[a] = sl[X.rows[a]]
-        some = some or sl[X.rows[a]] != 0.0
-    if not some:
-        return
-    lu_solve(X.lu[:rank, :rank], X.pivot, X.side[:rank])
-    for a in range(rank):
-        mu[X.cols[a]] = -X.side[a]
-    times_mass(X, mu, X.part[0])
-    for a in range(n):
-        sw[a] += X.part[0, a]
-        for b in range(n):
-            sq[a] += W.k[b, a] * mu[b]
-            sv[a] += W.c[b, a] * mu[b]
-
-
-@njit(**INNER)
-def pull_back(X, sq, sv, sw, by_position, by_velocity):
-    """Seeds of q, v, w as seeds of q_I (f,) and v_I (f,); `tangents` must have run."""
-    n = sq.shape[0]
-    f = n - X.rank[0]
-    for b in range(f):
-        first, second = 0.0 * sq[0], 0.0 * sq[0]
-        for a in range(n):
-            first += X.basis[a, b] * sq[a] + X.by_q[a, b] * sv[a] + X.w_by_q[a, b] * sw[a]
-            second += X.basis[a, b] * sv[a] + X.w_by_v[a, b] * sw[a]
-        by_position[b] = first
-        by_velocity[b] = second
-
-
-@njit(**INNER)
-def pull_force(X, sw, mu):
-    """mu -= N (N^T M N)^-1 N^T sw: the adjoint of a force in w."""
-    n = sw.shape[0]
-    f = n - X.rank[0]
-    for b in range(f):
-        total = 0.0 * sw[0]
-        for a in range(n):
-            total -= X.basis[a, b] * sw[a]
-        X.side[b] = total
-    lu_solve_transposed(X.reduced[:f, :f], X.reduced_pivot, X.side[:f])
-    lift(X, f, X.side, mu)

@@ -16,15 +16,13 @@ from ._kernels_chart import (
     BRIDGED,
     add_design,
     keep_split,
-    pull_back,
-    pull_force,
-    pull_multiplier,
     recall_split,
     settle,
     split,
 )
 from ._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
 from ._kernels_options import CAREFUL, ENTRY, INNER
+from ._kernels_pull_back import pull_back, pull_force, pull_multiplier
 
 CONVERGED, STALLED = 0, 1
 # share of its first pivot ratio at which a split is made anew, which moves results by O(h^2)

@@ -12,14 +12,12 @@ from numba import njit
 from ._kernels_chart import (
     add_design,
     keep_split,
-    pull_back,
-    pull_force,
-    pull_multiplier,
     recall_split,
     settle,
     split,
 )
 from ._kernels_options import CAREFUL, ENTRY
+from ._kernels_pull_back import pull_back, pull_force, pull_multiplier
 
 STAGES = 12
 POINTS = STAGES + 1
