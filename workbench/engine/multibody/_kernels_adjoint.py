@@ -11,7 +11,7 @@ from numba import njit
 from ._kernels_alpha import keep_tangents
 from ._kernels_dense import lu_factor, lu_solve_transposed
 from ._kernels_elements import pair_map
-from ._kernels_equations import evaluate, pair_covector, place
+from ._kernels_equations import evaluate, pair_covector, set_state
 from ._kernels_options import ENTRY, INNER
 
 
@@ -36,19 +36,17 @@ def linearise(T, W, first, h, q, v, lam, z, zdot, k, c, j, b):
 
 
 @njit(**INNER)
-def add_bushings(T, W, vectors, weights, out):
+def add_bushings(bushing_pair, pair, q_full, v_full, big, jac, vectors, weights, out):
     """out (n,) += sum over the bushings of weight J^T vector, vectors (B, 3) in pair coordinates."""
     free = out.shape[0] // 3
-    for e in range(T.bushing_pair.shape[0]):
-        p = T.bushing_pair[e]
-        i, j = T.pair[p, 0], T.pair[p, 1]
-        pair_map(W.q, W.v, i, j, W.big[p], W.jac)
+    for e in range(bushing_pair.shape[0]):
+        p = bushing_pair[e]
+        i, j = pair[p, 0], pair[p, 1]
+        pair_map(q_full, v_full, i, j, big[p], jac)
         for a in range(6):
             body = i if a < 3 else j
             if body < free:
-                total = (
-                    vectors[e, 0] * W.jac[0, a] + vectors[e, 1] * W.jac[1, a] + vectors[e, 2] * W.jac[2, a]
-                )
+                total = vectors[e, 0] * jac[0, a] + vectors[e, 1] * jac[1, a] + vectors[e, 2] * jac[2, a]
                 out[3 * body + a % 3] += weights[e] * total
 
 
@@ -100,7 +98,8 @@ def fill_kept(mass, k, c, j, hc, h2c, shift, matrix):
 
 @njit(**ENTRY)
 def alpha_adjoint(
-    T, W, scheme, h, first_node, q, v, starts, at, seed_q, seed_v, seed_w, seed_l, seed_z,
+    mass, pair, bushing_pair, motion, q_full, v_full, big, jac, row_g,
+    scheme, h, first_node, q, v, starts, at, seed_q, seed_v, seed_w, seed_l, seed_z,
     matrix, unfactored, rhs, right, pivot, shift, costate, damage, mu, keep_k, keep_c, keep_j, keep_b,
 ):  # fmt: skip
     """Fill mu (nodes, R, n), the adjoint of the equations of motion, for R rows at once on some nodes.
@@ -110,6 +109,7 @@ def alpha_adjoint(
     starts (R,): the latest node of each row, descending; mu of later nodes is left as it is.
     at (E, 2): node and row of every seed, nodes descending; seed_* (E, ...) are dG/d(node state).
     The gradient of a row is the sum over the nodes of (dr/dparameter)^T mu.
+    It takes arrays one by one, not the whole tables: so it is compiled once for all kinds of systems.
     costate (R, 4, n), damage (R, 2, B): zeros at first; rhs (R, n + m) and the rest are work space.
     """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
@@ -135,8 +135,8 @@ def alpha_adjoint(
         ahead2 = 0.0 if first else h * h * beta
         share = 1.0 if first else c
         if bushings > 0:
-            place(T, W, step, q[step], v[step])
-        fill_kept(T.mass, k, damper, j, share * ahead, share * ahead2, shift, matrix)
+            set_state(pair, motion, step, q[step], v[step], q_full, v_full, big)
+        fill_kept(mass, k, damper, j, share * ahead, share * ahead2, shift, matrix)
         if shift > 0.0:
             for row in range(total):
                 for i in range(total):
@@ -166,8 +166,8 @@ def alpha_adjoint(
             lq, lv, la, lw = costate[row, 0], costate[row, 1], costate[row, 2], costate[row, 3]
             eta, lz, x, m_row = damage[row, 0], damage[row, 1], rhs[row], mu[step, row]
             if bushings > 0:
-                add_bushings(T, W, b[:, 4:7], eta, lq)
-                add_bushings(T, W, b[:, 7:10], lz, lq)
+                add_bushings(bushing_pair, pair, q_full, v_full, big, jac, b[:, 4:7], eta, lq)
+                add_bushings(bushing_pair, pair, q_full, v_full, big, jac, b[:, 7:10], lz, lq)
             for i in range(n):
                 x[i] = -(lw[i] + share * (la[i] + ahead * lv[i] + ahead2 * lq[i]))
             solve_row(matrix, unfactored, pivot, x, right, n, shift)
@@ -176,9 +176,9 @@ def alpha_adjoint(
             if first:
                 continue
             for e in range(bushings):
-                p = T.bushing_pair[e]
-                pair_covector(W, T.pair[p, 0], T.pair[p, 1], n // 3, m_row, W.big[p], W.row_g)
-                along = b[e, 1] * W.row_g[0] + b[e, 2] * W.row_g[1] + b[e, 3] * W.row_g[2]
+                p = bushing_pair[e]
+                pair_covector(q_full, v_full, jac, pair[p, 0], pair[p, 1], n // 3, m_row, big[p], row_g)
+                along = b[e, 1] * row_g[0] + b[e, 2] * row_g[1] + b[e, 3] * row_g[2]
                 eta[e] = -(lz[e] + along) / (1.0 - half * b[e, 0])
             for a in range(n):
                 for i in range(n):

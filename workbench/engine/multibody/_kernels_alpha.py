@@ -48,17 +48,17 @@ def extrapolated(x, step, i):
 
 
 @njit(**INNER)
-def turn_tangent(T, W, update):
+def turn_tangent(row, row_data, q, k, update):
     """Add to K what an update of the joint forces (update[n:]) does by the arms of coincident points."""
-    n = W.force.shape[0]
-    for r in range(T.row.shape[0]):
+    n = k.shape[0]
+    for r in range(row.shape[0]):
         for side in range(2):
-            body = T.row[r, 2 + side]
+            body = row[r, 2 + side]
             if 3 * body < n:
-                c, s = cos(W.q[3 * body + 2]), sin(W.q[3 * body + 2])
-                sx, sy = T.row_data[r, 2 * side], T.row_data[r, 2 * side + 1]
-                arm = c * sx - s * sy if T.row[r, 0] == 0 else s * sx + c * sy
-                W.k[3 * body + 2, 3 * body + 2] -= update[n + r] * (1.0 - 2.0 * side) * arm
+                c, s = cos(q[3 * body + 2]), sin(q[3 * body + 2])
+                sx, sy = row_data[r, 2 * side], row_data[r, 2 * side + 1]
+                arm = c * sx - s * sy if row[r, 0] == 0 else s * sx + c * sy
+                k[3 * body + 2, 3 * body + 2] -= update[n + r] * (1.0 - 2.0 * side) * arm
 
 
 @njit(**INNER)
@@ -74,12 +74,12 @@ def keep_tangents(W, k, c, j):
 
 
 @njit(**INNER)
-def work_of(T, W, move):
+def work_of(pair, q, v, jac, big, fr, w, move, free):
     """Work of the members' forces along a motion of the free bodies, systems of springs alone."""
     total = 0.0 * move[0]
-    for p in range(T.pair.shape[0]):
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], W.force.shape[0] // 3, move, W.big[p], W.row_g)
-        total += W.fr[p, 0] * W.row_g[0] + W.fr[p, 1] * W.row_g[1] + W.fr[p, 2] * W.row_g[2]
+    for p in range(pair.shape[0]):
+        pair_covector(q, v, jac, pair[p, 0], pair[p, 1], free, move, big[p], w)
+        total += fr[p, 0] * w[0] + fr[p, 1] * w[1] + fr[p, 2] * w[2]
     return total
 
 
@@ -192,7 +192,7 @@ def alpha_forward(
                 settled = False
             if smooth and refresh and settled:
                 if pinned:
-                    turn_tangent(T, W, rhs)
+                    turn_tangent(T.row, T.row_data, W.q, W.k, rhs)
                 theta = 0.0
                 done = True
                 break
@@ -222,7 +222,7 @@ def alpha_forward(
             if keep_e.shape[0] > 0:
                 keep_e[step] = W.energy[0]
                 if not closed:
-                    keep_e[step] += h2c * work_of(T, W, rhs)
+                    keep_e[step] += h2c * work_of(T.pair, W.q, W.v, W.jac, W.big, W.fr, W.row_g, rhs, n // 3)
         for i in range(n):
             acc[i] += c * w1[i]
             largest = max(largest, abs(w1[i]))

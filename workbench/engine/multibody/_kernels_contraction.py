@@ -9,7 +9,7 @@ from numba import njit
 from numpy import cos, sin
 
 from ._kernels_elements import bushing_parameters, torsion_parameters
-from ._kernels_equations import FUSED, pair_covector, place, unit_forces
+from ._kernels_equations import FUSED, pair_covector, set_state, unit_forces
 from ._kernels_laws import USER, law_parameters, laws
 from ._kernels_members import measure, project, rows, springs_contract
 from ._kernels_options import ENTRY, INNER
@@ -37,7 +37,7 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
     count, last_node = starts.shape[0], starts[0]
     free = mu.shape[2] // 3
     for step in range(last_node + 1):
-        place(T, W, step, q[step], v[step])
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
         for p in range(T.pair.shape[0]):
             for a in range(6):
                 big[step, p, a] = W.big[p, a]
@@ -45,7 +45,15 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
             for r in range(count):
                 if starts[r] >= step:
                     pair_covector(
-                        W, T.pair[p, 0], T.pair[p, 1], free, mu[step, r], W.big[p], covector[p, step, r]
+                        W.q,
+                        W.v,
+                        W.jac,
+                        T.pair[p, 0],
+                        T.pair[p, 1],
+                        free,
+                        mu[step, r],
+                        W.big[p],
+                        covector[p, step, r],
                     )
     for g in range(T.segment.shape[0]):
         p, code, begin, end = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
@@ -87,7 +95,7 @@ def contract_parameter_history(
 ):
     """Add the sum over the nodes up to `last` of (dr/dparameter)^T mu; see `contract_parameters`."""
     for step in range(last + 1):
-        place(T, W, step, q[step], v[step])
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
         for e in range(z.shape[1]):
             W.z[e] = z[step, e]
         contract_parameters(
@@ -108,7 +116,7 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by
         if code == USER:
             continue
         X = W.big[p]
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
         law_code = 0 if code == FUSED else code
         measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
         laws(law_code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
@@ -121,13 +129,13 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by
                 by_law[k, i] += along * dp[k]
     for e in range(T.torsion_pair.shape[0]):
         p = T.torsion_pair[e]
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
+        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
         torsion_parameters(T.torsion, e, W.big[p], dp)
         for k in range(6):
             by_torsion[k, e] += w[2] * dp[k]
     for e in range(T.bushing_pair.shape[0]):
         p = T.bushing_pair[e]
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
+        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
         bushing_parameters(T.bushing, e, W.big[p], W.z[e], dq)
         for k in range(5):
             by_bushing[k, e] += dq[k, 0] * w[0] + dq[k, 1] * w[1] + dq[k, 2] * w[2]

@@ -10,7 +10,7 @@ from numba import njit
 from numba.extending import overload
 
 from ._kernels_elements import spread, torsion_energy
-from ._kernels_equations import FUSED, place
+from ._kernels_equations import FUSED, set_state
 from ._kernels_laws import IMPULSE, USER, energies, laws
 from ._kernels_members import gather_tangent, measure, springs_energy, springs_tangent
 from ._kernels_options import ENTRY, INNER
@@ -77,7 +77,7 @@ def member_energy_series(T, W, nodes, q, v, energy):
     """energy[a] = stored energy of the members at the a-th of the given nodes of the grid."""
     for a in range(nodes.shape[0]):
         step = nodes[a]
-        place(T, W, step, q[step], v[step])
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
         total = 0.0 * q[0, 0]
         for g in range(T.segment.shape[0]):
             p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
@@ -94,50 +94,55 @@ def member_energy_series(T, W, nodes, q, v, energy):
 
 
 @njit(**ENTRY)
-def member_power(T, W, step, q, v, by_position, by_velocity, k, explicit):
-    """dg/dt at one node, and the slopes of g and dg/dt.
+def member_power(T, W, nodes, q, v, rate, slopes, k, explicit):
+    """rate (nodes,) = dg/dt at the given nodes of the grid, and the slopes of g and dg/dt there.
 
-    by_position (full,) = dg/dq = F, also d(dg/dt)/dv;  by_velocity (full,) = d(dg/dt)/dq = K v, over the full
-    coordinates of all bodies;  explicit (2, N): slopes of g and dg/dt by the scales.  k (full, full): dF/dq.
+    slopes (nodes, 2, full): dg/dq = F = d(dg/dt)/dv, and d(dg/dt)/dq = K v, over the full coordinates of all
+    bodies.  explicit (nodes, 2, N), zeros: slopes of g and dg/dt by the scales.  k (full, full): dF/dq of the
+    last node.
     """
-    place(T, W, step, q, v)
-    full = by_position.shape[0]
-    for a in range(full):
-        by_position[a] = 0.0
-        by_velocity[a] = 0.0
-        for b in range(full):
-            k[a, b] = 0.0
-    for p in range(T.pair.shape[0]):
-        for a in range(3):
-            W.fr[p, a] = 0.0
-            for b in range(3):
-                W.kr[p, a, b] = 0.0
-                W.cr[p, a, b] = 0.0
-    for g in range(T.segment.shape[0]):
-        p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
-        if code == USER:
-            continue
-        X = W.big[p]
-        if code == FUSED:
-            springs_tangent(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p], W.kr[p])
-            measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-            for i in range(first, last):
-                force = T.law[0, i] * W.delta[i]
-                explicit[0, i] = 0.5 * force * W.delta[i]
-                explicit[1, i] = force * W.rate[i]
-        else:
-            law_power(T, W, step, p, code, first, last, explicit)
-    power = 0.0 * q[0]
-    for p in range(T.pair.shape[0]):
-        spread(
-            W.q, W.v, T.pair[p, 0], T.pair[p, 1], full // 3, W.big[p], W.fr[p], W.kr[p], W.cr[p],
-            step >= 0, by_position, k, k, W.half,
-        )  # fmt: skip
-        power += W.fr[p, 0] * W.big[p, 3] + W.fr[p, 1] * W.big[p, 4] + W.fr[p, 2] * W.big[p, 5]
-    for a in range(full):
-        for b in range(full):
-            by_velocity[b] += W.v[a] * k[a, b]
-    return power
+    for at in range(nodes.shape[0]):
+        step, by_position, by_velocity = nodes[at], slopes[at, 0], slopes[at, 1]
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
+        full = by_position.shape[0]
+        for a in range(full):
+            by_position[a] = 0.0
+            by_velocity[a] = 0.0
+            for b in range(full):
+                k[a, b] = 0.0
+        for p in range(T.pair.shape[0]):
+            for a in range(3):
+                W.fr[p, a] = 0.0
+                for b in range(3):
+                    W.kr[p, a, b] = 0.0
+                    W.cr[p, a, b] = 0.0
+        for g in range(T.segment.shape[0]):
+            p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+            if code == USER:
+                continue
+            X = W.big[p]
+            if code == FUSED:
+                springs_tangent(
+                    T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p], W.kr[p]
+                )
+                measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+                for i in range(first, last):
+                    force = T.law[0, i] * W.delta[i]
+                    explicit[at, 0, i] = 0.5 * force * W.delta[i]
+                    explicit[at, 1, i] = force * W.rate[i]
+            else:
+                law_power(T, W, step, p, code, first, last, explicit[at])
+        power = 0.0 * q[0, 0]
+        for p in range(T.pair.shape[0]):
+            spread(
+                W.q, W.v, T.pair[p, 0], T.pair[p, 1], full // 3, W.big[p], W.fr[p], W.kr[p], W.cr[p],
+                step >= 0, by_position, k, k, W.half,
+            )  # fmt: skip
+            power += W.fr[p, 0] * W.big[p, 3] + W.fr[p, 1] * W.big[p, 4] + W.fr[p, 2] * W.big[p, 5]
+        for a in range(full):
+            for b in range(full):
+                by_velocity[b] += W.v[a] * k[a, b]
+        rate[at] = power
 
 
 @njit(**ENTRY)

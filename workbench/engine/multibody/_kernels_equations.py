@@ -40,18 +40,24 @@ from .tables import SpringTables
 FUSED = -1  # segment code of undamped linear springs
 
 
-@njit(**ENTRY)
-def place(T, W, step, q, v):
+@njit(**INNER)
+def set_state(pair, motion, step, q, v, q_full, v_full, big):
     """Fill the full coordinates and every pair's coordinates."""
     n = q.shape[0]
     for a in range(n):
-        W.q[a] = q[a]
-        W.v[a] = v[a]
-    for a in range(W.q.shape[0] - n):
-        W.q[n + a] = T.motion[step, 0, a]
-        W.v[n + a] = T.motion[step, 1, a]
-    for p in range(T.pair.shape[0]):
-        pair_coordinates(W.q, W.v, T.pair[p, 0], T.pair[p, 1], W.big[p])
+        q_full[a] = q[a]
+        v_full[a] = v[a]
+    for a in range(q_full.shape[0] - n):
+        q_full[n + a] = motion[step, 0, a]
+        v_full[n + a] = motion[step, 1, a]
+    for p in range(pair.shape[0]):
+        pair_coordinates(q_full, v_full, pair[p, 0], pair[p, 1], big[p])
+
+
+@njit(**ENTRY)
+def place(T, W, step, q, v):
+    """`set_state` for callers from Python."""
+    set_state(T.pair, T.motion, step, q, v, W.q, W.v, W.big)
 
 
 @njit(**INNER)
@@ -177,7 +183,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
     n = q.shape[0]
     m = T.row.shape[0]
     free = n // 3
-    place(T, W, step, q, v)
+    set_state(T.pair, T.motion, step, q, v, W.q, W.v, W.big)
     for a in range(n):
         W.force[a] = -T.gravity[a]
     if tangent:
@@ -273,15 +279,15 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
 
 
 @njit(**INNER)
-def pair_covector(W, i, j, free, mu, big, w):
+def pair_covector(q_full, v_full, jac, i, j, free, mu, big, w):
     """w (3,) = J mu: how a virtual motion mu of the free bodies moves the pair's coordinates."""
-    pair_map(W.q, W.v, i, j, big, W.jac)
+    pair_map(q_full, v_full, i, j, big, jac)
     for r in range(3):
         total = 0.0 * mu[0]
         for a in range(6):
             body = i if a < 3 else j
             if body < free:
-                total += W.jac[r, a] * mu[3 * body + a % 3]
+                total += jac[r, a] * mu[3 * body + a % 3]
         w[r] = total
 
 
@@ -295,7 +301,7 @@ def contract(T, W, step, mu, gradient):
         if code == USER:
             continue
         X = W.big[p]
-        pair_covector(W, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
         if code == FUSED:
             springs_contract(
                 T.geometry, T.law[0], first, last, X[0], X[1], cos(X[2]), sin(X[2]),
@@ -356,7 +362,7 @@ def contract_segment(T, W, p, first, last, mu, gradient):
     """gradient[first:last] += W.f (b . J mu) for members with the unit forces given in W.f."""
     w = W.row_g
     X = W.big[p]
-    pair_covector(W, T.pair[p, 0], T.pair[p, 1], mu.shape[0] // 3, mu, X, w)
+    pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], mu.shape[0] // 3, mu, X, w)
     project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.fd)
     for i in range(first, last):
         gradient[i] += W.f[i] * W.fd[i]

@@ -16,5 +16,11 @@ INNER = {
     "no_cfunc_wrapper": True,
 }
 # nogil: load cases are simulated in threads (engine/layout/side_by_side.py)
-ENTRY = {"fastmath": True, "error_model": "numpy", "_nrt": False, "cache": True, "nogil": True}
-CAREFUL = {"error_model": "numpy", "_nrt": False, "cache": True, "nogil": True}  # sees NaN
+CAREFUL = {
+    "error_model": "numpy",
+    "_nrt": False,
+    "no_cfunc_wrapper": True,
+    "cache": True,
+    "nogil": True,
+}  # sees NaN
+ENTRY = {"fastmath": True, **CAREFUL}

@@ -48,6 +48,7 @@ class Compiled:
     system: System
     arrays: dict[str, Array]
     order: Array  # (N,) member number at each segment position
+    inverse: Array | None  # (N,) segment position of each member; None where they stand in order
     power: Array  # (N,) SIMP power in member order
     row_names: tuple[str, ...]
     drives: tuple[Callable[[float], float] | None, ...]
@@ -136,6 +137,7 @@ def _compile(system: System) -> Compiled:
         system=system,
         arrays=arrays,
         order=order,
+        inverse=None if (np.diff(order) > 0).all() else np.argsort(order),
         power=np.array([m.power for m in system.members], float),
         row_names=tuple(names),
         drives=tuple(drives),

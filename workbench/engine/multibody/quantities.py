@@ -74,18 +74,20 @@ def scale_slope(trajectory: Trajectory) -> Array:
     return np.where(power == 1.0, 1.0, power * alpha ** (power - 1.0))
 
 
+def in_order(by_segment: Array, inverse: Array | None) -> Array:
+    """Turn segment order into member order; None where they are the same."""
+    return by_segment if inverse is None else by_segment[inverse]
+
+
 def in_member_order(trajectory: Trajectory, by_scale: Array) -> Array:
-    """Turn slopes by scale in segment order into slopes by density in member order."""
-    if "member_order" not in trajectory.memo:
-        parts = compiled(trajectory.system)
-        inverse = np.argsort(parts.order)
-        plain = (parts.power == 1.0).all()
-        trajectory.memo["member_order"] = inverse, None if plain else scale_slope(trajectory)[inverse]
-    inverse, slope = trajectory.memo["member_order"]
-    by_density = by_scale[inverse]
-    if slope is not None:
-        by_density *= slope
-    return np.asarray(by_density)
+    """Turn slopes by scale in segment order into slopes by density in member order; maybe the same array."""
+    inverse = compiled(trajectory.system).inverse
+    if "scale_slope" not in trajectory.memo:
+        slope = scale_slope(trajectory)
+        trajectory.memo["scale_slope"] = None if (slope == 1.0).all() else in_order(slope, inverse)
+    slope = trajectory.memo["scale_slope"]
+    by_density = in_order(by_scale, inverse)
+    return np.asarray(by_density if slope is None else by_density * slope)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,35 +103,39 @@ class StoredEnergy:
         """(steps + 1,) g at every node."""
         return trajectory.stored_energy()
 
-    def _at(self, trajectory: Trajectory, node: int) -> "_Power":
-        """Everything at a node, in one pass over the members; the last few nodes asked for are remembered."""
+    def _at(self, trajectory: Trajectory, *nodes: int) -> "list[_Power]":
+        """Everything at some nodes, in one pass over the members; the last few asked for are remembered."""
         seen: dict[int, _Power] = trajectory.memo.setdefault("power", {})
-        if node not in seen:
-            if len(seen) >= NODES:
+        fresh = np.array([node for node in nodes if node not in seen], np.int64)
+        if len(fresh):
+            if len(seen) + len(fresh) > NODES:
                 seen.clear()
+                fresh = np.array(nodes, np.int64)
             r, tables = trajectory, trajectory.tables
             n = r.position.shape[1]
             full = n + tables.motion.shape[2]
-            slopes, explicit = np.empty((2, full)), np.zeros((2, len(r.density)))
-            rate = member_power(
-                tables, r.work, node, r.position[node], r.velocity[node], slopes[0], slopes[1],
-                np.empty((full, full)), explicit,
-            )  # fmt: skip
-            seen[node] = _Power(rate, slopes[0, :n], slopes[1, :n], explicit)
-        return seen[node]
+            rate, slopes = np.empty(len(fresh)), np.empty((len(fresh), 2, full))
+            explicit = np.zeros((len(fresh), 2, len(r.density)))
+            member_power(
+                tables, r.work, fresh, r.position, r.velocity, rate, slopes, np.empty((full, full)), explicit
+            )
+            for a, node in enumerate(fresh.tolist()):
+                seen[node] = _Power(float(rate[a]), slopes[a, 0, :n], slopes[a, 1, :n], explicit[a])
+        return [seen[node] for node in nodes]
 
     def rates(self, trajectory: Trajectory, nodes: Array) -> Array:
         """(len(nodes),) dg/dt = F . v over all bodies."""
-        return np.array([self._at(trajectory, int(node)).rate for node in nodes])
+        some = [nodes[first : first + NODES] for first in range(0, len(nodes), NODES)]
+        return np.array([at.rate for part in some for at in self._at(trajectory, *map(int, part))])
 
     def slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node."""
-        at = self._at(trajectory, node)
+        (at,) = self._at(trajectory, node)
         return Slopes(position=at.force, density=in_member_order(trajectory, at.explicit[0]))
 
     def rate_slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of dg/dt at a node."""
-        at = self._at(trajectory, node)
+        (at,) = self._at(trajectory, node)
         return Slopes(
             position=at.drift, velocity=at.force, density=in_member_order(trajectory, at.explicit[1])
         )

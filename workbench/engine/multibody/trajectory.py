@@ -41,8 +41,8 @@ class Tangents:
     """Tangents at the converged states of a run, kept for its adjoint.
 
     stiffness, damping: (steps + 1, n, n) dF/dq with the geometric term, dF/dv.  jacobian: (steps + 1, m, n)
-    Phi_q.  energy: (steps + 1,) stored in the members, where all are undamped springs. The forward
-    run leaves node 0 out. Arrays of length 0 when nothing was kept.
+    Phi_q.  energy: (steps + 1,) stored in the members, where all are undamped springs. Node 0
+    is filled by `Trajectory.complete_tangents`. Arrays of length 0 when nothing was kept.
     """
 
     stiffness: Array
@@ -104,17 +104,26 @@ class Trajectory:
         """(steps + 1,) kinetic energy of the free bodies, J."""
         return np.asarray(0.5 * (self.velocity**2 @ self.tables.mass))
 
+    def complete_tangents(self) -> None:
+        """Fill in the kept tangents of the start, once; the forward run leaves them out."""
+        kept = self.tangents
+        if kept is None or len(kept.stiffness) == 0 or "start" in self.memo:
+            return
+        z, work = self.damage[0], self.work
+        evaluate(
+            self.tables, work, 0, self.position[0], self.velocity[0], self.multiplier[0], z, z, 0.0, True
+        )
+        kept.stiffness[0], kept.damping[0], kept.jacobian[0] = work.k, work.c, work.phi_q
+        kept.energy[:1] = work.energy
+        self.memo["start"] = True
+
     def stored_energy(self) -> Array:
         """(steps + 1,) energy stored in the members, J."""
         if "stored_energy" not in self.memo:
             kept = self.tangents.energy if self.tangents is not None else np.empty(0)
-            if len(kept):  # the run knows them from its tangents, all but the first
-                energy, z = kept.copy(), self.damage[0]
-                evaluate(
-                    self.tables, self.work, 0, self.position[0], self.velocity[0], self.multiplier[0],
-                    z, z, 0.0, True,
-                )  # fmt: skip
-                energy[0] = self.work.energy[0]
+            if len(kept):  # the run knows them from its tangents
+                self.complete_tangents()
+                energy = kept.copy()
             else:
                 energy, nodes = np.empty(len(self.times)), np.arange(len(self.times))
                 member_energy_series(self.tables, self.work, nodes, self.position, self.velocity, energy)

@@ -38,8 +38,8 @@ def constant_load(trajectory: Trajectory, objective: Objective, *, held: tuple[s
     full = n + trajectory.tables.motion.shape[2]
     stiffness = np.empty((full, full))  # of the members alone
     member_power(
-        trajectory.tables, trajectory.work, node, q, v, *np.empty((2, full)), stiffness,
-        np.zeros((2, system.members)),
+        trajectory.tables, trajectory.work, np.array([node]), trajectory.position, trajectory.velocity,
+        np.empty(1), np.empty((1, 2, full)), stiffness, np.zeros((1, 2, system.members)),
     )  # fmt: skip
     moving = np.ones(n, bool)
     for body in held:

@@ -16,7 +16,6 @@ import numpy as np
 from ..errors import NotSupported
 from ..multibody._kernels_adjoint import alpha_adjoint, linearise
 from ..multibody._kernels_contraction import contract_history, contract_parameter_history
-from ..multibody._kernels_equations import evaluate
 from ..multibody.compiled import compiled
 from ..multibody.equations import PlanarEquations
 from ..multibody.objectives import Objective
@@ -149,9 +148,7 @@ def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[A
     r, tables, work, kept = trajectory, trajectory.tables, trajectory.work, trajectory.tangents
     n, m, bushings = r.position.shape[1], r.multiplier.shape[1], r.damage.shape[1]
     if kept is not None and len(kept.stiffness):
-        z = r.damage[0]
-        evaluate(tables, work, 0, r.position[0], r.velocity[0], r.multiplier[0], z, z, 0.0, True)
-        kept.stiffness[0], kept.damping[0], kept.jacobian[0] = work.k, work.c, work.phi_q
+        r.complete_tangents()
         yield 0, (kept.stiffness, kept.damping, kept.jacobian, np.empty((len(r.times), 0, 10)))
         return
     size = min(last + 1, max(1, int(STRETCH // (8 * n * (2 * n + m) + 80 * bushings))))
@@ -182,9 +179,14 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
         np.empty(2 * total), np.empty(total, np.int64), shift,
         np.zeros((rows, 4, n)), np.zeros((rows, 2, bushings)), mu,
     )  # fmt: skip
+    work = r.work
+    parts = (
+        tables.mass, tables.pair, tables.bushing_pair, tables.motion,
+        work.q, work.v, work.big, work.jac, work.row_g,
+    )  # fmt: skip
     for first, tangents in _stretches(r, nodes - 1):
         alpha_adjoint(
-            tables, r.work, scheme.numbers, r.step, first, r.position, r.velocity, start.starts, start.at,
+            *parts, scheme.numbers, r.step, first, r.position, r.velocity, start.starts, start.at,
             start.position, start.velocity, start.acceleration, start.multiplier, start.damage,
             *space, *tangents,
         )  # fmt: skip
