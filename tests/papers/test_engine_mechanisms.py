@@ -137,6 +137,20 @@ def test_dead_points_are_stepped_over_wherever_the_nodes_fall(steps):
     np.testing.assert_allclose(pin(run)[-1], (0.328458112, 0.944518538), atol=3e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("windows", "t_end"), [(1, 20.0), (3, 20.0), (10, 10.0)])
+def test_more_windows_move_as_one_angle_does(windows, t_end):
+    # all bars turn alike: (N + 1) m/3 + N m inertia, (N + 1)/2 + N weights at the pins
+    inertia, weight = (windows + 1) / 3 + windows, 9.81 * ((windows + 1) / 2 + windows)
+    exact = solve_ivp(
+        lambda t, y: [y[1], -weight * np.cos(y[0]) / inertia], (0, t_end), [np.pi / 2, -1.0],
+        method="DOP853", rtol=1e-12, atol=1e-12,
+    )  # fmt: skip
+    run = simulate(four_bars(windows), [], t_end, round(1000 * t_end), scheme=GeneralisedAlpha(rho=1.0))
+    end = np.array([np.cos(exact.y[0, -1]), np.sin(exact.y[0, -1])])
+    np.testing.assert_allclose(pin(run)[-1], end, atol=5e-5)  # the library asks for 1e-3
+
+
 def test_order_eight_says_when_a_stage_falls_on_a_dead_point():
     said = []
     for steps in range(1000, 1020):
