@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from .all_runs import on_all_runs
@@ -25,11 +26,14 @@ from .backward import Chain, most_active, shorten
 from .canonical import CanonicalRuns
 from .exchange import exchange
 from .landscape import PACKED_RUNS, Landscape, Optimum, PackedLandscape, landscape_of, left_out_q2
+from .margins import margins
 from .narrowing import WIDE, narrowed, promising, widened
 from .rest import rest_gain
 from .search import Search, merged, multi_start, n_alive
 
 __all__ = ["ArdScreening", "ard_screening", "threshold_for"]
+
+Array = NDArray[np.float64]
 
 FEWEST = 48  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
@@ -116,7 +120,7 @@ def ard_screening(
         )
 
     if ground.n_units > WIDE and isinstance(ground, PackedLandscape):
-        search = _in_two_widths(ground, searched, n_starts, threshold)
+        search = _in_two_widths(ground, searched, n_starts, threshold, margins(runs))
     elif rows is not None:  # all runs have the last word
         search = searched(ground, min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 4, 24)
     else:
@@ -177,13 +181,14 @@ def _in_two_widths(
     searched: Callable[[Landscape, int, int, int, int], Search],
     n_starts: int,
     threshold: float,
+    margins_of: Array,
 ) -> Search:
     """Wide, then close; once more from other starts as long as the best maximum does not predict well."""
     found: Search | None = None
     for _ in range(ROUNDS):
         wide = searched(ground, min(n_starts, WIDE_STARTS), WIDE_STARTS, WIDE_STARTS, WIDE_STARTS)
         both = wide if found is None else merged(found, wide, price=threshold, landscape=ground)
-        units = promising(ground, both)
+        units = promising(ground, both, margins_of)
         close = searched(narrowed(ground, units), min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 2, 24)
         found = merged(both, widened(close, units), price=threshold, landscape=ground)
         if left_out_q2(ground, found.optima[0]) > CONVINCING:

@@ -6,6 +6,7 @@ import pytest
 from surrogates import KrigingScreener, restricted_log_likelihood
 from surrogates.canonical import canonical_runs
 from surrogates.landscape import landscape_of
+from surrogates.margins import margins
 from surrogates.narrowing import MOST, narrowed, promising, widened
 from surrogates.search import merged, multi_start
 
@@ -39,7 +40,7 @@ def test_maxima_of_the_narrow_landscape_are_points_of_the_wide_one():
     runs = canonical_runs(x, y)
     ground = landscape_of(runs)
     first = search(ground, 8)
-    units = promising(ground, first)
+    units = promising(ground, first, margins(runs))
     assert len(units) <= MOST
     acting = {i for i, k in enumerate(runs.columns) if k in (7, 30, 44, 51)}
     assert acting <= set(units)
@@ -77,3 +78,18 @@ def test_large_designs_end_on_all_runs(n):
         l = restricted_log_likelihood(step.theta, step.sigma2, x, y, nugget=step.nugget)
         assert step.log_likelihood == pytest.approx(l, abs=1e-5)
     assert screener.nugget_ * screener.sigma2_ == pytest.approx(0.01, rel=0.25)
+
+
+def test_margins_name_parabolas_and_labels_and_no_pure_interactions():
+    rng = np.random.default_rng(4)
+    x = rng.random((400, 6))
+    x[:, 3] = rng.integers(0, 3, 400)
+    y = 4 * (x[:, 0] - 0.5) ** 2 + (x[:, 3] == 1.0) + 8 * (x[:, 1] - 0.5) * (x[:, 2] - 0.5)
+    runs = canonical_runs(x, y, labels=(3,))
+    share = {runs.given(u)[0]: r2 for u, r2 in enumerate(margins(runs))}
+    assert share[0] > 0.1
+    assert share[3] > 0.1
+    assert max(share[k] for k in (1, 2, 4, 5)) < 0.05
+    assert share[0] == pytest.approx(
+        np.corrcoef(y, np.polyval(np.polyfit(x[:, 0], y, 3), x[:, 0]))[0, 1] ** 2
+    )
