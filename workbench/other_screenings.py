@@ -46,7 +46,12 @@ def other_screening(campaign: Campaign, method: str, *, trajectories: int = TRAJ
     if method in METHODS:
         stored = [outcome(row) for row in screening_runs(campaign)]
         return screen(
-            stored, campaign.study.space, response, method=method, seed=campaign.study.seed
+            stored,
+            campaign.study.space,
+            response,
+            method=method,
+            transform=table["transform"],
+            seed=campaign.study.seed,
         ).to_dict()
     if method == "rivals":
         return _rivals(campaign, response)

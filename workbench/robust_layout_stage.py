@@ -288,7 +288,8 @@ def _screened(
     try:
         after = screen(
             runs.of(found.layouts[found.robust])(rows, purpose="screening"), study.space,
-            study.response(model.response), method=study.screen["method"], seed=study.seed,
+            study.response(model.response), method=study.screen["method"],
+            transform=study.screen["transform"], seed=study.seed,
         ).to_dict()  # fmt: skip
     except (NotEnoughRuns, StudyError) as error:
         return {"before": list(before["selected"]), "after": None, "reason": str(error)}

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.stats import rankdata
 
 from surrogates import (
     Kriging,
@@ -32,6 +33,7 @@ from workbench.streams import stream
 __all__ = ["METHODS", "Screening", "screen"]
 
 METHODS = ("default", "forward", "welch")
+TRANSFORMS = ("none", "ranks")
 FEWEST_RUNS = 3
 CURVE_POINTS = 25
 SOBOL_DRAWS = 60
@@ -98,6 +100,7 @@ def screen(
     response: Response | str,
     *,
     method: str = "default",
+    transform: str = "none",
     seed: int = 0,
     n_selected: int | None = None,
     groups: Sequence[Sequence[str]] = (),
@@ -117,6 +120,9 @@ def screen(
         rows: runs as outcomes of a campaign, mappings of parameters and response, a DataFrame or a Dataset.
             Runs that failed or have no finite response are left out and counted.
         method: "default", "forward" (as published) or "welch".
+        transform: "none", or "ranks": parameters are selected by the ranks of the response (Iman and Conover,
+            Technometrics 21, 1979), which suits one that jumps between two levels. The Kriging of the
+            selected parameters and its effects are of the response itself.
         seed: of the starts, the resamples and the draws.
         n_selected: how many parameters to select, instead of deciding it.
         groups: names of parameters that are to be selected together.
@@ -124,11 +130,13 @@ def screen(
 
     Raises:
         NotEnoughRuns: fewer than 3 usable runs.
-        StudyError: an unknown method or name, or a response that no run has.
+        StudyError: an unknown method, transform or name, or a response that no run has.
     """
     response = Response(response) if isinstance(response, str) else response
     if method not in METHODS:
         raise StudyError(f"screening method needs one of {', '.join(METHODS)}, got {method!r}")
+    if transform not in TRANSFORMS:
+        raise StudyError(f"screening transform needs one of {', '.join(TRANSFORMS)}, got {transform!r}")
     unknown = [name for group in groups for name in group if name not in space.names]
     if unknown:
         raise StudyError(f"groups name parameter {unknown[0]!r}, which the study does not have")
@@ -141,7 +149,7 @@ def screen(
         categorical=labels,
         groups=[[space.names.index(name) for name in group] for group in groups],
         seed=seed,
-    ).fit(x, y)
+    ).fit(x, rankdata(y) if transform == "ranks" else y)
     names = np.array(space.names)
     stability: dict[str, float] = {}
     if method != "welch":
@@ -154,7 +162,7 @@ def screen(
         response=response.name,
         unit=response.unit,
         method=method,
-        criterion=facts.criterion,
+        criterion=facts.criterion + (", of the ranks of the response" if transform == "ranks" else ""),
         rule=facts.rule,
         n_runs=len(y),
         n_left_out=left_out,

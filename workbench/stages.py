@@ -148,6 +148,7 @@ def screen(campaign: Campaign) -> dict[str, Any]:
         campaign.study.space,
         response,
         method=table["method"],
+        transform=table["transform"],
         seed=campaign.study.seed,
     )
     document = result.to_dict()

@@ -161,10 +161,11 @@ class EvaluateTable(Table):
 
 
 class ScreenTable(Table):
-    """`[screen]`."""
+    """`[screen]`; `transform` "ranks" is for responses that jump."""
 
     response: Text
     method: Text = "default"
+    transform: Literal["none", "ranks"] = "none"
 
 
 class WorstCaseTable(Table):

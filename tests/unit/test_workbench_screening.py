@@ -132,3 +132,18 @@ def test_bad_input_is_refused_with_a_cure():
         screen([{"head": 1.0}], SPACE, "head")
     with pytest.raises(StudyError, match=r"groups name parameter 'mass', which the study does not have"):
         screen(runs(), SPACE, "head", groups=[("k", "mass")])
+
+
+def test_by_ranks_any_rising_scale_of_the_response_selects_the_same():
+    rows = runs()
+    stretched = [replace(o, outputs={"head": float(np.exp(o.outputs["head"]))}) for o in rows]
+    plain, other = (screen(r, SPACE, "head", transform="ranks", seed=3) for r in (rows, stretched))
+    assert plain.selected == other.selected
+    assert plain.theta == other.theta
+    assert "of the ranks of the response" in plain.criterion
+    assert plain.kriging["sigma2"] != other.kriging["sigma2"]  # the Kriging is of the response itself
+
+
+def test_an_unknown_transform_is_refused():
+    with pytest.raises(StudyError, match=r"screening transform needs one of none, ranks, got 'log'"):
+        screen(runs(), SPACE, "head", transform="log")
