@@ -354,7 +354,8 @@ def main() -> None:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         # matrices of a few hundred rows: threads cost more than they give, and workers have the other cores
         os.environ.setdefault(name, "1")
-    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
+    # not the handler of SIGINT: that is "ignore" in the background of a script, where SIGTERM means stop
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         app()
     except HoldfastError as exc:

@@ -37,9 +37,12 @@ def write_study(folder, *, runs, pause):
     return folder / "s.toml"
 
 
-def start(study, *options, file_limit=None):
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit, file_limit))
+def start(study, *options, file_limit=None, in_background=False):
+    def before():
+        # a script's background jobs ignore SIGINT; the tests may be one
+        signal.signal(signal.SIGINT, signal.SIG_IGN if in_background else signal.SIG_DFL)
+        if file_limit is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit, file_limit))
 
     return subprocess.Popen(
         [sys.executable, "-m", "workbench", "run", str(study), *options],
@@ -47,7 +50,7 @@ def start(study, *options, file_limit=None):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=None if file_limit is None else limit,
+        preexec_fn=before,
     )
 
 
@@ -81,8 +84,8 @@ def count_of_ok(path):
 
 @pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_is_four_and_nothing_is_repeated(tmp_path, signal_number):
-    study = write_study(tmp_path, runs=40, pause=0.15)  # 6 s: a busy machine may look seconds late
-    process = start(study)
+    study = write_study(tmp_path, runs=40, pause=0.05)
+    process = start(study, in_background=signal_number == signal.SIGTERM)
     wait_for_answers(study, 3, process)
     process.send_signal(signal_number)
     _, err = process.communicate(timeout=60)
