@@ -276,7 +276,10 @@ def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any
 def _screened(
     campaign: Campaign, model: LayoutModel, found: RobustLayout, runs: LayoutRuns
 ) -> dict[str, Any] | None:
-    """The study's own screening runs repeated with the robust layout, and what changed."""
+    """The study's own screening runs repeated with the robust layout, and what changed.
+
+    Without a transform: a layout that holds leaves a smooth response, on which ranks tell less.
+    """
     study = campaign.study
     design, before = (read_json(campaign.folder / f"{name}.json") for name in ("design", "screening"))
     if study.screen is None or design is None or before is None:
@@ -288,8 +291,7 @@ def _screened(
     try:
         after = screen(
             runs.of(found.layouts[found.robust])(rows, purpose="screening"), study.space,
-            study.response(model.response), method=study.screen["method"],
-            transform=study.screen["transform"], seed=study.seed,
+            study.response(model.response), method=study.screen["method"], seed=study.seed,
         ).to_dict()  # fmt: skip
     except (NotEnoughRuns, StudyError) as error:
         return {"before": list(before["selected"]), "after": None, "reason": str(error)}
