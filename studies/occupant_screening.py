@@ -1,8 +1,8 @@
 """Do 64 runs tell which of the fourteen parameters matter? Over seeds, for two designs, bare and restrained.
 
 Bare, the response jumps where the occupant leaves, so parameters are selected by its ranks; restrained by a
-uniform layout it is smooth, and is taken as it is. Two factors, of joints that turn out of the plane, are inert by construction:
-selecting one is a false alarm.
+uniform layout it is smooth, and is taken as it is. Two factors, of joints that turn out of the plane, are
+inert by construction: selecting one is a false alarm.
 
     python -m studies.occupant_screening 20
 """
