@@ -284,7 +284,7 @@ class Likelihood:
         correlation = replace(self.correlation, eta=at.eta)
         total, action = correlation.derivatives(self.x, at.theta, r=factor.r, w=w, v=v)
         g = self.n_groups
-        if g == d:
+        if np.array_equal(self.groups, np.arange(d)):
             totals, actions = [total[:d]], [action[:, :d]]
         else:
             tie = np.zeros((d, g))

@@ -83,12 +83,28 @@ def test_both_landscapes_are_the_same_ground(labels, monkeypatch):
     np.testing.assert_allclose(packed.reach, dense.reach, rtol=SAME)
     partition = ((0,), (2,), (1, 3))
     start = np.array([0.0, -2.0, -3.0, np.log(1e-3)])
+    check_same_ground(packed, dense, partition, start)
+    check_same_ground(packed, dense, ((1,), (0,)), np.array([-3.0, 0.0, -7.0]))
+
+
+def check_same_ground(packed, dense, partition, start):
     assert packed.value(partition, start) == pytest.approx(dense.value(partition, start), rel=SAME)
     options = {"nugget": (1e-4, 1.0), "tolerance": 1e-9, "max_evaluations": 200}
     a, b = packed.climb(partition, start, **options), dense.climb(partition, start, **options)
     assert a.value == pytest.approx(b.value, abs=1e-6)
     np.testing.assert_allclose(packed.scores(a), dense.scores(a), rtol=1e-6, atol=1e-6)
     assert left_out_q2(packed, a) == pytest.approx(left_out_q2(dense, a), abs=1e-6)
+
+
+def test_gradient_of_units_in_any_order(monkeypatch):
+    """Selected inputs stand in the order of their activity, the columns of x in another."""
+    monkeypatch.setattr("surrogates.landscape.PACKED_RUNS", 0)
+    dense = landscape_of(runs())
+    surface = dense._likelihood(((2,), (0,), (3,)), None)
+    phi = np.array([-2.0, 0.5, -3.0, -4.0])
+    step = 1e-5 * np.eye(4)
+    differences = [(surface.value(phi + h) - surface.value(phi - h)) / 2e-5 for h in step]
+    np.testing.assert_allclose(surface.evaluate(phi).gradient, differences, rtol=1e-6, atol=1e-6)
 
 
 def test_value_is_the_restricted_likelihood():
