@@ -159,7 +159,7 @@ class PackedLandscape:
         n = self.n_runs
         c = np.empty((n, n))
         i, j = np.tril_indices(n, -1)
-        c[i, j] = c[j, i] = np.exp(-np.exp(optimum.log_theta(self.n_units)) @ self.distances)
+        c[i, j] = c[j, i] = np.exp(-optimum.theta(self.n_units) @ self.distances)
         c.flat[:: n + 1] = 1.0 + np.exp(optimum.phi[-1])
         return c
 

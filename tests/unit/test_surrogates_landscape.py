@@ -93,7 +93,7 @@ def check_same_ground(packed, dense, partition, start):
     a, b = packed.climb(partition, start, **options), dense.climb(partition, start, **options)
     assert a.value == pytest.approx(b.value, abs=1e-6)
     np.testing.assert_allclose(packed.scores(a), dense.scores(a), rtol=1e-6, atol=1e-6)
-    assert left_out_q2(packed, a) == pytest.approx(left_out_q2(dense, a), abs=1e-6)
+    assert left_out_q2(packed, a) == pytest.approx(left_out_q2(dense, a), abs=1e-5)
 
 
 def test_gradient_of_units_in_any_order(monkeypatch):
