@@ -89,7 +89,7 @@ def derivatives(x, r, w, v, scale, kind, eta):
                 for k in range(d):
                     a = scale[k] * abs(x[i, k] - x[j, k])
                     t[k] = -a * a * (1.0 + a) / (6.0 + 6.0 * a + 2.0 * a * a)
-            c = 2.0 * w[i, j] * r[i, j]
+            c = (w[i, j] + w[j, i]) * r[i, j]
             vi = v[i] * r[i, j]
             vj = v[j] * r[i, j]
             for k in range(columns):

@@ -5,8 +5,9 @@ compiled.
 For small designs (about a hundred runs) the ascent spends its time in calls, not in arithmetic, so the whole
 loop is compiled. Notation, with pairs packed as t = i (i - 1) / 2 + j for j < i:
 
-    D       (m, n (n - 1) / 2)   distances of group k, summed over the inputs that share its theta
-    phi     (m + 1,)             log theta of the groups, then log nugget g
+    D       (u, n (n - 1) / 2)   distances of a group, summed over the inputs that share its theta
+    at      (m,)                 rows of D that have a theta
+    phi     (m + 1,)             log theta of these groups, then log nugget g
     R       exp(-sum_k theta_k D_k) + g I,    M = L^-1 of R = L L',    b = R^-1 1,    alpha = P y
     P       R^-1 - b b' / (1'b)
     W       P - alpha alpha' / s2    (R^-1 in place of P for maximum likelihood)
@@ -20,58 +21,39 @@ steps with it always climb.
 import numpy as np
 from numba import njit
 
+from ._kernels_matrix import FAILED, exp_minus, factor, lower_gram, weighted
+
 __all__ = ["ascend", "likelihood"]
 
 RISE, FALL = 2.0, 3.0  # longest steps in log theta: a theta that vanishes may do so fast
-FAILED = -1e300  # a log-likelihood that no start can have: R is not positive definite here
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def likelihood(D, y, phi, restricted, level, gradient, information, dead):
-    """Return (l, s2) at phi; fill gradient (level >= 1) and information (level >= 2).
+def likelihood(D, at, y, phi, restricted, level, gradient, information, dead, least):
+    """Return (l, s2) at phi; fill gradient (level >= 1) and information (level >= 2) where l exceeds `least`.
 
     Groups with log theta <= dead count as theta = 0 and cost nothing.
     """
-    m = D.shape[0]
+    m = at.shape[0]
     pairs = D.shape[1]
     n = y.shape[0]
     theta = np.exp(phi[:m])
     nugget = np.exp(phi[m])
-    R = np.zeros(pairs)
+    alive = np.empty(m, dtype=np.intp)
+    count = 0
     for k in range(m):
-        c = theta[k]
-        if phi[k] <= dead:
-            continue
-        for t in range(pairs):
-            R[t] += c * D[k, t]
-    for t in range(pairs):
-        R[t] = np.exp(-R[t])
+        if phi[k] > dead:
+            alive[count] = k
+            count += 1
+    R = np.zeros(pairs)
+    G = np.empty(pairs)
+    weighted(D, at, theta, alive[:count], R)
+    exp_minus(R, G)
     L = np.empty((n, n))
     M = np.zeros((n, n))
-    log_det = 0.0
-    t = 0
-    for i in range(n):
-        for j in range(i):
-            s = R[t + j]
-            for k in range(j):
-                s -= L[i, k] * L[j, k]
-            L[i, j] = s * M[j, j]
-        t += i
-        s = 1.0 + nugget
-        for k in range(i):
-            s -= L[i, k] * L[i, k]
-        if not s > 1e-14:
-            return FAILED, 1.0
-        root = np.sqrt(s)
-        log_det += 2.0 * np.log(root)
-        M[i, i] = 1.0 / root
-        for k in range(i):
-            c = L[i, k]
-            for j in range(k + 1):
-                M[i, j] -= c * M[k, j]
-        c = M[i, i]
-        for j in range(i):
-            M[i, j] *= c
+    log_det = factor(R, 1.0 + nugget, L, M)
+    if log_det == FAILED:
+        return FAILED, 1.0
     e = np.zeros(n)
     z = np.zeros(n)
     for i in range(n):
@@ -99,7 +81,7 @@ def likelihood(D, y, phi, restricted, level, gradient, information, dead):
     l = -0.5 * (dof * np.log(s2) + log_det + dof)
     if restricted:
         l -= 0.5 * np.log(s11)
-    if level == 0:
+    if level == 0 or not l > least:
         return l, s2
     alpha = np.zeros(n)
     b = np.zeros(n)
@@ -108,14 +90,11 @@ def likelihood(D, y, phi, restricted, level, gradient, information, dead):
         ek = e[k]
         zk = z[k]
         for i in range(k + 1):
-            c = M[k, i]
-            b[i] += c * ek
-            alpha[i] += c * zk
-            for j in range(i + 1):
-                W[i, j] += c * M[k, j]
+            b[i] += M[k, i] * ek
+            alpha[i] += M[k, i] * zk
+    lower_gram(M, W)
     trace = 0.0
     t = 0
-    G = np.empty(pairs)
     for i in range(n):
         bi = b[i] / s11 if restricted else 0.0
         ai = alpha[i] / s2
@@ -123,33 +102,36 @@ def likelihood(D, y, phi, restricted, level, gradient, information, dead):
             G[t + j] = R[t + j] * (W[i, j] - bi * b[j] - ai * alpha[j])
         t += i
         trace += W[i, i] - bi * b[i] - ai * alpha[i]
-    for k in range(m):
-        s = 0.0
-        if phi[k] > dead:
-            for t in range(pairs):
-                s += D[k, t] * G[t]
-        gradient[k] = theta[k] * s
+    gradient[:] = 0.0
     gradient[m] = -0.5 * nugget * trace
     if level == 1:
+        for k in alive[:count]:
+            s = 0.0
+            for t in range(pairs):
+                s += D[at[k], t] * G[t]
+            gradient[k] = theta[k] * s
         return l, s2
     q = np.zeros((m + 1, n))
     a = np.zeros(m + 1)
     h = np.zeros(m + 1)
     v = np.zeros((m + 1, n))
     t = 0
-    for i in range(n):
+    for i in range(n):  # gradient and q in one pass over D, which is read from far
         ai = alpha[i]
-        for k in range(m):
-            if phi[k] <= dead:
-                continue
+        for k in alive[:count]:
             s = 0.0
+            g = 0.0
             for j in range(i):
-                c = D[k, t + j] * R[t + j]
+                g += D[at[k], t + j] * G[t + j]
+                c = D[at[k], t + j] * R[t + j]
                 s += c * alpha[j]
                 q[k, j] += c * ai
             q[k, i] += s
+            gradient[k] += g
         q[m, i] = nugget * ai
         t += i
+    for k in range(m):
+        gradient[k] *= theta[k]
     for k in range(m + 1):
         if k < m and phi[k] <= dead:
             continue
@@ -225,7 +207,7 @@ def step(gradient, information, phi, lower, upper, damping, delta):
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def ascend(D, y, start, lower, upper, restricted, iterations, tolerance):
+def ascend(D, at, y, start, lower, upper, restricted, iterations, tolerance):
     """Climb from start to a maximum in the box; returns (phi, l, s2, evaluations)."""
     m = start.shape[0]
     phi = np.minimum(np.maximum(start, lower), upper)
@@ -237,7 +219,7 @@ def ascend(D, y, start, lower, upper, restricted, iterations, tolerance):
     dead = lower[
         0
     ]  # a theta on its lower bound stays there: its gradient in log theta is theta times a slope
-    l, s2 = likelihood(D, y, phi, restricted, 2, gradient, information, dead)
+    l, s2 = likelihood(D, at, y, phi, restricted, 2, gradient, information, dead, -np.inf)
     damping = 1e-2
     evaluations = 1
     if l == FAILED:
@@ -247,7 +229,9 @@ def ascend(D, y, start, lower, upper, restricted, iterations, tolerance):
         if gain < tolerance:
             break
         trial = phi + delta
-        value, variance = likelihood(D, y, trial, restricted, 2, trial_gradient, trial_information, dead)
+        value, variance = likelihood(
+            D, at, y, trial, restricted, 2, trial_gradient, trial_information, dead, l
+        )
         evaluations += 1
         if value > l:
             phi = trial

@@ -12,8 +12,8 @@ import numpy as np
 
 from .backward import Chain, shorten
 from .canonical import CanonicalRuns
-from .exchange import take_in
-from .landscape import Landscape, Optimum, landscape_of
+from .exchange import ENTERING, take_in
+from .landscape import HIGHEST, LOWEST, Landscape, Optimum, landscape_of
 
 __all__ = ["on_all_runs"]
 
@@ -21,6 +21,7 @@ DIRECT = 600
 SPARE = 3  # units beyond the chosen set that are climbed
 MOST_TAKEN_IN = 10  # units that further runs may add
 ROUGH = 0.3  # in l: a likelihood of hundreds of runs tells units apart by more
+FAR = 2e-3  # of the fall of l along the path: where it has fallen by hundreds, tenths tell nothing
 FEW = 6  # evaluations, from a start that is almost the maximum
 
 
@@ -45,7 +46,7 @@ def on_all_runs(
     here = part.climb(here.partition, here.phi, nugget=nugget, tolerance=ROUGH, max_evaluations=20)
     if not fixed:
         selected, here = _taken_in(part, selected, here, nugget, threshold)[-1]
-    found = shorten(part, here, selected=selected, nugget=nugget, tried=1, valued=3, tolerance=0.1)
+    found = shorten(part, here, selected=selected, nugget=nugget, tried=1, valued=3, tolerance=0.1, far=FAR)
     if rows is None:
         return found
     whole = landscape_of(runs, restricted=restricted, eta=eta)
@@ -74,16 +75,23 @@ def _taken_in(
     nugget: tuple[float, float],
     threshold: float,
 ) -> list[tuple[tuple[int, ...], Optimum]]:
-    """The given set and those with one unit more each, as long as the score promises more than the
-    threshold."""
+    """The given set and those with one unit more each, as long as the slope at theta = 0 promises more than
+    the threshold."""
     grown = [(selected, here)]
     for _ in range(MOST_TAKEN_IN):
-        scores = landscape.scores(here)
-        scores[list(selected)] = -np.inf
-        u = int(np.argmax(scores))
-        if not 0.5 * max(scores[u], 0.0) ** 2 > threshold:
+        gradient, information = landscape.slopes(here)
+        gradient[list(selected)] = 0.0
+        # what a step in theta from 0 promises: l' theta - l'' theta^2 / 2 at its best, and where that is
+        promise = 0.5 * np.maximum(gradient, 0.0) ** 2 / np.maximum(information, 1e-300)
+        u = int(np.argmax(promise))
+        if not promise[u] > threshold:
             break
-        here = take_in(landscape, here, selected, u, nugget=nugget, tolerance=ROUGH)
-        selected = (*selected, u)
+        there = min(LOWEST + float(np.log(gradient[u] / information[u])), HIGHEST)
+        further = take_in(
+            landscape, here, selected, u, nugget=nugget, tolerance=ROUGH, entering=(there, *ENTERING)
+        )
+        if not further.value > here.value:
+            break
+        here, selected = further, (*selected, u)
         grown.append((selected, here))
     return grown

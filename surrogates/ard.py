@@ -39,6 +39,7 @@ FEWEST = 48  # starts: an early agreement may be one on the second-best maximum
 DEAR = 200_000  # units times runs squared from which on starts are saved
 PATIENCE = 90  # starts without anything better
 WIDE_STARTS, CLOSE_STARTS = 10, 64  # over very many units, and then over the promising ones
+WIDE_TOLERANCE = 0.3  # in l: they name units, the close ones find the maxima
 ROUNDS = 3  # of that
 CONVINCING = 0.95  # leave-one-out Q2 of a best maximum that needs no further starts
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
@@ -106,7 +107,9 @@ def ard_screening(
     ground = landscape_of(runs, restricted=restricted, eta=eta, rows=rows)
     nuggets = (*(nugget[0],) * 6, min(100.0 * nugget[0], nugget[1])) if nugget[0] < nugget[1] else nugget[:1]
 
-    def searched(where: Landscape, number: int, enough: int, fewest: int, patience: int) -> Search:
+    def searched(
+        where: Landscape, number: int, enough: int, fewest: int, patience: int, tolerance: float = 3e-2
+    ) -> Search:
         return multi_start(
             where,
             number=number,
@@ -117,6 +120,7 @@ def ard_screening(
             patience=patience,
             price=threshold,
             rng=rng,
+            tolerance=tolerance,
         )
 
     if ground.n_units > WIDE and isinstance(ground, PackedLandscape):
@@ -178,7 +182,7 @@ def ard_screening(
 
 def _in_two_widths(
     ground: PackedLandscape,
-    searched: Callable[[Landscape, int, int, int, int], Search],
+    searched: Callable[..., Search],
     n_starts: int,
     threshold: float,
     margins_of: Array,
@@ -186,7 +190,14 @@ def _in_two_widths(
     """Wide, then close; once more from other starts as long as the best maximum does not predict well."""
     found: Search | None = None
     for _ in range(ROUNDS):
-        wide = searched(ground, min(n_starts, WIDE_STARTS), WIDE_STARTS, WIDE_STARTS, WIDE_STARTS)
+        wide = searched(
+            ground,
+            min(n_starts, WIDE_STARTS),
+            WIDE_STARTS,
+            WIDE_STARTS,
+            WIDE_STARTS,
+            tolerance=WIDE_TOLERANCE,
+        )
         both = wide if found is None else merged(found, wide, price=threshold, landscape=ground)
         units = promising(ground, both, margins_of)
         close = searched(narrowed(ground, units), min(n_starts, CLOSE_STARTS), 4, CLOSE_STARTS // 2, 24)

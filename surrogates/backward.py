@@ -67,18 +67,21 @@ def shorten(
     tried: int = 3,
     valued: int = 1000,
     tolerance: float = 1e-3,
+    far: float = 0.0,
 ) -> Chain:
     """Take the theta from the units of `selected` one after the other, each time where it costs least.
 
     Which units to try is ranked by l with theta_i = 0 and nothing else moved: one likelihood each, for the
-    `valued` least active units; the best `tried` are climbed.
+    `valued` least active units; the best `tried` are climbed, to `tolerance` in l, or the share `far` of what
+    l has fallen by already.
     """
     log_theta = optimum.log_theta(landscape.n_units)
     start = np.append(log_theta[list(selected)], optimum.phi[-1])
     here = landscape.climb(alone(selected), start, nugget=nugget, tolerance=tolerance, max_evaluations=60)
     sets, optima = [selected], [here]
     while selected:
-        here, selected = _lose_one(landscape, here, selected, nugget, tried, valued, tolerance)
+        enough = max(tolerance, far * (optima[0].value - here.value))
+        here, selected = _lose_one(landscape, here, selected, nugget, tried, valued, enough)
         sets.append(selected)
         optima.append(here)
     return Chain(sets=tuple(sets), optima=tuple(optima))

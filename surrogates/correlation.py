@@ -59,10 +59,15 @@ class Correlation:
         factor = {"matern32": ROOT3, "matern52": ROOT5}.get(self.kind)
         return theta if factor is None else factor * np.sqrt(theta)
 
-    def matrix(self, x: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
-        """R between all rows of x (n, d); theta (d,). Exactly symmetric with a unit diagonal."""
+    def matrix(
+        self, x: NDArray[np.float64], theta: NDArray[np.float64], out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """R between all rows of x (n, d); theta (d,). Exactly symmetric with a unit diagonal.
+
+        `out` (n, n) may receive it (numeric Gaussian correlations only).
+        """
         if not self.labels:
-            return self._numeric_matrix(x, theta)
+            return self._numeric_matrix(x, theta, out)
         k = self._coordinates(x.shape[1])
         r = (
             self._numeric_matrix(np.ascontiguousarray(x[:, k]), theta[k])
@@ -73,11 +78,13 @@ class Correlation:
             r *= np.where(x[:, column, None] != x[None, :, column], np.exp(-theta[column]), 1.0)
         return r
 
-    def _numeric_matrix(self, x: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _numeric_matrix(
+        self, x: NDArray[np.float64], theta: NDArray[np.float64], out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
         if self.kind != "gaussian":
             return np.asarray(_kernels().gram(x, self._scale(theta), CORRELATIONS[self.kind], self.eta))
         z = x * np.sqrt(theta)
-        r = z @ z.T
+        r = np.matmul(z, z.T, out=out)
         norm = np.diagonal(r).copy()
         r *= 2.0
         r -= norm[:, None]
@@ -126,7 +133,7 @@ class Correlation:
         """Derivatives of R in phi = (log theta_1 .. log theta_d), and eta last for the power-exponential.
 
         Returns `sum_ij W_ij dR_ij/dphi_k`, (k,), and `(dR/dphi_k) v`, (n, k). `r` is `matrix(x, theta)`, `w`
-        a symmetric (n, n), `v` an (n,).
+        any (n, n), `v` an (n,).
         """
         if not self.labels:
             return self._numeric_derivatives(x, theta, r, w, v)
@@ -155,10 +162,12 @@ class Correlation:
             kernel = _kernels().derivatives
             total, action = kernel(x, r, w, v, self._scale(theta), CORRELATIONS[self.kind], self.eta)
             return np.asarray(total), np.asarray(action)
-        # sum_ij S_ij (x_ik - x_jk)^2 = 2 (sum_i s_i x_ik^2 - x_k' S x_k): all inputs in one product
+        # sum_ij S_ij (x_ik - x_jk)^2 = sum_i s_i x_ik^2 - 2 x_k' S x_k with s the sums of rows and columns:
+        # all inputs in one product
         s = w * r
         squares = x * x
-        total = -2.0 * theta * (s.sum(axis=1) @ squares - np.einsum("ik,ik->k", x, s @ x))
+        sums = s.sum(axis=0) + s.sum(axis=1)
+        total = -theta * (sums @ squares - 2.0 * np.einsum("ik,ik->k", x, s @ x))
         d = x.shape[1]
         rows = r @ np.concatenate([v[:, None], v[:, None] * x, v[:, None] * squares], axis=1)
         action = squares * rows[:, :1] - 2.0 * x * rows[:, 1 : d + 1] + rows[:, d + 1 :]

@@ -9,7 +9,7 @@ kept, and the exchange goes on from there.
 import numpy as np
 
 from .backward import Chain, alone, shorten
-from .landscape import Landscape, Optimum
+from .landscape import Landscape, Optimum, standard_scores
 
 __all__ = ["exchange", "take_in"]
 
@@ -24,10 +24,11 @@ def take_in(
     *,
     nugget: tuple[float, float],
     tolerance: float,
+    entering: tuple[float, ...] = ENTERING,
 ) -> Optimum:
-    """The maximum with `unit` beside `selected`, from the best of three values of its theta."""
+    """The maximum with `unit` beside `selected`, from the best of the values `entering` of its log theta."""
     partition = alone((*selected, unit))
-    starts = [np.concatenate([optimum.phi[:-1], [own], optimum.phi[-1:]]) for own in ENTERING]
+    starts = [np.concatenate([optimum.phi[:-1], [own], optimum.phi[-1:]]) for own in entering]
     best = max(starts, key=lambda phi: landscape.value(partition, phi))
     return landscape.climb(partition, best, nugget=nugget, tolerance=tolerance, max_evaluations=60)
 
@@ -71,5 +72,5 @@ def exchange(
 
 def _outside(landscape: Landscape, here: Optimum, selected: tuple[int, ...]) -> list[int]:
     """The units without a theta, the one that promises most first."""
-    scores = landscape.scores(here)
+    scores = standard_scores(landscape, here)
     return sorted((u for u in range(landscape.n_units) if u not in selected), key=lambda u: (-scores[u], u))

@@ -1,12 +1,12 @@
 """The search for the largest likelihood: starts, ascents, subsamples, agreement of the starts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .ascent import Ascent, ascend
-from .likelihood import Likelihood
+from .likelihood import Likelihood, Workspace
 from .starts import LADDER, canonical_columns, canonical_rows, draw
 
 __all__ = ["Search", "bounds", "search"]
@@ -105,12 +105,13 @@ def search(
     lower, upper = bounds(likelihood, theta_bounds)
     starts = np.clip(_starts(likelihood, warm, n_starts, rng), lower, upper)
     n, p = likelihood.f.shape
+    likelihood = replace(likelihood, work=Workspace(n))
     climber, evaluations = likelihood, 0
     sampled = n > MANY_RUNS
     if sampled:
         size = min(n, max(SUBSAMPLE, 2 * p + 50))
         rows = canonical_rows(likelihood.x, likelihood.y)[np.sort(rng.permutation(n)[:size])]
-        climber = likelihood.subset(rows)
+        climber = replace(likelihood.subset(rows), work=Workspace(size))
     ends: list[Ascent] = []
     for start in starts:
         end = _climb(climber, start, lower, upper)

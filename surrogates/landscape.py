@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .ascent import ascend
 from .canonical import CanonicalRuns
 from .correlation import Correlation
-from .likelihood import Likelihood
+from .likelihood import Likelihood, Workspace
 
 __all__ = [
     "PACKED_RUNS",
@@ -30,6 +30,7 @@ __all__ = [
     "landscape_of",
     "left_out_q2",
     "packed_distances",
+    "standard_scores",
 ]
 
 Array = NDArray[np.float64]
@@ -38,7 +39,7 @@ Partition = tuple[tuple[int, ...], ...]  # units of each group; a unit in none h
 PACKED_RUNS = 130  # where LAPACK's blocked factorisation overtakes the compiled loops
 LOWEST, HIGHEST = -16.0, 6.0  # log theta on [0, 1]: a range of 3000 box widths, and of a twentieth
 FAILED = -1e300
-CACHED = 3_000_000  # doubles of grouped distances that are kept
+CACHED = 1_000_000  # doubles of grouped distances that are kept
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +96,8 @@ class Landscape(Protocol):
     def value(self, partition: Partition, phi: Array) -> float:
         """l at phi."""
 
-    def scores(self, optimum: Optimum) -> Array:
-        """(u,) for every unit: dl / dlog theta of its own, in standard deviations by the average
-        information."""
+    def slopes(self, optimum: Optimum) -> tuple[Array, Array]:
+        """dl / dlog theta and average information of every unit's own log theta, each (u,)."""
 
     def correlation(self, optimum: Optimum) -> Array:
         """R + nugget I, (n, n)."""
@@ -120,15 +120,15 @@ class PackedLandscape:
         self.n_units, self.n_runs = len(self.distances), len(self.y)
         self.reach = self.distances.mean(axis=1)
 
-    def _grouped(self, partition: Partition) -> Array:
+    def _rows(self, partition: Partition) -> tuple[Array, NDArray[np.intp]]:
+        """Distances and the row of each group: a group of one unit has its own among all of them."""
+        if all(len(g) == 1 for g in partition):
+            return self.distances, np.array([g[0] for g in partition], dtype=np.intp)
         if partition not in self._cache:
             if len(self._cache) * self.distances.shape[1] * len(partition) > CACHED:
                 self._cache.clear()
-            sums = [
-                self.distances[list(g)].sum(axis=0) if len(g) > 1 else self.distances[g[0]] for g in partition
-            ]
-            self._cache[partition] = np.array(sums).reshape(len(partition), self.distances.shape[1])
-        return self._cache[partition]
+            self._cache[partition] = np.array([self.distances[list(g)].sum(axis=0) for g in partition])
+        return self._cache[partition], np.arange(len(partition))
 
     def climb(
         self,
@@ -141,18 +141,22 @@ class PackedLandscape:
     ) -> Optimum:
         """Climb from start."""
         lower, upper = _bounds(len(partition), nugget)
+        rows = self._rows(partition)
         phi, value, sigma2, evaluations = _kernels().ascend(
-            self._grouped(partition), self.y, start, lower, upper, self.restricted, max_evaluations, tolerance
+            *rows, self.y, start, lower, upper, self.restricted, max_evaluations, tolerance
         )
         return Optimum(partition=partition, phi=phi, value=value, sigma2=sigma2, evaluations=evaluations)
 
-    def scores(self, optimum: Optimum) -> Array:
-        """Scores of the units."""
+    def slopes(self, optimum: Optimum) -> tuple[Array, Array]:
+        """Gradient and information of the units."""
         m = self.n_units
         gradient, information = np.zeros(m + 1), np.zeros((m + 1, m + 1))
         phi = np.append(optimum.log_theta(m), optimum.phi[-1])
-        _kernels().likelihood(self.distances, self.y, phi, self.restricted, 2, gradient, information, -np.inf)
-        return _standard_scores(gradient[:m], np.diagonal(information)[:m])
+        everyone, never = np.arange(m), -np.inf
+        _kernels().likelihood(
+            self.distances, everyone, self.y, phi, self.restricted, 2, gradient, information, never, never
+        )
+        return gradient[:m], np.diagonal(information)[:m]
 
     def correlation(self, optimum: Optimum) -> Array:
         """R + nugget I."""
@@ -166,12 +170,11 @@ class PackedLandscape:
     def value(self, partition: Partition, phi: Array) -> float:
         """l at phi."""
         none = np.empty((0, 0))
-        kernel = _kernels().likelihood
-        return float(
-            kernel(
-                self._grouped(partition), self.y, phi, self.restricted, 0, none[0:0].ravel(), none, LOWEST
-            )[0]
+        out = none.ravel(), none
+        value, _ = _kernels().likelihood(
+            *self._rows(partition), self.y, phi, self.restricted, 0, *out, LOWEST, -np.inf
         )
+        return float(value)
 
 
 @dataclass(slots=True)
@@ -187,6 +190,7 @@ class DenseLandscape:
 
     def __post_init__(self) -> None:
         self.n_units, self.n_runs, self.y = len(self.units), len(self.likelihood.y), self.likelihood.y[:, 0]
+        self.likelihood = replace(self.likelihood, work=Workspace(self.n_runs))
         x = self.likelihood.x
         each = 2.0 * x.var(axis=0) * len(x) / max(len(x) - 1, 1)  # mean over pairs of (x_i - x_j)^2
         for k in self.likelihood.correlation.labels:
@@ -244,14 +248,14 @@ class DenseLandscape:
             partition=partition, phi=phi, value=value, sigma2=sigma2, evaluations=end.evaluations + 1
         )
 
-    def scores(self, optimum: Optimum) -> Array:
-        """Scores of the units."""
+    def slopes(self, optimum: Optimum) -> tuple[Array, Array]:
+        """Gradient and information of the units."""
         everyone = tuple((u,) for u in range(self.n_units))
         surface = self._likelihood(everyone, float(np.exp(optimum.phi[-1])))
         at = surface.evaluate(optimum.log_theta(self.n_units))
         if at is None or at.information is None:
-            return np.zeros(self.n_units)
-        return _standard_scores(at.gradient, np.diagonal(at.information))
+            return np.zeros(self.n_units), np.ones(self.n_units)
+        return at.gradient, np.diagonal(at.information)
 
     def correlation(self, optimum: Optimum) -> Array:
         """R + nugget I."""
@@ -267,11 +271,6 @@ class DenseLandscape:
         return value if np.isfinite(value) else FAILED
 
 
-def _standard_scores(gradient: Array, information: Array) -> Array:
-    # both vanish with theta (as theta and theta^2), so the ratio has a limit at theta = 0
-    return np.asarray(gradient / np.sqrt(np.maximum(information, 1e-300)))
-
-
 def _kernels() -> Any:
     from . import _kernels_likelihood  # compiled on first use only: large designs need no compiler
 
@@ -282,6 +281,13 @@ def _bounds(m: int, nugget: tuple[float, float]) -> tuple[Array, Array]:
     lower, upper = np.full(m + 1, LOWEST), np.full(m + 1, HIGHEST)
     lower[m], upper[m] = np.log(nugget[0]), np.log(nugget[1])
     return lower, upper
+
+
+def standard_scores(landscape: Landscape, optimum: Optimum) -> Array:
+    """(u,) for every unit: dl / dlog theta of its own, in standard deviations by the average information."""
+    gradient, information = landscape.slopes(optimum)
+    # both vanish with theta (as theta and theta^2), so the ratio has a limit at theta = 0
+    return np.asarray(gradient / np.sqrt(np.maximum(information, 1e-300)))
 
 
 def left_out_q2(landscape: Landscape, optimum: Optimum) -> float:

@@ -22,14 +22,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
+from scipy.linalg import blas, lapack
 
 from .ascent import Evaluation
 from .correlation import Correlation
 
-__all__ = ["Factor", "Likelihood", "Parameters", "factorise"]
+__all__ = ["Factor", "Likelihood", "Parameters", "Workspace", "factorise"]
 
 Array = NDArray[np.float64]
+
+
+class Workspace:
+    """Matrices of n runs that one evaluation after the other is computed in.
+
+    At 500 runs a third of an evaluation goes into fresh pages for its matrices. Results that refer to the
+    workspace, such as a `Factor`, hold until the next evaluation.
+    """
+
+    __slots__ = ("inverse", "lower", "r")
+
+    def __init__(self, n: int) -> None:
+        self.r = np.empty((n, n))
+        self.lower, self.inverse = np.empty((n, n), order="F"), np.empty((n, n), order="F")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,28 +78,26 @@ class Factor:
         """b of eq. (3.9), (p, q)."""
         return _solve(self.rf, self.q.T @ _solve(self.lower, y, lower=True))
 
-    def inverse(self) -> Array:
-        """C^-1, (n, n)."""
-        half, info = lapack.dpotri(self.lower, lower=1)  # the upper triangle stays 0
+    def half_inverse(self, out: Array | None = None) -> Array:
+        """Lower triangle of C^-1, 0 above it, (n, n) by columns; in `out` if that is given."""
+        half = np.empty_like(self.lower, order="F") if out is None else out
+        np.copyto(half, self.lower)
+        half, info = lapack.dpotri(half, lower=1, overwrite_c=1)  # the upper triangle stays 0
         assert info == 0
-        inverse = half + half.T
-        inverse.flat[:: len(inverse) + 1] *= 0.5
-        return np.asarray(inverse)
+        return np.asarray(half)
 
     def inverse_diagonal(self) -> Array:
         """Diagonal of C^-1, (n,)."""
-        inverse, info = lapack.dpotri(self.lower, lower=1)
-        assert info == 0
-        return np.diagonal(inverse).copy()
+        return np.diagonal(self.half_inverse()).copy()
 
     def trend_in_runs(self) -> Array:
         """G with P = C^-1 - G G', (n, p)."""
         return _solve(self.lower, self.q, lower=True, transposed=True)
 
-    def projection(self, inverse: Array) -> Array:
-        """P, (n, n)."""
-        g = self.trend_in_runs()
-        return np.asarray(inverse - g @ g.T)
+    def projected(self, u: Array) -> Array:
+        """h with P = C^-1 - G G' and u' P u = h' h, (n, m) for u (n, m)."""
+        h = _solve(self.lower, u, lower=True)
+        return np.asarray(h - self.q @ (self.q.T @ h))
 
 
 def _solve(a: Array, b: Array, *, lower: bool = False, transposed: bool = False) -> Array:
@@ -116,11 +128,17 @@ def _orthonormal(z: Array) -> tuple[Array, Array] | None:
     return (q, rf) if size.min() > 1e-14 * size.max() else None
 
 
-def factorise(r: Array, diagonal: Array | float, f: Array, y: Array) -> Factor | None:
-    """Factor of C = R + diag(diagonal); None when C or F' C^-1 F is not positive definite to rounding."""
-    c = r.copy()
-    c.flat[:: len(c) + 1] += diagonal
-    lower, info = lapack.dpotrf(c, lower=1, clean=1)
+def factorise(
+    r: Array, diagonal: Array | float, f: Array, y: Array, out: Array | None = None
+) -> Factor | None:
+    """Factor of C = R + diag(diagonal); None when C or F' C^-1 F is not positive definite to rounding.
+
+    L is computed in `out` (n, n), by columns, if that is given.
+    """
+    c = np.empty(r.shape, order="F") if out is None else out
+    np.copyto(c, r.T)  # symmetric
+    np.einsum("ii->i", c)[:] += diagonal
+    lower, info = lapack.dpotrf(c, lower=1, clean=1, overwrite_a=1)
     if info != 0:
         return None
     pivots = np.diagonal(lower)
@@ -160,6 +178,7 @@ class Likelihood:
         restricted: eq. (3.13), else the full likelihood.
         nugget: value when it is not free, None when it is.
         noise: (n,) variances in the unit of y squared, or None. Needs a single response.
+        work: what `evaluate` and `value` compute in, or None for fresh arrays each time.
     """
 
     x: Array
@@ -171,6 +190,7 @@ class Likelihood:
     eta_free: bool = False
     nugget: float | None = 0.0
     noise: Array | None = None
+    work: Workspace | None = None
 
     @property
     def n_groups(self) -> int:
@@ -190,7 +210,7 @@ class Likelihood:
     def subset(self, rows: NDArray[np.intp]) -> "Likelihood":
         """The likelihood of some of the runs."""
         noise = None if self.noise is None else self.noise[rows]
-        return replace(self, x=self.x[rows], f=self.f[rows], y=self.y[rows], noise=noise)
+        return replace(self, x=self.x[rows], f=self.f[rows], y=self.y[rows], noise=noise, work=None)
 
     def unpack(self, vector: Array) -> Parameters:
         """Parameter vector -> theta, eta, nugget, sigma2."""
@@ -211,11 +231,12 @@ class Likelihood:
             return parameters.nugget
         return parameters.nugget + self.noise / parameters.sigma2
 
-    def factor(self, parameters: Parameters) -> Factor | None:
-        """Factor of C at the parameters."""
+    def factor(self, parameters: Parameters, work: Workspace | None = None) -> Factor | None:
+        """Factor of C at the parameters, in `work` if that is given."""
         correlation = replace(self.correlation, eta=parameters.eta)
-        r = correlation.matrix(self.x, parameters.theta)
-        return factorise(r, self.diagonal(parameters), self.f, self.y)
+        r = correlation.matrix(self.x, parameters.theta, out=None if work is None else work.r)
+        lower = None if work is None else work.lower
+        return factorise(r, self.diagonal(parameters), self.f, self.y, out=lower)
 
     def degrees(self) -> int:
         """m: n - p for the restricted likelihood, n for the full one."""
@@ -239,23 +260,19 @@ class Likelihood:
     def value(self, vector: Array) -> float:
         """l alone; -inf where C has no factor."""
         parameters = self.unpack(vector)
-        factor = self.factor(parameters)
+        factor = self.factor(parameters, self.work)
         return -np.inf if factor is None else self.value_of(factor, self.variances(factor, parameters))
 
     def evaluate(self, vector: Array, with_information: bool = True) -> Evaluation | None:
         """l, its gradient and, if wanted, the average information at a parameter vector."""
         at = self.unpack(vector)
-        factor = self.factor(at)
+        factor = self.factor(at, self.work)
         if factor is None:
             return None
         sigma2 = self.variances(factor, at)
         if not (np.all(sigma2 > 0.0) and np.all(np.isfinite(sigma2))):
             return None
-        inverse = factor.inverse()
-        p = factor.projection(inverse)
-        trace = p if self.restricted else inverse
-        scaled = factor.weights / np.sqrt(sigma2)
-        w = self.y.shape[1] * trace - scaled @ scaled.T
+        w = self._trace_weights(factor, sigma2)
         gradient = np.zeros(len(vector))
         information = np.zeros((len(vector),) * 2)
         for j in range(self.y.shape[1]):
@@ -264,8 +281,8 @@ class Likelihood:
                 gradient = -0.5 * total
             if not with_information:
                 break
-            pu = p @ u
-            a = 0.5 * (u.T @ pu) / sigma2[j]
+            h = factor.projected(u)
+            a = 0.5 * (h.T @ h) / sigma2[j]
             if self.noise is None:
                 # u_0 = C v for log sigma^2: u_0' P u_k = v' u_k and u_0' P u_0 = Q
                 b = 0.5 * (factor.weights[:, j] @ u) / sigma2[j]
@@ -275,6 +292,20 @@ class Likelihood:
             # the explicit part of log sigma^2
             gradient[-1] += -0.5 * (self.degrees() - float(factor.quadratic[0] / sigma2[0]))
         return Evaluation(self.value_of(factor, sigma2), gradient, information if with_information else None)
+
+    def _trace_weights(self, factor: Factor, sigma2: Array) -> Array:
+        """W (n, n) with -2 dl = sum_ij W_ij dC_ij for every symmetric dC. Not symmetric: of C^-1 only a
+        triangle is computed and counted twice, which saves the other."""
+        n, q = self.y.shape
+        half = factor.half_inverse(None if self.work is None else self.work.inverse)
+        diagonal = np.diagonal(half).copy()
+        taken = factor.weights / np.sqrt(sigma2)
+        if self.restricted:
+            taken = np.concatenate([taken, np.sqrt(q) * factor.trend_in_runs()], axis=1)
+        w = blas.dgemm(-1.0, taken, taken, trans_b=1, beta=2.0 * q, c=half, overwrite_c=1)
+        by_rows = np.asarray(w.T)
+        by_rows.flat[:: n + 1] -= q * diagonal
+        return by_rows
 
     def _parameter_derivatives(
         self, at: Parameters, factor: Factor, w: Array, v: Array, sigma2: float

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .landscape import Landscape, Optimum, PackedLandscape
+from .landscape import Landscape, Optimum, PackedLandscape, standard_scores
 from .search import ALIVE, Search
 
 __all__ = ["WIDE", "narrowed", "promising", "widened"]
@@ -34,7 +34,7 @@ def promising(landscape: Landscape, search: Search, margins: Array) -> tuple[int
         effect = optimum.log_theta(landscape.n_units) + np.log(landscape.reach)
         votes[effect > ALIVE] += 1.0 / (1 + place)
     for place, optimum in enumerate(search.optima[:2]):
-        scores = landscape.scores(optimum)
+        scores = standard_scores(landscape, optimum)
         votes[np.argsort(-scores, kind="stable")[:BY_SCORE]] += 0.5 / (1 + place)
     order = np.argsort(-votes, kind="stable")[:MOST]
     return tuple(sorted(int(u) for u in order if votes[u] > 0))

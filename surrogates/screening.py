@@ -21,7 +21,7 @@ from .ard import threshold_for
 from .canonical import CanonicalRuns, canonical_runs
 from .diagnosis import close_pairs
 from .errors import TooFewRuns
-from .landscape import landscape_of, left_out_q2
+from .landscape import landscape_of, left_out_q2, standard_scores
 from .runs import LabelCodes, check_finite, refuse_text
 from .screening_methods import METHODS, Found, find_sets
 from .screening_path import ScreeningStep, screening_path, told
@@ -175,7 +175,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
             q2 = left_out_q2(landscape, best)
             margin = found.margin
-            scores = landscape.scores(best)
+            scores = standard_scores(landscape, best)
             # the inputs beyond the path, by how much l would rise with a theta of their own
             for u in np.argsort(-scores, kind="stable"):
                 order += [k for k in runs.given(int(u)) if k not in order]
