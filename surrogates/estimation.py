@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .ascent import ascend
 from .correlation import CORRELATIONS, Correlation
-from .fitting import MANY_RUNS, Search, search
-from .likelihood import Likelihood, Parameters
+from .fitting import MANY_RUNS, Search, bounds, search
+from .likelihood import Likelihood, Parameters, Workspace
 from .posterior import Scaling
 from .runs import Runs, not_positive_definite
 
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 AUTOMATIC_NUGGET = 1e-8
 NUGGETS = ("auto", "estimate", "ladder")
 RUNGS = (1e-2, 1e-4, 1e-6, 1e-8)
+BETWEEN = 1e-4  # gain in l at which the climb between the rungs stops
 INERT = float(np.exp(-12.0))
 
 
@@ -150,8 +152,33 @@ def estimate(
             best = found, rung
     if best is None:
         raise not_positive_definite(runs, likelihood.nugget or 0.0)
-    found, rung = best
+    found, rung = _between_rungs(*best, limits) if ladder else best
     return Estimate(parameters=rung.unpack(found.vector), likelihood=rung, search=found)
+
+
+def _between_rungs(found: Search, rung: Likelihood, limits: Array | None) -> tuple[Search, Likelihood]:
+    """The maximum with the nugget free, from the best rung on: the likelihood tells nuggets apart that differ
+    by less than two rungs, and on the lower one of two intervals are far too narrow."""
+    assert rung.nugget is not None
+    free = replace(rung, nugget=None, work=Workspace(len(rung.x)))
+    at = free.n_groups + int(free.eta_free)
+    lower, upper = bounds(free, limits)
+    lower[at] = np.log(RUNGS[-1])
+    start = np.insert(found.vector, at, np.log(rung.nugget))
+    end = ascend(free.evaluate, start, lower=lower, upper=upper, tolerance=BETWEEN)
+    if end is None or not end.value > found.value:
+        return found, rung
+    kept = np.arange(len(start)) != at
+    better = replace(
+        found,
+        vector=end.parameters[kept],
+        value=end.value,
+        at_lower=(end.parameters <= lower + 1e-9)[kept],
+        at_upper=(end.parameters >= upper - 1e-9)[kept],
+        evaluations=found.evaluations + end.evaluations,
+        converged=end.converged,
+    )
+    return better, replace(rung, nugget=float(np.exp(end.parameters[at])))
 
 
 def _plain(likelihood: Likelihood, theta: Array) -> Estimate:

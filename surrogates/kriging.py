@@ -40,9 +40,9 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         correlation: "gaussian", "power_exponential", "matern32" or "matern52"; see `surrogates.correlation`.
         eta: exponent of the power-exponential correlation in [1, 2], or "free".
         nugget: noise variance of every run relative to sigma^2. A number is used as it is (0 interpolates);
-            "auto" is 1e-8, or estimated when (nearly) equal inputs have different responses; "
-            ""estimate" maximises
-            the likelihood over it; "ladder" takes the best of 1e-2, 1e-4, 1e-6 and 1e-8.
+            "auto" is 1e-8, or estimated when (nearly) equal inputs have different responses; "estimate"
+            maximises the likelihood over it; "ladder" starts that from the best of 1e-2, 1e-4, 1e-6 and 1e-8
+            and goes no lower.
         theta: fixed values, (d,) or a number, in the coordinates of X: nothing is searched.
         theta_start: (d,) first start of the search, in the coordinates of X (a warm start).
         theta_bounds: (low, high) or (d, 2), in the coordinates of X; by default wide enough for any input.

@@ -22,10 +22,11 @@ def selected_kriging(
 ) -> Kriging:
     """A Kriging of the selected columns of the runs X (n, d), y (n,) that the screener was fitted to.
 
-    It starts from the theta of the screening. Up to 300 runs the nugget is chosen anew from a ladder (noise
-    is not interpolated, and the floor of the screening does not blur what is smooth) and the intervals are
-    widened by cross-validation (see `surrogates.calibration`): `interval_factor_` says by how much. Larger
-    designs keep the nugget of the screening and plug-in intervals. Predict with
+    It starts from the theta of the screening. The nugget is estimated anew: noise is not interpolated, the
+    floor of the screening does not blur what is smooth, and a screening of ranks says nothing about the noise
+    of the response. Up to 300 runs that starts from a ladder, and the intervals are widened by
+    cross-validation (see `surrogates.calibration`): `interval_factor_` says by how much. Larger designs keep
+    plug-in intervals. Predict with
     `model.predict(screener.transform(X))`; a new run scatters by nugget_ * sigma2_ more than that.
 
     Raises TooFewRuns when nothing was selected.
@@ -45,7 +46,7 @@ def selected_kriging(
     model = Kriging(
         correlation="gaussian" if screener.eta == 2.0 else "power_exponential",
         eta=screener.eta,
-        nugget="ladder" if small else screener.nugget_,
+        nugget="ladder" if small else "estimate",
         theta_start=np.maximum(screener.theta_[columns], 1e-8),
         n_starts=STARTS,
         categorical=[i for i, k in enumerate(columns) if k in labels] or None,

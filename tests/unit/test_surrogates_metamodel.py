@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.stats import rankdata
 
 from studies.screening_functions import FUNCTIONS
-from surrogates import KrigingScreener, TooFewRuns, selected_kriging
+from surrogates import Kriging, KrigingScreener, TooFewRuns, selected_kriging
 
 # of new runs, nominal 0.95, mean over six samples: between them its standard error is about 0.01
 LOWEST, HIGHEST = 0.90, 0.99
@@ -58,14 +59,30 @@ def test_labels_and_names_of_runs_come_along():
     assert model.interval_factor_ >= 1.0
 
 
-def test_large_designs_keep_the_nugget_of_the_screening():
+@pytest.mark.parametrize("scatter", [0.0, 0.2])
+def test_large_designs_estimate_the_noise_of_the_response(scatter):
+    """Not that of its ranks, and not the floor of the screening."""
     rng = np.random.default_rng(4)
     x = rng.random((310, 2))
-    y = np.sin(5 * x[:, 0]) + 0.2 * rng.standard_normal(310)
-    screener = KrigingScreener().fit(x, y)
+    y = np.exp(4 * x[:, 0]) + scatter * rng.standard_normal(310)
+    screener = KrigingScreener().fit(x, rankdata(y))
     model = selected_kriging(screener, x, y)
-    assert model.nugget_ == pytest.approx(screener.nugget_)
+    assert list(screener.selected_) == [0]
+    assert np.sqrt(model.nugget_ * model.sigma2_) == pytest.approx(scatter, rel=0.15, abs=1e-2)
     assert model.interval_factor_ == 1.0
+
+
+def test_nugget_between_the_rungs():
+    """REML of the nugget: no lower than the best rung, and a maximum."""
+    rng = np.random.default_rng(8)
+    x = rng.random((50, 2))
+    y = np.sin(5 * x[:, 0]) + x[:, 1] + 0.02 * rng.standard_normal(50)
+    found = Kriging(nugget="ladder", seed=1).fit(x, y)
+    rungs = [Kriging(nugget=g, seed=1).fit(x, y).log_likelihood_ for g in (1e-2, 1e-4, 1e-6, 1e-8)]
+    assert found.log_likelihood_ > max(rungs) + 0.1
+    for factor in (0.8, 1.25):
+        beside = Kriging(nugget=factor * found.nugget_, theta_start=found.theta_, seed=1).fit(x, y)
+        assert beside.log_likelihood_ < found.log_likelihood_
 
 
 def test_nothing_selected_is_refused():
