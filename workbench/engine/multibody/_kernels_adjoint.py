@@ -36,46 +36,66 @@ def linearise(T, W, first, h, q, v, lam, z, zdot, k, c, j, b):
 
 
 @njit(**INNER)
-def add_bushings(bushing_pair, pair, q_full, v_full, big, jac, vectors, weights, out):
-    """out (n,) += sum over the bushings of weight J^T vector, vectors (B, 3) in pair coordinates."""
-    free = out.shape[0] // 3
-    for e in range(bushing_pair.shape[0]):
-        p = bushing_pair[e]
-        i, j = pair[p, 0], pair[p, 1]
-        pair_map(q_full, v_full, i, j, big[p], jac)
+def damage_back(D, at, row, half):
+    """Take the costate of the damage of a row to the start of its step; the seeds of the step come after."""
+    eta, lz = D.costate[row, 0], D.costate[row, 1]
+    for e in range(eta.shape[0]):
+        lz[e] = -eta[e] * (1.0 + half * D.slopes[at, e, 0])
+        eta[e] *= -half
+
+
+@njit(**INNER)
+def damage_to_motion(D, at, row, out):
+    """out (n,) += sum over the bushings of J^T (eta dg/dX + lz dD/dX)."""
+    eta, lz, free = D.costate[row, 0], D.costate[row, 1], out.shape[0] // 3
+    for e in range(eta.shape[0]):
+        p = D.bushing_pair[e]
+        i, j = D.pair[p, 0], D.pair[p, 1]
+        pair_map(D.q, D.v, i, j, D.big[p], D.jac)
         for a in range(6):
             body = i if a < 3 else j
             if body < free:
-                total = vectors[e, 0] * jac[0, a] + vectors[e, 1] * jac[1, a] + vectors[e, 2] * jac[2, a]
-                out[3 * body + a % 3] += weights[e] * total
+                for x in range(3):
+                    weight = eta[e] * D.slopes[at, e, 4 + x] + lz[e] * D.slopes[at, e, 7 + x]
+                    out[3 * body + a % 3] += weight * D.jac[x, a]
 
 
 @njit(**INNER)
-def refine(matrix, unfactored, pivot, rhs, right, n, shift):
-    """Two corrections of the transposed solve towards the unshifted matrix (redundant constraints)."""
-    total = rhs.shape[0]
-    for _ in range(2):
-        for a in range(total):
-            value = right[a]
-            for b in range(total):
-                value -= unfactored[b, a] * rhs[b]
-            if a >= n:
-                value -= shift * rhs[a]
-            right[a + total] = value
-        lu_solve_transposed(matrix, pivot, right[total:])
-        for a in range(total):
-            rhs[a] += right[a + total]
+def motion_to_damage(D, at, row, mu, half):
+    """eta: the costate of the damage at the start of the step, from the adjoint mu (n,) of its forces."""
+    eta, lz, w, free = D.costate[row, 0], D.costate[row, 1], D.row_g, mu.shape[0] // 3
+    for e in range(eta.shape[0]):
+        p = D.bushing_pair[e]
+        pair_covector(D.q, D.v, D.jac, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
+        b = D.slopes[at, e]
+        eta[e] = -(lz[e] + b[1] * w[0] + b[2] * w[1] + b[3] * w[2]) / (1.0 - half * b[0])
 
 
 @njit(**INNER)
-def solve_row(matrix, unfactored, pivot, rhs, right, n, shift):
-    """Solve the transposed saddle matrix; with a shift, corrected towards the unshifted one."""
-    if shift > 0.0:
-        for a in range(rhs.shape[0]):
-            right[a] = rhs[a]
-    lu_solve_transposed(matrix, pivot, rhs)
-    if shift > 0.0:
-        refine(matrix, unfactored, pivot, rhs, right, n, shift)
+def solve_row(matrix, unshifted, pivot, rhs, right, n, shift):
+    """Solve the transposed saddle matrix for rhs (n + m,).
+
+    Redundant constraints shift it: two corrections follow then, towards the `unshifted` matrix, with `right`
+    (2, n + m) as work space. Without them `unshifted` is None, and the corrections are compiled away.
+    """
+    if unshifted is None:
+        lu_solve_transposed(matrix, pivot, rhs)
+    else:
+        total = rhs.shape[0]
+        for a in range(total):
+            right[0, a], right[1, a] = rhs[a], rhs[a]
+            rhs[a] = 0.0
+        for _ in range(3):
+            lu_solve_transposed(matrix, pivot, right[1])
+            for a in range(total):
+                rhs[a] += right[1, a]
+            for a in range(total):
+                value = right[0, a]
+                for b in range(total):
+                    value -= unshifted[b, a] * rhs[b]
+                if a >= n:
+                    value -= shift * rhs[a]
+                right[1, a] = value
 
 
 @njit(**INNER)
@@ -98,23 +118,23 @@ def fill_kept(mass, k, c, j, hc, h2c, shift, matrix):
 
 @njit(**ENTRY)
 def alpha_adjoint(
-    mass, pair, bushing_pair, motion, q_full, v_full, big, jac, row_g,
-    scheme, h, first_node, q, v, starts, at, seed_q, seed_v, seed_w, seed_l, seed_z,
-    matrix, unfactored, rhs, right, pivot, shift, costate, damage, mu, keep_k, keep_c, keep_j, keep_b,
+    mass, scheme, h, first_node, q, starts, at, seed_q, seed_v, seed_w, seed_l,
+    matrix, unshifted, rhs, right, pivot, shift, costate, mu, keep_k, keep_c, keep_j, D,
 ):  # fmt: skip
     """Fill mu (nodes, R, n), the adjoint of the equations of motion, for R rows at once on some nodes.
 
-    keep_k, keep_c, keep_j, keep_b: tangents as from `linearise` at the nodes from first_node on; stretches
-    follow one another backwards, with the same costate and damage.
+    keep_k, keep_c, keep_j, D.slopes: tangents as from `linearise` at the nodes from first_node on; stretches
+    follow one another backwards, with the same costates.
     starts (R,): the latest node of each row, descending; mu of later nodes is left as it is.
     at (E, 2): node and row of every seed, nodes descending; seed_* (E, ...) are dG/d(node state).
     The gradient of a row is the sum over the nodes of (dr/dparameter)^T mu.
-    It takes arrays one by one, not the whole tables: so it is compiled once for all kinds of systems.
-    costate (R, 4, n), damage (R, 2, B): zeros at first; rhs (R, n + m) and the rest are work space.
+    It takes arrays one by one, not the whole tables: so it is compiled once for all kinds of systems. What
+    only some have is None for the others, and compiled away: D, a `DamageSweep`, without bushings; unshifted
+    (n + m, n + m) without redundant constraints.
+    costate (R, 4, n): zeros at first; rhs (R, n + m) and the rest are work space.
     """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
-    n, m, bushings = q.shape[1], keep_j.shape[1], keep_b.shape[1]
-    total = n + m
+    n, m = q.shape[1], keep_j.shape[1]
     c = (1.0 - af) / (1.0 - am)
     active, cursor = 0, 0
     last = min(starts[0], first_node + keep_k.shape[0] - 1)
@@ -122,35 +142,28 @@ def alpha_adjoint(
         cursor += 1
     for back in range(last - first_node + 1):
         step = last - back
-        k, damper, j, b = (
-            keep_k[step - first_node],
-            keep_c[step - first_node],
-            keep_j[step - first_node],
-            keep_b[step - first_node],
-        )
+        here = step - first_node
+        k, damper, j = keep_k[here], keep_c[here], keep_j[here]
         first = step == 0
         # node 0 solves the consistent initial accelerations, where a = w: the same lines with h = 0, c = 1
-        half = 0.0 if first else 0.5 * h
         ahead = 0.0 if first else h * gamma
         ahead2 = 0.0 if first else h * h * beta
         share = 1.0 if first else c
-        if bushings > 0:
-            set_state(pair, motion, step, q[step], v[step], q_full, v_full, big)
         fill_kept(mass, k, damper, j, share * ahead, share * ahead2, shift, matrix)
-        if shift > 0.0:
-            for row in range(total):
-                for i in range(total):
-                    unfactored[row, i] = matrix[row, i]
+        if unshifted is not None:
+            for row in range(n + m):
+                for i in range(n + m):
+                    unshifted[row, i] = matrix[row, i]
         lu_factor(matrix, pivot)
         while active < starts.shape[0] and starts[active] >= step:
             active += 1
         for row in range(active):
-            eta, lz = damage[row, 0], damage[row, 1]
-            for e in range(bushings):
-                lz[e] = -eta[e] * (1.0 + 0.5 * h * b[e, 0])
-                eta[e] *= -0.5 * h
             for r in range(m):
                 rhs[row, n + r] = 0.0
+        if D is not None:
+            set_state(D.pair, D.motion, step, q[step], D.rates[step], D.q, D.v, D.big)
+            for row in range(active):
+                damage_back(D, here, row, 0.5 * h)
         while cursor < at.shape[0] and at[cursor, 0] == step:
             row = at[cursor, 1]
             for i in range(n):
@@ -159,27 +172,24 @@ def alpha_adjoint(
                 costate[row, 3, i] += seed_w[cursor, i]
             for r in range(m):
                 rhs[row, n + r] -= seed_l[cursor, r]
-            for e in range(bushings):
-                damage[row, 1, e] += seed_z[cursor, e]
+            if D is not None:
+                for e in range(D.seed.shape[1]):
+                    D.costate[row, 1, e] += D.seed[cursor, e]
             cursor += 1
         for row in range(active):
             lq, lv, la, lw = costate[row, 0], costate[row, 1], costate[row, 2], costate[row, 3]
-            eta, lz, x, m_row = damage[row, 0], damage[row, 1], rhs[row], mu[step, row]
-            if bushings > 0:
-                add_bushings(bushing_pair, pair, q_full, v_full, big, jac, b[:, 4:7], eta, lq)
-                add_bushings(bushing_pair, pair, q_full, v_full, big, jac, b[:, 7:10], lz, lq)
+            x, m_row = rhs[row], mu[step, row]
+            if D is not None:
+                damage_to_motion(D, here, row, lq)
             for i in range(n):
                 x[i] = -(lw[i] + share * (la[i] + ahead * lv[i] + ahead2 * lq[i]))
-            solve_row(matrix, unfactored, pivot, x, right, n, shift)
+            solve_row(matrix, unshifted, pivot, x, right, n, shift)
             for i in range(n):
                 m_row[i] = x[i]
             if first:
                 continue
-            for e in range(bushings):
-                p = bushing_pair[e]
-                pair_covector(q_full, v_full, jac, pair[p, 0], pair[p, 1], n // 3, m_row, big[p], row_g)
-                along = b[e, 1] * row_g[0] + b[e, 2] * row_g[1] + b[e, 3] * row_g[2]
-                eta[e] = -(lz[e] + along) / (1.0 - half * b[e, 0])
+            if D is not None:
+                motion_to_damage(D, here, row, m_row, 0.5 * h)
             for a in range(n):
                 for i in range(n):
                     lq[i] += k[a, i] * x[a]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["SpringTables", "Tables", "Work", "work_space"]
+__all__ = ["DamageSweep", "SpringTables", "Tables", "Work", "work_space"]
 
 Array = np.ndarray[Any, Any]
 
@@ -76,6 +76,23 @@ class Work(NamedTuple):
     zx: Array  # (B, 3)
     out: Array  # (3,)
     energy: Array  # (1,) stored in the undamped springs, where tangents were asked for
+
+
+class DamageSweep(NamedTuple):
+    """What the adjoint of bushings needs beside the tangents; systems without bushings have none."""
+
+    bushing_pair: Array  # (B,)
+    pair: Array  # (P, 2) body 1, body 2
+    motion: Array  # (samples, 2, 3 prescribed)
+    q: Array  # (3 bodies,) work space, as in `Work`
+    v: Array
+    big: Array  # (P, 6)
+    jac: Array  # (3, 6)
+    row_g: Array  # (3,)
+    rates: Array  # (nodes, n) velocities of the run
+    seed: Array  # (E, B) dG/d(damage)
+    costate: Array  # (R, 2, B)
+    slopes: Array  # (., B, 10) as from `linearise`
 
 
 def work_space(tables: Tables, dtype: Any = np.float64) -> Work:

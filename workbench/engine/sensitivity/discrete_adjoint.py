@@ -24,6 +24,7 @@ from ..multibody.runge_kutta import runge_kutta_adjoint
 from ..multibody.schemes import BDF2, GeneralisedAlpha, RungeKutta8, VelocityVerlet
 from ..multibody.simulation import proximal
 from ..multibody.stepping import alpha_adjoint_loop, bdf2_adjoint_loop
+from ..multibody.tables import DamageSweep
 from ..multibody.trajectory import Trajectory
 from .independent import independent_gradients
 from .seeds import NodeSeeds, Seeds, node_seeds, seeds
@@ -163,6 +164,17 @@ def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[A
         yield first, part
 
 
+def _damage_sweep(trajectory: Trajectory, start: NodeSeeds) -> DamageSweep:
+    """The bushings' part of a sweep, before its first stretch."""
+    r, tables, work = trajectory, trajectory.tables, trajectory.work
+    return DamageSweep(
+        bushing_pair=tables.bushing_pair, pair=tables.pair, motion=tables.motion,
+        q=work.q, v=work.v, big=work.big, jac=work.jac, row_g=work.row_g,
+        rates=r.velocity, seed=start.damage, slopes=np.empty((0, r.damage.shape[1], 10)),
+        costate=np.zeros((len(start.starts), 2, r.damage.shape[1])),
+    )  # fmt: skip
+
+
 def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:
     """(R, N) by scale in segment order; if detailed (one row only), slopes by all other parameters."""
     scheme = trajectory.scheme
@@ -175,20 +187,15 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
     shift = proximal(tables, redundant=len(r.diagnosis.redundant_rows) > 0)
     mu = np.empty((nodes, rows, n))
     space = (
-        np.empty((total, total)), np.empty((total, total) if shift else (0, 0)), np.empty((rows, total)),
-        np.empty(2 * total), np.empty(total, np.int64), shift,
-        np.zeros((rows, 4, n)), np.zeros((rows, 2, bushings)), mu,
+        np.empty((total, total)), np.empty((total, total)) if shift else None, np.empty((rows, total)),
+        np.empty((2, total)), np.empty(total, np.int64), shift, np.zeros((rows, 4, n)), mu,
     )  # fmt: skip
-    work = r.work
-    parts = (
-        tables.mass, tables.pair, tables.bushing_pair, tables.motion,
-        work.q, work.v, work.big, work.jac, work.row_g,
-    )  # fmt: skip
-    for first, tangents in _stretches(r, nodes - 1):
+    damage = _damage_sweep(r, start) if bushings else None
+    for first, (k, c, j, slopes) in _stretches(r, nodes - 1):
         alpha_adjoint(
-            *parts, scheme.numbers, r.step, first, r.position, r.velocity, start.starts, start.at,
-            start.position, start.velocity, start.acceleration, start.multiplier, start.damage,
-            *space, *tangents,
+            tables.mass, scheme.numbers, r.step, first, r.position, start.starts, start.at,
+            start.position, start.velocity, start.acceleration, start.multiplier,
+            *space, k, c, j, None if damage is None else damage._replace(slopes=slopes),
         )  # fmt: skip
     contract_history(
         tables, r.work, start.starts, r.position, r.velocity, mu, np.empty((nodes, pairs, 8)),
