@@ -52,6 +52,18 @@ def test_layout_that_is_no_better_says_so(folder, tmp_path, monkeypatch):
     assert "That is no better than the uniform layout (3)." in text_of(write_report(copy).read_text())
 
 
+def test_many_scenarios_are_folded(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr("workbench.report.draw_svg", lambda draw, **options: "<svg></svg>")
+    copy = write_sample(tmp_path / "s.holdfast")
+    layout = json.loads((folder / "layout.json").read_text())
+    for count, folded in ((8, False), (9, True)):
+        layout["scenarios"] = [{"name": f"case {k}", "value": k, "parameters": {}} for k in range(count)]
+        (copy / "layout.json").write_text(json.dumps(layout))
+        page = write_report(copy).read_text()
+        assert (f"<summary>The layout in each of its scenarios ({count} rows)</summary>" in page) == folded
+        assert f">case {count - 1}<" in page
+
+
 def test_kinds_of_members_are_told_apart_without_colour(page):
     drawing = re.search(r'<figure id="figure-layout-drawing">.*?</figure>', page, re.S)[0]
     assert "stroke-dasharray" in drawing

@@ -45,13 +45,17 @@ class Column:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """Rows of raw values; `marked` rows are set off and say why in their cell of the column `mark`."""
+    """Rows of raw values; `marked` rows are set off and say why in their cell of the column `mark`.
+
+    A `folded` table is opened by a click and left out in print: for details that are long and told elsewhere.
+    """
 
     id: str
     title: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Any, ...], ...]
     marked: frozenset[int] = frozenset()
+    folded: bool = False
 
     @property
     def trimmed(self) -> "Table":

@@ -40,6 +40,7 @@ __all__ = ["improvement_sentence", "layout_section"]
 
 MOST_OF = 0.9
 THERE = 1e-3  # density of a member that is listed as there
+SCENARIOS = 8  # up to so many stand open on the page; the loop lists its cases once more
 PURIFIED = {
     "accepted": "taken instead of the layout",
     "before": "worst before",
@@ -292,6 +293,7 @@ def _tables(
             Table(
                 id="scenarios",
                 title="The layout in each of its scenarios",
+                folded=len(layout["scenarios"]) > SCENARIOS,
                 columns=(
                     Column(name="scenario"),
                     Column(name=response, unit=unit),
