@@ -7,7 +7,9 @@ number of units.
 2. Shorten the best distinct maxima, at the full and at half the threshold: a chain of nested sets each, with
    the maximum of every set.
 3. Polish the best chain by exchange.
-4. Choose the set that maximises l - threshold * size.
+4. Choose the set that maximises l - threshold * size, or none if none does so by `BEYOND_NONE`: where
+   nothing acts theta is not identified, and the best of all its values gains more than the one
+   degree of freedom that the threshold reckons with (Davies, Biometrika 74, 1987, 33-43).
 
 Large designs are searched on a random part of the runs (`PACKED_RUNS`) and finished on all of them
 (`surrogates.all_runs`): the multi-start is where the evaluations are, and a hundred runs tell maxima apart
@@ -44,6 +46,7 @@ ROUNDS = 3  # of that
 CONVINCING = 0.95  # leave-one-out Q2 of a best maximum that needs no further starts
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
+BEYOND_NONE = 2.0  # in l: how much better than no input at all a set must be
 LENIENT = 0.5  # of the threshold: what orders the units beyond the chosen set
 
 
@@ -144,7 +147,7 @@ def ard_screening(
         return chain.score(threshold) if size is None else chain.optima[chain.index(size)].value
 
     best = exchange(ground, max(chains, key=score), threshold=threshold, nugget=nugget)
-    chosen = best.best(threshold) if size is None else best.index(size)
+    chosen = _chosen(best, threshold, size)
     k = len(best.sets[chosen])
     agreeing = sum(
         reached
@@ -165,7 +168,7 @@ def ard_screening(
             fixed=size is not None,
             rng=rng,
         )
-        chosen = best.best(threshold) if size is None else best.index(size)
+        chosen = _chosen(best, threshold, size)
     return ArdScreening(
         chain=best,
         chosen=chosen,
@@ -178,6 +181,14 @@ def ard_screening(
         agreeing=agreeing,
         search_runs=ground.n_runs,
     )
+
+
+def _chosen(chain: Chain, threshold: float, size: int | None) -> int:
+    """Index of the best set of a chain, or of the given size."""
+    if size is not None:
+        return chain.index(size)
+    none = chain.index(0)
+    return chain.best(threshold) if chain.score(threshold) > chain.optima[none].value + BEYOND_NONE else none
 
 
 def _in_two_widths(

@@ -270,7 +270,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         if self.n_features is not None:
             return f"{self.n_features} inputs, as asked"
         if self.method == "default":
-            return f"the set with the largest l - {threshold:.2f} x number of inputs"
+            return f"the set with the largest l - {threshold:.2f} x number of inputs, if 2 above none"
         return f"forward until the gain in l falls below {threshold:.2f}"
 
     def _nugget_bounds(self, runs: CanonicalRuns) -> tuple[float, float]:

@@ -67,6 +67,26 @@ def test_number_of_inputs_can_be_fixed():
         assert len(KrigingScreener(n_features=size).fit(x, y).selected_) == min(size, 6)
 
 
+def test_pure_noise_selects_nothing():
+    """At most one sample in twenty may seem to depend on something; 12 % did before none was preferred."""
+    wrong = 0
+    for seed in range(20):
+        rng = np.random.default_rng([seed, 50, 5, 7])
+        x, y = rng.random((50, 5)), rng.standard_normal(50)
+        screener = KrigingScreener(n_starts=50).fit(x, y)
+        wrong += len(screener.selected_) > 0
+        assert sorted(screener.ranking_) == list(range(5))
+        assert not screener.diagnosis_.resolved
+    assert wrong <= 1
+
+
+def test_one_weak_input_is_told_from_nothing():
+    rng = np.random.default_rng(3)
+    x = rng.random((50, 5))
+    screener = KrigingScreener().fit(x, x[:, 3] + 0.4 * rng.standard_normal(50))
+    assert list(screener.selected_) == [3]
+
+
 def test_pure_noise_is_not_resolved():
     rng = np.random.default_rng(5)
     screener = KrigingScreener().fit(rng.random((40, 8)), rng.standard_normal(40))
