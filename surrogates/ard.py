@@ -47,7 +47,7 @@ CONVINCING = 0.95  # leave-one-out Q2 of a best maximum that needs no further st
 LARGEST_SET = 12  # units that a maximum is shortened from; more on demand
 SHORTENED = 4  # distinct maxima that are shortened
 BEYOND_NONE = 2.0  # in l: how much better than no input at all a set must be
-LENIENT = 0.5  # of the threshold: what orders the units beyond the chosen set
+LENIENT = 0.5  # of the threshold: maxima that are best then are shortened, too
 
 
 def threshold_for(n_units: int, risk: float = 0.05) -> float:
@@ -71,8 +71,8 @@ class ArdScreening:
     Attributes:
         chain: nested sets through the chosen one.
         chosen: index of the chosen set in the chain.
-        next_in_line: units beyond the chosen set, most promising first: those of the set that is best when
-            the threshold is halved.
+        next_in_line: units in the order in which they join the best set as the threshold falls, those of the
+            chosen set first.
         search: the multi-start.
         rivals: the best other set of each other maximum, with its score below the chosen one's.
         margin: the smallest such fall to a set that misses a unit of the chosen one.
@@ -155,7 +155,7 @@ def ard_screening(
         if set(most_active(ground, optimum, k)) == set(best.sets[chosen])
     )
     rivals, margin = _rivals(best, chosen, chains, threshold)
-    line = _entering(max([best, *chains], key=lambda c: c.score(LENIENT * threshold)), LENIENT * threshold)
+    line = _next_in_line(best.sets[chosen], best.optima[chosen].value, [best, *chains])
     if rows is not None:
         best = on_all_runs(
             runs,
@@ -227,12 +227,31 @@ def _worth_shortening(ground: Landscape, search: Search, threshold: float) -> li
     return [search.optima[i] for i in at]
 
 
-def _entering(chain: Chain, threshold: float) -> tuple[int, ...]:
-    """The units of a chain's best set, the last to be taken out first."""
+def _next_in_line(chosen: tuple[int, ...], value: float, chains: list[Chain]) -> tuple[int, ...]:
+    """The chosen set, of l `value`, and the units beyond it, in the order in which they join the best set of
+    all chains as the price of a unit falls."""
+    best: dict[int, tuple[float, Chain]] = {}
+    for chain in chains:
+        for members, optimum in zip(chain.sets, chain.optima, strict=True):
+            if len(members) not in best or optimum.value > best[len(members)][0]:
+                best[len(members)] = optimum.value, chain
+    size, order = len(chosen), list(chosen)
+    while True:
+        # the price at which a larger set becomes the best one
+        prices = {m: (best[m][0] - value) / (m - size) for m in best if m > size}
+        if not prices or max(prices.values()) <= 0.0:
+            return tuple(order)
+        size = max(prices, key=lambda m: prices[m])
+        value, chain = best[size]
+        order += [u for u in _entering(chain, size) if u not in order]
+
+
+def _entering(chain: Chain, size: int) -> list[int]:
+    """The units of a chain's set of a size, the last to be taken out first."""
     order: list[int] = []
-    for members in reversed(chain.sets[chain.best(threshold) :]):
+    for members in reversed(chain.sets[chain.index(size) :]):
         order += [u for u in members if u not in order]
-    return tuple(order)
+    return order
 
 
 def _starts_affordable(n_starts: int, n_units: int, n_runs: int) -> int:
