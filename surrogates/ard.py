@@ -169,6 +169,8 @@ def ard_screening(
             rng=rng,
         )
         chosen = _chosen(best, threshold, size)
+        # inputs that only all runs showed belong to the selection, and to what it leads by
+        margin = min(margin, _rivals(best, chosen, [], threshold)[1])
     return ArdScreening(
         chain=best,
         chosen=chosen,

@@ -87,6 +87,16 @@ def test_one_weak_input_is_told_from_nothing():
     assert list(screener.selected_) == [3]
 
 
+def test_margin_of_a_large_design_counts_the_weakest_input():
+    rng = np.random.default_rng(2)
+    x = rng.random((260, 6))
+    y = np.sin(5 * x[:, 0]) + x[:, 1] + 0.003 * x[:, 2]  # 130 runs do not show the last
+    screener = KrigingScreener().fit(x, y)
+    assert set(screener.selected_) == {0, 1, 2}
+    last = [s for s in screener.path_ if s.accepted][-1]
+    assert screener.diagnosis_.margin <= last.gain - screener.diagnosis_.threshold + 1e-6
+
+
 def test_pure_noise_is_not_resolved():
     rng = np.random.default_rng(5)
     screener = KrigingScreener().fit(rng.random((40, 8)), rng.standard_normal(40))
