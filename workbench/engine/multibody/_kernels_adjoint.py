@@ -10,8 +10,8 @@ from numba import njit
 
 from ._kernels_alpha import keep_tangents
 from ._kernels_dense import lu_factor, lu_solve_transposed
-from ._kernels_elements import pair_map
-from ._kernels_equations import evaluate, pair_covector, set_state
+from ._kernels_elements import pair_covector, pull_back
+from ._kernels_equations import evaluate, set_state
 from ._kernels_options import ENTRY, INNER
 
 
@@ -51,13 +51,9 @@ def damage_to_motion(D, at, row, out):
     for e in range(eta.shape[0]):
         p = D.bushing_pair[e]
         i, j = D.pair[p, 0], D.pair[p, 1]
-        pair_map(D.q, D.v, i, j, D.big[p], D.jac)
-        for a in range(6):
-            body = i if a < 3 else j
-            if body < free:
-                for x in range(3):
-                    weight = eta[e] * D.slopes[at, e, 4 + x] + lz[e] * D.slopes[at, e, 7 + x]
-                    out[3 * body + a % 3] += weight * D.jac[x, a]
+        g, d = D.slopes[at, e, 4:7], D.slopes[at, e, 7:10]
+        f0, f1, f2 = eta[e] * g[0] + lz[e] * d[0], eta[e] * g[1] + lz[e] * d[1], eta[e] * g[2] + lz[e] * d[2]
+        pull_back(D.q, i, j, free, D.big[p], f0, f1, f2, out)
 
 
 @njit(**INNER)
@@ -66,7 +62,7 @@ def motion_to_damage(D, at, row, mu, half):
     eta, lz, w, free = D.costate[row, 0], D.costate[row, 1], D.row_g, mu.shape[0] // 3
     for e in range(eta.shape[0]):
         p = D.bushing_pair[e]
-        pair_covector(D.q, D.v, D.jac, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
+        pair_covector(D.q, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
         b = D.slopes[at, e]
         eta[e] = -(lz[e] + b[1] * w[0] + b[2] * w[1] + b[3] * w[2]) / (1.0 - half * b[0])
 

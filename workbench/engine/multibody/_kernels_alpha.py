@@ -13,8 +13,8 @@ from numba import njit
 from numpy import cos, sin
 
 from ._kernels_dense import lu_factor, lu_solve
-from ._kernels_elements import COINCIDENT_Y
-from ._kernels_equations import evaluate, pair_covector
+from ._kernels_elements import COINCIDENT_Y, pair_covector
+from ._kernels_equations import evaluate
 from ._kernels_options import CAREFUL, INNER
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
@@ -74,11 +74,11 @@ def keep_tangents(W, k, c, j):
 
 
 @njit(**INNER)
-def work_of(pair, q, v, jac, big, fr, w, move, free):
+def work_of(pair, q, big, fr, w, move, free):
     """Work of the members' forces along a motion of the free bodies, systems of springs alone."""
     total = 0.0 * move[0]
     for p in range(pair.shape[0]):
-        pair_covector(q, v, jac, pair[p, 0], pair[p, 1], free, move, big[p], w)
+        pair_covector(q, pair[p, 0], pair[p, 1], free, move, big[p], w)
         total += fr[p, 0] * w[0] + fr[p, 1] * w[1] + fr[p, 2] * w[2]
     return total
 
@@ -222,7 +222,7 @@ def alpha_forward(
             if keep_e.shape[0] > 0:
                 keep_e[step] = W.energy[0]
                 if not closed:
-                    keep_e[step] += h2c * work_of(T.pair, W.q, W.v, W.jac, W.big, W.fr, W.row_g, rhs, n // 3)
+                    keep_e[step] += h2c * work_of(T.pair, W.q, W.big, W.fr, W.row_g, rhs, n // 3)
         for i in range(n):
             acc[i] += c * w1[i]
             largest = max(largest, abs(w1[i]))

@@ -8,8 +8,8 @@ stays in the cache nearest to the processor while all nodes and all rows pass ov
 from numba import njit
 from numpy import cos, sin
 
-from ._kernels_elements import bushing_parameters, torsion_parameters
-from ._kernels_equations import FUSED, pair_covector, set_state, unit_forces
+from ._kernels_elements import bushing_parameters, pair_covector, torsion_parameters
+from ._kernels_equations import FUSED, set_state, unit_forces
 from ._kernels_laws import USER, law_parameters, laws
 from ._kernels_members import measure, project, rows, springs_contract
 from ._kernels_options import ENTRY, INNER
@@ -32,7 +32,7 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
     """gradient (R, N) += sum over the nodes up to starts[r] of (dF/dscale)^T mu[:, r].
 
     mu (nodes, R, n), starts (R,) descending; big (nodes, P, 8), covector (P, nodes, R, 3) and b (3, N) are
-    work space.
+    work space. b is None for one row of a system of undamped springs: all else is compiled away then.
     """
     count, last_node = starts.shape[0], starts[0]
     free = mu.shape[2] // 3
@@ -44,17 +44,8 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
             big[step, p, 6], big[step, p, 7] = cos(W.big[p, 2]), sin(W.big[p, 2])
             for r in range(count):
                 if starts[r] >= step:
-                    pair_covector(
-                        W.q,
-                        W.v,
-                        W.jac,
-                        T.pair[p, 0],
-                        T.pair[p, 1],
-                        free,
-                        mu[step, r],
-                        W.big[p],
-                        covector[p, step, r],
-                    )
+                    w = covector[p, step, r]
+                    pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu[step, r], W.big[p], w)
     for g in range(T.segment.shape[0]):
         p, code, begin, end = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
         if code == USER:
@@ -67,26 +58,15 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
                     active -= 1
                 X = big[step, p]
                 if code == FUSED and active == 1:
-                    w = covector[p, step, 0]
+                    w, g = covector[p, step, 0], gradient[0]
                     springs_contract(
-                        T.geometry,
-                        T.law[0],
-                        first,
-                        last,
-                        X[0],
-                        X[1],
-                        X[6],
-                        X[7],
-                        w[0],
-                        w[1],
-                        w[2],
-                        gradient[0],
-                    )
-                    continue
-                rows(T.geometry, first, last, X[0], X[1], X[2], b)
-                measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
-                unit_forces(T, W, step, code, first, last)
-                spread_over_rows(b, W.f, first, last, covector[p, step], active, gradient)
+                        T.geometry, T.law[0], first, last, X[0], X[1], X[6], X[7], w[0], w[1], w[2], g
+                    )  # fmt: skip
+                elif b is not None:
+                    rows(T.geometry, first, last, X[0], X[1], X[2], b)
+                    measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+                    unit_forces(T, W, step, code, first, last)
+                    spread_over_rows(b, W.f, first, last, covector[p, step], active, gradient)
 
 
 @njit(**ENTRY)
@@ -116,7 +96,7 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by
         if code == USER:
             continue
         X = W.big[p]
-        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
         law_code = 0 if code == FUSED else code
         measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
         laws(law_code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
@@ -129,13 +109,13 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by
                 by_law[k, i] += along * dp[k]
     for e in range(T.torsion_pair.shape[0]):
         p = T.torsion_pair[e]
-        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
+        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
         torsion_parameters(T.torsion, e, W.big[p], dp)
         for k in range(6):
             by_torsion[k, e] += w[2] * dp[k]
     for e in range(T.bushing_pair.shape[0]):
         p = T.bushing_pair[e]
-        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
+        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
         bushing_parameters(T.bushing, e, W.big[p], W.z[e], dq)
         for k in range(5):
             by_bushing[k, e] += dq[k, 0] * w[0] + dq[k, 1] * w[1] + dq[k, 2] * w[2]

@@ -43,12 +43,37 @@ def pair_coordinates(qa, va, i, j, big):
 
 
 @njit(**INNER)
-def pair_map(qa, va, i, j, big, jac):
-    """jac (3, 6) = dX/d(q_i, q_j)."""
-    c, s = cos(qa[3 * j + 2]), sin(qa[3 * j + 2])
-    jac[0, 0], jac[0, 1], jac[0, 2], jac[0, 3], jac[0, 4], jac[0, 5] = c, s, 0.0, -c, -s, big[1]
-    jac[1, 0], jac[1, 1], jac[1, 2], jac[1, 3], jac[1, 4], jac[1, 5] = -s, c, 0.0, s, -c, -big[0]
-    jac[2, 0], jac[2, 1], jac[2, 2], jac[2, 3], jac[2, 4], jac[2, 5] = 0.0, 0.0, 1.0, 0.0, 0.0, -1.0
+def pair_covector(q_full, i, j, free, mu, big, w):
+    """w (3,) = J mu: how a virtual motion mu of the free bodies moves the pair's coordinates."""
+    c, s = cos(q_full[3 * j + 2]), sin(q_full[3 * j + 2])
+    x = 0.0 * mu[0]
+    y, turn_i, turn_j = x, x, x
+    if i < free:
+        x += mu[3 * i]
+        y += mu[3 * i + 1]
+        turn_i = mu[3 * i + 2]
+    if j < free:
+        x -= mu[3 * j]
+        y -= mu[3 * j + 1]
+        turn_j = mu[3 * j + 2]
+    w[0] = c * x + s * y + big[1] * turn_j
+    w[1] = c * y - s * x - big[0] * turn_j
+    w[2] = turn_i - turn_j
+
+
+@njit(**INNER)
+def pull_back(q_full, i, j, free, big, f0, f1, f2, out):
+    """out (n,) += J^T f: a force in pair coordinates on the free bodies."""
+    c, s = cos(q_full[3 * j + 2]), sin(q_full[3 * j + 2])
+    x, y = c * f0 - s * f1, s * f0 + c * f1
+    if i < free:
+        out[3 * i] += x
+        out[3 * i + 1] += y
+        out[3 * i + 2] += f2
+    if j < free:
+        out[3 * j] -= x
+        out[3 * j + 1] -= y
+        out[3 * j + 2] += big[1] * f0 - big[0] * f1 - f2
 
 
 @njit(**INNER)

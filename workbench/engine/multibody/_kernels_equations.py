@@ -18,8 +18,9 @@ from ._kernels_elements import (
     COINCIDENT_Y,
     bushing,
     pair_coordinates,
-    pair_map,
+    pair_covector,
     pair_row,
+    pull_back,
     spread,
     torsion,
 )
@@ -102,12 +103,7 @@ def _elements(T, W, step, lam, z, zrate, half, tangent):
         i, j = T.pair[p, 0], T.pair[p, 1]
         value = pair_row(kind, T.row_data, r, W.big[p], W.row_g, W.row_h)
         W.phi[r] = value - T.drive[step, r]
-        pair_map(W.q, W.v, i, j, W.big[p], W.jac)
-        for a in range(6):
-            body = i if a < 3 else j
-            if body < free:
-                total = W.row_g[0] * W.jac[0, a] + W.row_g[1] * W.jac[1, a] + W.row_g[2] * W.jac[2, a]
-                W.phi_q[r, 3 * body + a % 3] += total
+        pull_back(W.q, i, j, free, W.big[p], W.row_g[0], W.row_g[1], W.row_g[2], W.phi_q[r])
         for a in range(3):
             W.fr[p, a] += lam[r] * W.row_g[a]
             for b in range(3):
@@ -250,45 +246,24 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
         body = T.load[e, 0]
         if body >= free:
             continue
-        fx, fy, torque = T.load_sample[step, e, 0], T.load_sample[step, e, 1], T.load_sample[step, e, 2]
+        at, follower = 3 * body, T.load[e, 1] == 1
+        fx, fy = T.load_sample[step, e, 0], T.load_sample[step, e, 1]
         sx, sy = T.load_point[e, 0], T.load_point[e, 1]
-        at = 3 * body
-        if T.load[e, 1] == 1:
-            c, s = cos(W.q[at + 2]), sin(W.q[at + 2])
-            gx = c * fx - s * fy
-            gy = s * fx + c * fy
-            W.force[at] -= gx
-            W.force[at + 1] -= gy
-            W.force[at + 2] -= torque + sx * fy - sy * fx
-            if tangent:
-                W.k[at, at + 2] += gy
-                W.k[at + 1, at + 2] -= gx
-        elif sx != 0.0 or sy != 0.0:
-            c, s = cos(W.q[at + 2]), sin(W.q[at + 2])
-            ax = c * sx - s * sy
-            ay = s * sx + c * sy
-            W.force[at] -= fx
-            W.force[at + 1] -= fy
-            W.force[at + 2] -= torque + ax * fy - ay * fx
-            if tangent:
-                W.k[at + 2, at + 2] += ay * fy + ax * fx
+        c, s = cos(W.q[at + 2]), sin(W.q[at + 2])
+        gx, gy = fx + 0.0 * c, fy + 0.0 * c
+        if follower:
+            gx, gy = c * fx - s * fy, s * fx + c * fy
+        ax, ay = c * sx - s * sy, s * sx + c * sy
+        W.force[at] -= gx
+        W.force[at + 1] -= gy
+        W.force[at + 2] -= T.load_sample[step, e, 2] + ax * gy - ay * gx
+        if not tangent:
+            continue
+        if follower:
+            W.k[at, at + 2] += gy
+            W.k[at + 1, at + 2] -= gx
         else:
-            W.force[at] -= fx
-            W.force[at + 1] -= fy
-            W.force[at + 2] -= torque
-
-
-@njit(**INNER)
-def pair_covector(q_full, v_full, jac, i, j, free, mu, big, w):
-    """w (3,) = J mu: how a virtual motion mu of the free bodies moves the pair's coordinates."""
-    pair_map(q_full, v_full, i, j, big, jac)
-    for r in range(3):
-        total = 0.0 * mu[0]
-        for a in range(6):
-            body = i if a < 3 else j
-            if body < free:
-                total += jac[r, a] * mu[3 * body + a % 3]
-        w[r] = total
+            W.k[at + 2, at + 2] += ay * gy + ax * gx
 
 
 @njit(**ENTRY)
@@ -301,7 +276,7 @@ def contract(T, W, step, mu, gradient):
         if code == USER:
             continue
         X = W.big[p]
-        pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
         if code == FUSED:
             springs_contract(
                 T.geometry, T.law[0], first, last, X[0], X[1], cos(X[2]), sin(X[2]),
@@ -362,7 +337,7 @@ def contract_segment(T, W, p, first, last, mu, gradient):
     """gradient[first:last] += W.f (b . J mu) for members with the unit forces given in W.f."""
     w = W.row_g
     X = W.big[p]
-    pair_covector(W.q, W.v, W.jac, T.pair[p, 0], T.pair[p, 1], mu.shape[0] // 3, mu, X, w)
+    pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], mu.shape[0] // 3, mu, X, w)
     project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.fd)
     for i in range(first, last):
         gradient[i] += W.f[i] * W.fd[i]

@@ -59,7 +59,6 @@ class Work(NamedTuple):
     fr: Array  # (P, 3)
     kr: Array  # (P, 3, 3)
     cr: Array  # (P, 3, 3)
-    jac: Array  # (3, 6)
     half: Array  # (3, 6)
     row_g: Array  # (3,)
     row_h: Array  # (3, 3)
@@ -87,7 +86,6 @@ class DamageSweep(NamedTuple):
     q: Array  # (3 bodies,) work space, as in `Work`
     v: Array
     big: Array  # (P, 6)
-    jac: Array  # (3, 6)
     row_g: Array  # (3,)
     rates: Array  # (nodes, n) velocities of the run
     seed: Array  # (E, B) dG/d(damage)
@@ -108,7 +106,7 @@ def work_space(tables: Tables, dtype: Any = np.float64) -> Work:
         q=zeros(full), v=zeros(full), force=zeros(n), k=zeros(n, n), c=zeros(n, n),
         phi=zeros(m), phi_q=zeros(m, n),
         big=zeros(p, 6), fr=zeros(p, 3), kr=zeros(p, 3, 3), cr=zeros(p, 3, 3),
-        jac=zeros(3, 6), half=zeros(3, 6),
+        half=zeros(3, 6),
         row_g=zeros(3), row_h=zeros(3, 3),
         delta=zeros(members), rate=zeros(members), f=zeros(members), fd=zeros(members), fv=zeros(members),
         z=zeros(bushings), zdot=zeros(bushings), gz=zeros(bushings),

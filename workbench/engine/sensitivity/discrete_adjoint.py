@@ -24,7 +24,7 @@ from ..multibody.runge_kutta import runge_kutta_adjoint
 from ..multibody.schemes import BDF2, GeneralisedAlpha, RungeKutta8, VelocityVerlet
 from ..multibody.simulation import proximal
 from ..multibody.stepping import alpha_adjoint_loop, bdf2_adjoint_loop
-from ..multibody.tables import DamageSweep
+from ..multibody.tables import DamageSweep, SpringTables
 from ..multibody.trajectory import Trajectory
 from .independent import independent_gradients
 from .seeds import NodeSeeds, Seeds, node_seeds, seeds
@@ -169,7 +169,7 @@ def _damage_sweep(trajectory: Trajectory, start: NodeSeeds) -> DamageSweep:
     r, tables, work = trajectory, trajectory.tables, trajectory.work
     return DamageSweep(
         bushing_pair=tables.bushing_pair, pair=tables.pair, motion=tables.motion,
-        q=work.q, v=work.v, big=work.big, jac=work.jac, row_g=work.row_g,
+        q=work.q, v=work.v, big=work.big, row_g=work.row_g,
         rates=r.velocity, seed=start.damage, slopes=np.empty((0, r.damage.shape[1], 10)),
         costate=np.zeros((len(start.starts), 2, r.damage.shape[1])),
     )  # fmt: skip
@@ -197,9 +197,10 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
             start.position, start.velocity, start.acceleration, start.multiplier,
             *space, k, c, j, None if damage is None else damage._replace(slopes=slopes),
         )  # fmt: skip
+    plain = rows == 1 and isinstance(tables, SpringTables)
     contract_history(
         tables, r.work, start.starts, r.position, r.velocity, mu, np.empty((nodes, pairs, 8)),
-        np.empty((pairs, nodes, rows, 3)), np.empty((3, count)), gradient,
+        np.empty((pairs, nodes, rows, 3)), None if plain else np.empty((3, count)), gradient,
     )  # fmt: skip
     if not detailed:
         return gradient, ()
