@@ -13,7 +13,7 @@ number of units.
 
 Large designs are searched on a random part of the runs (`PACKED_RUNS`) and finished on all of them
 (`surrogates.all_runs`): the multi-start is where the evaluations are, and a hundred runs tell maxima apart
-as well as a thousand.
+as well as a thousand, mostly; where the result predicts poorly another part gets its chance.
 """
 
 from collections.abc import Callable
@@ -104,7 +104,51 @@ def ard_screening(
     size: int | None,
     rng: np.random.Generator,
 ) -> ArdScreening:
-    """Screen canonical runs; `size` fixes the number of selected units instead of choosing it."""
+    """Screen canonical runs; `size` fixes the number of selected units instead of choosing it.
+
+    A large design whose selection predicts poorly is searched on another part of its runs, and the better of
+    both kept: one sample in 24 of 500 x 100 had lost an input that acts through an interaction only.
+    """
+
+    def attempt() -> ArdScreening:
+        return _attempt(
+            runs,
+            restricted=restricted,
+            eta=eta,
+            nugget=nugget,
+            threshold=threshold,
+            n_starts=n_starts,
+            enough=enough,
+            size=size,
+            rng=rng,
+        )
+
+    first = attempt()
+    if len(runs.y) <= PACKED_RUNS:
+        return first
+    whole = landscape_of(runs, restricted=restricted, eta=eta)
+    if left_out_q2(whole, first.chain.optima[first.chosen]) > CONVINCING:
+        return first
+
+    def score(found: ArdScreening) -> float:
+        return found.chain.optima[found.chosen].value - threshold * len(found.chain.sets[found.chosen])
+
+    return max(first, attempt(), key=score)
+
+
+def _attempt(
+    runs: CanonicalRuns,
+    *,
+    restricted: bool,
+    eta: float,
+    nugget: tuple[float, float],
+    threshold: float,
+    n_starts: int,
+    enough: int,
+    size: int | None,
+    rng: np.random.Generator,
+) -> ArdScreening:
+    """One screening, of a design with many runs by the search on a random part of them."""
     n = len(runs.y)
     rows = np.sort(rng.permutation(n)[:PACKED_RUNS]) if n > PACKED_RUNS else None
     ground = landscape_of(runs, restricted=restricted, eta=eta, rows=rows)

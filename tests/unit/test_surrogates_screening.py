@@ -97,6 +97,21 @@ def test_margin_of_a_large_design_counts_the_weakest_input():
     assert screener.diagnosis_.margin <= last.gain - screener.diagnosis_.threshold + 1e-6
 
 
+@pytest.mark.slow
+def test_what_a_part_of_the_runs_hides_is_sought_in_another_part():
+    """The first 130 of these 500 runs lead to a set without an input that acts through an interaction only."""
+    from studies.screening_functions import FUNCTIONS
+
+    rng = np.random.default_rng(41011)
+    x = rng.random((500, 100))
+    y = FUNCTIONS["welch"].evaluate(x[:, :20])
+    rng.standard_normal(500)
+    order = rng.permutation(100)
+    screener = KrigingScreener().fit(x[:, order], y)
+    assert set(order[screener.ranking_[:6]]) == set(FUNCTIONS["welch"].active)
+    assert screener.diagnosis_.q2 > 0.99
+
+
 def test_pure_noise_is_not_resolved():
     rng = np.random.default_rng(5)
     screener = KrigingScreener().fit(rng.random((40, 8)), rng.standard_normal(40))
