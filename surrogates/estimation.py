@@ -112,8 +112,12 @@ def estimate(
     theta_bounds: ArrayLike | None,
     n_starts: int | None,
     seed: int,
+    theta_prior: tuple[float, float] | None = None,
 ) -> Estimate:
-    """Maximise the likelihood over what is free. Raises NotPositiveDefinite."""
+    """Maximise the likelihood, times the density of a prior of theta if there is one, over what is free.
+
+    Raises NotPositiveDefinite.
+    """
     n, d = runs.u.shape
     if n_starts is None:
         n_starts = int(np.clip(1.5 * d, 5, 30)) if n <= MANY_RUNS else 8
@@ -143,6 +147,7 @@ def estimate(
             start = np.log(np.maximum(_per_input("theta_start", theta_start, d) * units, 1e-300))
             members = [start[likelihood.groups == g] for g in range(likelihood.n_groups)]
             warm = np.array([m.mean() for m in members])
+        likelihood = replace(likelihood, prior=_prior(likelihood, theta_prior, units))
     rungs = [replace(likelihood, nugget=rung) for rung in RUNGS] if ladder else [likelihood]
     best: tuple[Search, Likelihood] | None = None
     for rung in rungs:
@@ -194,6 +199,20 @@ def _per_input(name: str, value: ArrayLike, d: int) -> Array:
     if array.shape not in ((), (d,)) or not np.isfinite(array).all() or (array < 0.0).any():
         raise ValueError(f"{name} needs {d} finite numbers >= 0, got {np.asarray(value).tolist()}")
     return np.broadcast_to(array, (d,)).copy()
+
+
+def _prior(
+    likelihood: Likelihood, theta_prior: tuple[float, float] | None, units: Array
+) -> tuple[Array, float] | None:
+    """Mean per group and standard deviation of log theta in the box of width 1."""
+    if theta_prior is None:
+        return None
+    given = np.asarray(theta_prior, dtype=np.float64)
+    if given.shape != (2,) or not (np.isfinite(given).all() and (given > 0.0).all()):
+        raise ValueError(f"theta_prior needs (median, deviation of log theta) > 0, got {theta_prior}")
+    mean = np.log(given[0] * units)
+    members = [mean[likelihood.groups == g] for g in range(likelihood.n_groups)]
+    return np.array([m.mean() for m in members]), float(given[1])
 
 
 def _limits(likelihood: Likelihood, theta_bounds: ArrayLike | None, units: Array) -> Array | None:

@@ -46,6 +46,9 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         theta: fixed values, (d,) or a number, in the coordinates of X: nothing is searched.
         theta_start: (d,) first start of the search, in the coordinates of X (a warm start).
         theta_bounds: (low, high) or (d, 2), in the coordinates of X; by default wide enough for any input.
+        theta_prior: (median, deviation of log theta) of a lognormal prior of every theta, in the coordinates
+            of X; theta is then the mode of the posterior density of log theta. With hardly more runs than
+            inputs the likelihood alone often ends at inert inputs. None: no prior.
         n_starts: ascents of the likelihood; None is 1.5 per input, at least 5 and at most 30, and 8 above
             250 runs, where the surface is simpler. With `theta_start`, one or two are usually enough.
         groups: (d,) labels of inputs that share one theta in the box of the runs; None gives each its own.
@@ -86,6 +89,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         theta: ArrayLike | None = None,
         theta_start: ArrayLike | None = None,
         theta_bounds: ArrayLike | None = None,
+        theta_prior: tuple[float, float] | None = None,
         n_starts: int | None = None,
         groups: Sequence[Hashable] | None = None,
         categorical: Sequence[int] | None = None,
@@ -100,6 +104,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.theta = theta
         self.theta_start = theta_start
         self.theta_bounds = theta_bounds
+        self.theta_prior = theta_prior
         self.n_starts = n_starts
         self.groups = groups
         self.categorical = categorical
@@ -193,6 +198,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             theta=self.theta,
             theta_start=self.theta_start,
             theta_bounds=self.theta_bounds,
+            theta_prior=self.theta_prior,
             n_starts=self.n_starts,
             seed=self.seed,
         )

@@ -179,6 +179,8 @@ class Likelihood:
         nugget: value when it is not free, None when it is.
         noise: (n,) variances in the unit of y squared, or None. Needs a single response.
         work: what `evaluate` and `value` compute in, or None for fresh arrays each time.
+        prior: means (g,) of a normal prior of log theta and its standard deviation, or None. `evaluate`, by
+            which a search climbs, adds its log density without the constant; `value` is the likelihood alone.
     """
 
     x: Array
@@ -191,6 +193,7 @@ class Likelihood:
     nugget: float | None = 0.0
     noise: Array | None = None
     work: Workspace | None = None
+    prior: tuple[Array, float] | None = None
 
     @property
     def n_groups(self) -> int:
@@ -291,7 +294,15 @@ class Likelihood:
         if self.noise is not None:
             # the explicit part of log sigma^2
             gradient[-1] += -0.5 * (self.degrees() - float(factor.quadratic[0] / sigma2[0]))
-        return Evaluation(self.value_of(factor, sigma2), gradient, information if with_information else None)
+        value = self.value_of(factor, sigma2)
+        if self.prior is not None:
+            mean, deviation = self.prior
+            g = self.n_groups
+            z = (vector[:g] - mean) / deviation
+            value -= 0.5 * float(z @ z)
+            gradient[:g] -= z / deviation
+            information[np.arange(g), np.arange(g)] += deviation**-2
+        return Evaluation(value, gradient, information if with_information else None)
 
     def _trace_weights(self, factor: Factor, sigma2: Array) -> Array:
         """W (n, n) with -2 dl = sum_ij W_ij dC_ij for every symmetric dC. Not symmetric: of C^-1 only a

@@ -141,6 +141,7 @@ def test_the_run_id_of_a_failed_run_is_named():
         ({"theta_start": [-1.0, 1, 1]}, "theta_start needs 3 finite numbers >= 0"),
         ({"theta_bounds": (2, 1)}, "theta_bounds needs 0 < low <= high"),
         ({"theta_bounds": [1, 2, 3]}, r"theta_bounds needs \(low, high\) or shape \(3, 2\)"),
+        ({"theta_prior": (1.0, 0.0)}, r"theta_prior needs \(median, deviation of log theta\) > 0, got \(1.0"),
         ({"groups": [1]}, "groups needs one label per input, got 1 for 3 inputs"),
         ({"categorical": [5]}, "categorical needs columns below 3, got 5"),
         ({"trend": np.ravel}, r"trend function needs to return an array of shape \(25, p\)"),

@@ -1,6 +1,8 @@
 """What holds for every Kriging model: interpolation, leave-one-out, invariances, gradients, error
 contrasts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -138,6 +140,27 @@ def test_gradient_in_every_parameter_equals_central_differences(kind, noisy, q):
     evaluation = likelihood.evaluate(start)
     assert evaluation.gradient == pytest.approx(differences, rel=DIFFERENCE, abs=DIFFERENCE)
     assert np.linalg.eigvalsh(evaluation.information).min() > -1e-10
+
+
+def test_a_prior_adds_its_log_density_to_what_is_climbed_and_nothing_to_the_likelihood():
+    x, y = runs(4, n=18, d=4)
+    mean, deviation = np.array([0.5, -1.0, 2.0]), 0.7
+    plain = Likelihood(
+        x=x,
+        f=np.ones((18, 1)),
+        y=((y - y.mean()) / y.std())[:, None],
+        correlation=Correlation(kind="matern52"),
+        groups=np.array([0, 1, 1, 2]),
+        nugget=None,
+    )
+    held = replace(plain, prior=(mean, deviation))
+    at = np.array([0.3, 0.1, -0.2, -5.0])
+    alone, both = plain.evaluate(at), held.evaluate(at)
+    z = (at[:3] - mean) / deviation
+    assert held.value(at) == plain.value(at)
+    assert both.value == pytest.approx(alone.value - 0.5 * z @ z)
+    assert both.gradient - alone.gradient == pytest.approx(np.append(-z / deviation, 0.0))
+    assert both.information - alone.information == pytest.approx(np.diag([deviation**-2] * 3 + [0.0]))
 
 
 @pytest.mark.parametrize("trend", ["constant", "linear"])

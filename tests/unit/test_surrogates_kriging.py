@@ -87,6 +87,16 @@ def test_bounds_are_kept_and_reported():
     assert k.diagnosis_.at_upper_bound + k.diagnosis_.at_lower_bound != ()
 
 
+def test_a_prior_keeps_theta_near_its_median_where_the_runs_say_little():
+    x, y = runs(8, 5)
+    free = np.log(Kriging().fit(x, y).theta_)
+    held = np.log(Kriging(theta_prior=(2.0, 1.0)).fit(x, y).theta_)
+    assert np.ptp(free) > 5.0  # some inputs look inert, or cut off
+    assert np.abs(held - np.log(2.0)).max() < 2.5
+    wide = Kriging(theta_prior=(2.0, 1e4)).fit(x, y)
+    assert wide.log_likelihood_ == pytest.approx(Kriging().fit(x, y).log_likelihood_, abs=1e-4)
+
+
 def test_groups_share_one_theta():
     x, y = runs(30, 4)
     k = Kriging(groups=["a", "b", "b", "a"]).fit(x * [1, 1, 1, 1], y)
