@@ -99,7 +99,7 @@ def test_margin_of_a_large_design_counts_the_weakest_input():
 
 @pytest.mark.slow
 def test_what_a_part_of_the_runs_hides_is_sought_in_another_part():
-    """The first 130 of these 500 runs lead to a set without an input that acts through an interaction only."""
+    """The first 130 of these 500 runs lead to a set without the input that acts through interactions only."""
     from studies.screening_functions import FUNCTIONS
 
     rng = np.random.default_rng(41011)
