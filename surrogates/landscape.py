@@ -122,7 +122,7 @@ class PackedLandscape:
 
     def _rows(self, partition: Partition) -> tuple[Array, NDArray[np.intp]]:
         """Distances and the row of each group: a group of one unit has its own among all of them."""
-        if all(len(g) == 1 for g in partition):
+        if sum(map(len, partition)) == len(partition):
             return self.distances, np.array([g[0] for g in partition], dtype=np.intp)
         if partition not in self._cache:
             if len(self._cache) * self.distances.shape[1] * len(partition) > CACHED:
