@@ -7,7 +7,7 @@ asks for ever smaller gains, which a floor ends.
 
 import numpy as np
 
-__all__ = ["accuracy_scale", "noticeable_gain"]
+__all__ = ["accuracy_scale", "noticeable_gain", "runs_since_gain"]
 
 SHARE = 3e-3  # of the scale: a smaller gain is no progress
 FLOOR = 3e-4  # of the spread: the smallest scale
@@ -30,3 +30,17 @@ def accuracy_scale(v: np.ndarray) -> float:
 def noticeable_gain(v: np.ndarray) -> float:
     """The smallest gain over max(v) that counts as progress."""
     return SHARE * accuracy_scale(v)
+
+
+def runs_since_gain(v: np.ndarray, gain: float) -> int:
+    """Runs since the largest of the values v (n,), in the order made, last rose by more than `gain`.
+
+    >>> runs_since_gain(np.array([0.0, 1.0, 0.5, 1.01]), 0.1)
+    2
+    """
+    best, since = -np.inf, 0
+    for value in v:
+        since += 1
+        if value > best + gain:
+            best, since = float(value), 0
+    return since

@@ -7,9 +7,13 @@
                  whose upper bound exceeds the worst run: none is dropped while it could still hold the worst
     flip         one coordinate of the worst run moved to another level or to its other end
     trust        the predicted worst inside a box around the worst run
-    hill         around the top of the next hill (`workbench.hills`), by turns the largest expected gain
-                 over it and the predicted worst          after a stall, and where nothing is promised
-    explore      the highest upper bound among random points          after a stall
+    hill         around the top of the next hill (`workbench.hills`), by a model of the runs near it: by turns
+                 the largest expected gain over it and the predicted worst
+    explore      the highest upper bound of the roughest credible model among random points
+
+As long as runs gain, expected improvement and predicted worst take turns. A turn that promises no noticeable
+gain goes to the next hill, else to the cautious model, else to an exploration; after a stall the turns are
+shared out among all proposals.
 
 Every proposal is multiplied with the chance that the run succeeds, and none lies closer than `CLOSEST` to a
 run already made.
@@ -24,7 +28,7 @@ from scipy.spatial.distance import cdist
 from workbench.feasibility import Feasibility
 from workbench.hills import HALF_WIDTH, next_hill
 from workbench.infill import maximise_score
-from workbench.search_model import SearchModel
+from workbench.search_model import SearchModel, fit_local_model, fit_rough_model
 from workbench.search_space import SearchSpace
 
 __all__ = ["Batch", "predicted_worst", "propose"]
@@ -38,14 +42,16 @@ EVEN = 0.49
 TRUSTED = 0.1  # of the unit cube, half the width of the box around the worst run
 AVERSION = 3.0  # power of the chance of success in an expected improvement: a failed run teaches little
 EXPLORED = 300  # random points that an exploration chooses from
-NORMAL = ("predicted", "ei", "predicted", "cautious")
+NORMAL = ("ei", "predicted")
 STALLED = (
     "hill", "hill", "explore", "hill", "hill", "ei", "hill", "hill", "cautious", "hill", "trust", "flip",
 )  # fmt: skip
 FINISHING = ("predicted", "predicted", "trust")
 LOCAL = ("predicted", "trust", "flip")  # given up where one deviation holds no noticeable gain
 SOUGHT = ("ei", "cautious")  # given up where two deviations hold none
+ELSEWHERE = ("hill", "cautious", "explore")  # what takes a turn that holds no gain, the first that may
 VALLEY = 0.03  # of the range of the values: how deep a valley parts two hills
+DOUBT = 1.0  # deviations: a valley that deep is not excluded by the runs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,31 +87,33 @@ def propose(
     Fewer come back when no admissible point is left.
     """
     turns = list(FINISHING if finishing else STALLED if stalled else NORMAL)
+    elsewhere: tuple[str, ...] = () if finishing else ELSEWHERE
     if where.combinations() is not None and not where.is_finite and not finishing:
-        turns.insert(2, "combination")
+        for at in range(len(turns) // 2, 0, -1):
+            turns.insert(2 * at, "combination")
+        elsewhere = ("combination", *ELSEWHERE) if iteration % 3 == 0 else ELSEWHERE
     pool = _pool(where, incumbent, rng)
-    judge, depth = model.cautious or model, VALLEY * float(np.ptp(v))
-    top = None
-    if not finishing:
-        top = next_hill(u_ok, v, lambda points: judge.mean(where.features(points)), depth=depth)
-    hill_pool = pool if top is None else _pool(where, u_ok[top], rng)
+    # with levels, every combination of them would be a hill: there the combinations take turns
+    is_smooth = not finishing and not where.discrete
+    hill = _next_hill(where, model, u_ok=u_ok, v=v, rng=rng) if is_smooth else None
+    rough: SearchModel | None = None
 
     def best_of(name: str, taken: np.ndarray) -> np.ndarray | None:
-        centre, starts, target = incumbent, pool, None
+        nonlocal rough
         if name == "hill":
-            if top is None:
-                return None
-            centre, starts, target = u_ok[top], hill_pool, float(v[top])
-        return _best(
-            name,
-            where,
-            model,
-            taken=taken,
-            incumbent=centre,
-            feasibility=feasibility,
-            pool=starts,
-            target=target,
-        )
+            return None if hill is None else _climb(hill, where, model, taken=taken, feasibility=feasibility)
+        judge = model
+        if name == "explore":
+            # the model of the search may hold all but the known peak for flat
+            seed = model.kriging.seed
+            rough = rough or fit_rough_model(where.features(u_ok), v, model, seed=seed)
+            judge = rough
+        return _best(name, where, judge, taken=taken, incumbent=incumbent, feasibility=feasibility, pool=pool)
+
+    def promising(name: str, taken: np.ndarray) -> np.ndarray | None:
+        point = best_of(name, taken)
+        vain = point is not None and not finishing and _is_vain(name, model, where.features(point[None]))
+        return None if vain else point
 
     chosen: list[np.ndarray] = []
     names: list[str] = []
@@ -114,20 +122,75 @@ def propose(
         name = turns[(iteration + attempt) % len(turns)]
         attempt += 1
         taken = np.vstack([u, *chosen]) if chosen else u
-        point = best_of(name, taken)
-        if point is None and name == "hill":
-            name = "cautious" if iteration % 4 else "explore"
-            point = best_of(name, taken)
-        if point is not None and not finishing and _is_vain(name, model, where.features(point[None])):
-            # nothing to gain here: look elsewhere
-            name = "hill" if top is not None else "explore" if name in SOUGHT else "cautious"
-            point = best_of(name, taken)
-        if point is not None:
-            chosen.append(point[None])
-            names.append(name)
+        for other in dict.fromkeys((name, *elsewhere)):
+            point = promising(other, taken)
+            if point is not None:
+                chosen.append(point[None])
+                names.append(other)
+                break
     points = np.vstack(chosen) if chosen else np.empty((0, where.dimension))
     mean, std = model.in_units(where.features(points)) if chosen else (np.empty(0), np.empty(0))
     return Batch(u=points, proposals=tuple(names), predicted=mean, std=std)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Hill:
+    """The hill to climb next: its top (d,), the value there, a model of the runs around it, starts (m, d)."""
+
+    top: np.ndarray
+    value: float
+    model: SearchModel
+    pool: np.ndarray
+
+
+def _next_hill(
+    where: SearchSpace, model: SearchModel, *, u_ok: np.ndarray, v: np.ndarray, rng: np.random.Generator
+) -> _Hill | None:
+    judge, depth = model.cautious or model, VALLEY * float(np.ptp(v))
+    index = next_hill(
+        u_ok,
+        v,
+        lambda points: judge.bound(where.features(points), -DOUBT),
+        depth=depth,
+        gain=model.noticeable,
+    )
+    if index is None:
+        return None
+    features = where.features(u_ok)
+    return _Hill(
+        top=u_ok[index],
+        value=float(v[index]),
+        model=fit_local_model(features, v, features[index], seed=model.kriging.seed),
+        pool=_pool(where, u_ok[index], rng),
+    )
+
+
+def _climb(
+    hill: _Hill, where: SearchSpace, model: SearchModel, *, taken: np.ndarray, feasibility: Feasibility
+) -> np.ndarray | None:
+    """By turns the predicted worst of the box around the top, where it gains, and the best expected gain."""
+
+    def best(name: str, target: float | None) -> np.ndarray | None:
+        return _best(
+            name,
+            where,
+            hill.model,
+            taken=taken,
+            incumbent=hill.top,
+            feasibility=feasibility,
+            pool=hill.pool,
+            target=target,
+            levels=_box(where, hill.top, HALF_WIDTH, 81),
+        )
+
+    if len(taken) % 2:
+        point = best("predicted", None)
+        gains = point is not None and (
+            hill.model.mean(where.features(point[None]))[0] >= hill.value + model.noticeable
+        )
+        if gains:
+            return point
+    return best("ei", hill.value)
 
 
 def _is_vain(name: str, model: SearchModel, features: np.ndarray) -> bool:
@@ -164,20 +227,19 @@ def _best(
     feasibility: Feasibility,
     pool: np.ndarray,
     target: float | None = None,
+    levels: list[np.ndarray | None] | None = None,
 ) -> np.ndarray | None:
-    """The admissible point of the highest score of the proposal `name`, or None. Of a hill, `incumbent` is
-    the top and `target` its value."""
-    levels: list[np.ndarray | None] = list(where.levels)
-    judge = (model.cautious or model) if name in ("cautious", "combination", "hill") else model
+    """The admissible point of the highest score of the proposal `name` on the given levels, or None.
+
+    `target`: what an expected improvement counts from, the best run by default.
+    """
+    levels = list(where.levels) if levels is None else levels
+    judge = (model.cautious or model) if name in ("cautious", "combination") else model
     acquisition = _acquisition(name, judge, target)
-    if name == "hill" and len(taken) % 2:
-        acquisition = _acquisition("predicted", model)
     if name == "combination":
         levels = _open_combination(where, judge, pool, taken)
     elif name == "trust":
         levels = _box(where, incumbent, TRUSTED, 11)
-    elif name == "hill":
-        levels = _box(where, incumbent, HALF_WIDTH, 21)
     elif name == "flip":
         pool = _flips(where, incumbent)
     elif name == "explore":
@@ -212,7 +274,7 @@ def _acquisition(
     """The score of a proposal on features (m, p) with chances of success (m,)."""
     if name == "explore":
         return lambda features, chance: model.warped_bound(features, 3.0) + model.scale * np.log(chance)
-    if name in ("ei", "cautious", "combination", "hill"):
+    if name in ("ei", "cautious", "combination"):
         return lambda features, chance: model.log_ei(features, target) + AVERSION * np.log(chance)
     # an even chance is good enough for the predicted worst, which often lies where the failures begin
     return lambda features, chance: np.where(chance >= EVEN, model.predict(features)[0], -np.inf)

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome, Reading, response_reader
-from workbench.gain import accuracy_scale, noticeable_gain
+from workbench.gain import accuracy_scale, noticeable_gain, runs_since_gain
 from workbench.search_space import SearchSpace
 from workbench.space import Space
 
@@ -190,14 +190,7 @@ class Ledger:
     @property
     def since_improvement(self) -> int:
         """Runs made since the best value last rose by a noticeable amount."""
-        since = 0
-        best = -np.inf
-        threshold = noticeable_gain(self.v) if self.ok.any() else 0.0
-        for value in self.v:
-            since += 1
-            if value > best + threshold:
-                best, since = value, 0
-        return since
+        return runs_since_gain(self.v, noticeable_gain(self.v)) if self.ok.any() else 0
 
     def require_values(self, count: int) -> None:
         """Raise NotEnoughRuns unless `count` runs gave a value."""

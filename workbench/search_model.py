@@ -4,8 +4,15 @@ batch.
 The search maximises v = +y or -y. The model predicts w(v), w a monotone warp (see `workbench.warp`), so the
 maximiser of v and the expected improvement carry over; bounds in units of y go through the inverse warp.
 
-Linear trend first: with d + 2 runs it is all that can be estimated, and on monotone responses it names the
-    worst corner at once. Once runs are left over, leave-one-out decides between the trends.
+Linear trend first, where the response can be predicted at all: with d + 2 runs it is all that can be
+    estimated, and on monotone responses it names the worst corner at once. Where left-out runs are not
+    predicted from the others, a trend through them is chance. Once runs are left over, leave-one-out decides
+    between the trends.
+
+Ranges by a weak prior: with hardly more runs than inputs the likelihood is often largest where most inputs
+    are inert, and a prediction that holds them for inert is wrong by many of its standard deviations. theta
+    is the mode of its posterior under a lognormal prior, whose median gives points half a side apart in
+    every input the same small correlation in any dimension.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +25,7 @@ from workbench.gain import noticeable_gain
 from workbench.infill import log_expected_improvement
 from workbench.warp import Warp
 
-__all__ = ["SearchModel", "fit_rough_model", "fit_search_model"]
+__all__ = ["SearchModel", "fit_local_model", "fit_rough_model", "fit_search_model"]
 
 SPARE_RUNS = 6  # beyond the terms of the trend: fewer cannot tell a warp from chance
 WARP_GAIN = 2.0  # log-likelihood a warp must win to replace the identity
@@ -32,6 +39,9 @@ MOST_INFLATION = 4.0
 RARE = 2.5  # deviations: the worst run is taken for no rarer an event
 ROUGHER, ROUGHEST_STEPS = 1.35, 12  # all theta are raised by this factor, at most so often,
 CREDIBLE = 2.0  # while the log-likelihood falls by less than this: half the 95 % point of chi^2_1
+PRIOR_SUM = 15.0  # every theta of p is taken for PRIOR_SUM/p, give or take a factor e,
+PRIOR_INPUTS = 6  # and e^(p/PRIOR_INPUTS) when there are more: of many inputs most are inert
+LOCAL_RUNS = 5  # per feature, of the model around a hill
 CAUTION = 0.1  # smallest theta of the cautious model, of the mean theta
 
 
@@ -126,6 +136,16 @@ def _cautious(
     return _fit(features, v, model.trend, model.warp, seed=seed, theta=np.maximum(theta, floor))
 
 
+def fit_local_model(features: np.ndarray, v: np.ndarray, centre: np.ndarray, *, seed: int) -> SearchModel:
+    """A model of the runs nearest to `centre` (p,), five per feature, on the plain values.
+
+    Runs that crowd around another peak can make an input look inert that decides here.
+    """
+    count = max(LOCAL_RUNS * features.shape[1], SPARE_RUNS + 4)
+    near = np.sort(np.argsort(((features - centre) ** 2).sum(axis=1), kind="stable")[:count])
+    return _fit(features[near], v[near], "constant", warps.IDENTITY, seed=seed)
+
+
 def fit_rough_model(features: np.ndarray, v: np.ndarray, model: SearchModel, *, seed: int) -> SearchModel:
     """The roughest response that the runs do not refute, for bounds.
 
@@ -134,7 +154,7 @@ def fit_rough_model(features: np.ndarray, v: np.ndarray, model: SearchModel, *, 
     promise that nothing more is to come; this model makes no such promise.
     """
     nugget = max(model.kriging.nugget_, NUGGET)
-    plain = _fit(features, v, "constant", warps.IDENTITY, seed=seed, nugget=nugget)
+    plain = _fit(features, v, "constant", warps.IDENTITY, seed=seed, nugget=nugget, prior=False)
     theta = np.maximum(plain.kriging.theta_, CAUTION * float(plain.kriging.theta_.mean()))
     rough = first = _fit(features, v, "constant", warps.IDENTITY, seed=seed, nugget=nugget, theta=theta)
     for _ in range(ROUGHEST_STEPS):
@@ -167,9 +187,10 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
         return replace(kept, chosen_at=previous.chosen_at)
     trend = "linear" if n >= p + 2 else "constant"
     chosen = _fit(features, v, trend, warps.IDENTITY, seed=seed)
-    if trend == "linear" and n >= p + 1 + max(5, p // 2):
+    if trend == "linear":
         rival = _fit(features, v, "constant", warps.IDENTITY, seed=seed)
-        if _prediction_score(rival) > _prediction_score(chosen):
+        few = n < p + 1 + max(5, p // 2)
+        if rival.q2 <= 0.0 if few else _prediction_score(rival) > _prediction_score(chosen):
             chosen = rival
     terms = p + 1 if chosen.trend == "linear" else 1
     if n - terms >= max(SPARE_RUNS, p // 2):
@@ -235,15 +256,17 @@ def _fit(
     nugget: float | str = NUGGET,
     correlation: str = "matern52",
     theta: np.ndarray | None = None,
+    prior: bool = True,
 ) -> SearchModel:
     """Kriging of w(v); ranges start from the previous optimum where there is one."""
-    w = warp.forward(v)
+    w, p = warp.forward(v), features.shape[1]
     kriging = Kriging(
         trend=trend,
         correlation=correlation,
         nugget=nugget,
         theta=theta,
         theta_start=None if previous is None else previous.kriging.theta_,
+        theta_prior=(PRIOR_SUM / p, max(1.0, p / PRIOR_INPUTS)) if prior else None,
         n_starts=COLD_STARTS if previous is None else WARM_STARTS,
         seed=seed,
     )
