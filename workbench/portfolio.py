@@ -93,7 +93,7 @@ def propose(
             turns.insert(2 * at, "combination")
         elsewhere = ("combination", *ELSEWHERE) if iteration % 3 == 0 else ELSEWHERE
     pool = _pool(where, incumbent, rng)
-    # with levels, every combination of them would be a hill: there the combinations take turns
+    # with levels, every combination of them would be a hill, and rough models explore where runs fail
     is_smooth = not finishing and not where.discrete
     hill = _next_hill(where, model, u_ok=u_ok, v=v, rng=rng) if is_smooth else None
     rough: SearchModel | None = None
@@ -103,7 +103,7 @@ def propose(
         if name == "hill":
             return None if hill is None else _climb(hill, where, model, taken=taken, feasibility=feasibility)
         judge = model
-        if name == "explore":
+        if name == "explore" and is_smooth:
             # the model of the search may hold all but the known peak for flat
             seed = model.kriging.seed
             rough = rough or fit_rough_model(where.features(u_ok), v, model, seed=seed)
