@@ -34,7 +34,7 @@ class Diagnosis:
         gap_to_second: fall of the log-likelihood to the second optimum; nan when all starts agree.
         evaluations: of the likelihood. `converged`: whether the best ascent stopped by itself.
         q2, coverage95: of the leave-one-out predictions.
-        interval_factor: what cross-validation widened the intervals by; 1 when not asked for.
+        interval_factor: what cross-validation scaled the intervals by; 1 when not asked for.
         degenerate: the trend alone reproduces the response, sigma^2 is zero.
         advice: what to do about it, in words.
     """

@@ -53,7 +53,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             250 runs, where the surface is simpler. With `theta_start`, one or two are usually enough.
         groups: (d,) labels of inputs that share one theta in the box of the runs; None gives each its own.
         categorical: columns that hold labels (numbers or, if X is an object array, strings).
-        calibration: "none" gives plug-in intervals, which take theta as known; "cross_validation" widens them
+        calibration: "none" gives plug-in intervals, which take theta as known; "cross_validation" scales them
             by a factor from ten refits (see `surrogates.calibration`), so that they hold what they promise.
         seed: of the starts. Same seed, same result.
 
@@ -135,12 +135,12 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self._finish(runs, self._estimated(runs, likelihood))
         if self.calibration == "cross_validation":
             variances = likelihood.noise
-            self._widen(
+            self._scale_intervals(
                 interval_factor(self, runs, noise=None if variances is None else variances * runs.scale**2)
             )
         return self
 
-    def _widen(self, factor: float) -> None:
+    def _scale_intervals(self, factor: float) -> None:
         self.interval_factor_ = factor
         self.posterior_ = replace(self.posterior_, sigma2=self.posterior_.sigma2 * factor**2)
         coverage = self.leave_one_out().coverage95

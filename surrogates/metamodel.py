@@ -24,7 +24,7 @@ def selected_kriging(
 
     It starts from the theta of the screening. The nugget is estimated anew: noise is not interpolated, the
     floor of the screening does not blur what is smooth, and a screening of ranks says nothing about the noise
-    of the response. Up to 300 runs that starts from a ladder, and the intervals are widened by
+    of the response. Up to 300 runs that starts from a ladder, and the intervals are scaled by
     cross-validation (see `surrogates.calibration`): `interval_factor_` says by how much. Larger designs keep
     plug-in intervals. Predict with
     `model.predict(screener.transform(X))`; a new run scatters by nugget_ * sigma2_ more than that.

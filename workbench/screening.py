@@ -57,8 +57,8 @@ class Screening:
         verdict, advice: whether it is resolved, and what to do if not.
         stability: share of delete-a-tenth resamples that select the parameter, by name; empty for "welch".
         kriging, leave_one_out, main_effects, sobol: of the Kriging with the selected parameters (see
-            `surrogates.selected_kriging`); empty if none. kriging["interval_factor"] says how much wider than
-            plug-in its intervals had to be made.
+            `surrogates.selected_kriging`); empty if none. kriging["interval_factor"] says by what
+            cross-validation scaled its intervals.
         diagnosis: facts about the search and the runs.
     """
 

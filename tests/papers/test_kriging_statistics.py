@@ -84,3 +84,23 @@ def test_calibrated_intervals_cover_and_plug_in_ones_do_not():
     assert np.mean([c for _, c in table.values()]) == pytest.approx(0.95, abs=0.03)
     assert all(0.88 < c < 0.995 for _, c in table.values())
     assert np.mean([p for p, _ in table.values()]) < 0.92
+
+
+def test_calibration_narrows_intervals_of_a_smooth_response():
+    """Where the plug-in intervals hold everything."""
+    factors, coverage = [], []
+    for seed in range(40, 46):
+        x = qmc.LatinHypercube(4, rng=np.random.default_rng(seed)).random(40)
+        k = Kriging(calibration="cross_validation", n_starts=3).fit(
+            x, x[:, 0] ** 2 + 2 * x[:, 1] * x[:, 2] + x[:, 3]
+        )
+        new = np.random.default_rng(1000 + seed).random((1000, 4))
+        mean, std = k.predict(new, return_std=True)
+        truth = new[:, 0] ** 2 + 2 * new[:, 1] * new[:, 2] + new[:, 3]
+        factors.append(k.interval_factor_)
+        coverage.append(np.mean(np.abs(truth - mean) < 1.96 * std))
+        print(
+            k.interval_factor_, coverage[-1], np.mean(np.abs(truth - mean) < 1.96 * std / k.interval_factor_)
+        )
+    assert max(factors) < 1.0
+    assert 0.92 < np.mean(coverage) < 0.995
