@@ -4,6 +4,7 @@
     repeat   layout <- min over densities of max over S, by the engine        lower end: its worst over S
              worst  <- look at random corners; when they do not break the bound, search the whole uncertainty
              stop when the search exceeds the bound by less than the tolerance, else S <- S + what broke it
+    search the layouts it is compared with; go on when a worst case of theirs breaks the bound
 
 (cutting sets with a pessimising oracle, Mutapcic and Boyd 2009; the oracle is `workbench.layout_oracle`). Of
 the cases that broke the bound several join, far from each other (`workbench.cuts`).
@@ -149,6 +150,9 @@ class _Loop:
     layouts: dict[str, Array] = field(default_factory=dict)
     documents: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     worst: dict[str, Found] = field(default_factory=dict)
+    searched: set[str] = field(
+        default_factory=set
+    )  # layouts whose worst case was searched, not just looked at
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
 
@@ -162,19 +166,45 @@ class _Loop:
             "nominal only": nominal.density,
         }
         self.documents["nominal only"] = nominal.document
-        certified = False
-        for number in range(1, self.settings.rounds + 1):
-            certified = self.round(number)
-            if certified:
+        certified, number = False, 0
+        while True:
+            while not certified and number < self.settings.rounds:
+                number += 1
+                certified = self.round(number)
+            self.search_trivial()
+            # a case that is worst for another layout may break this one, too
+            if not certified or number == self.settings.rounds or not self.broken_by_others():
                 break
-        best = self.best()
-        for name in [*self.layouts]:
-            if name == best or (name != "none" and not name.startswith("round")):
-                self.tell(f"worst case of the layout '{name}'")
-                self.search(name)
+            certified = False
         self.tell("the layout from a second start")
         self.second_start()
         return self.result(certified)
+
+    def search_trivial(self) -> None:
+        """The worst cases of the layouts that the best one is compared with, and of one not yet searched."""
+        best = self.best()
+        for name in [*self.layouts]:
+            if name not in self.searched and (name == best or (name != "none" and not _is_round(name))):
+                self.tell(f"worst case of the layout '{name}'")
+                self.search(name)
+
+    def broken_by_others(self) -> bool:
+        """Whether a worst case of another layout breaks the best one; such cases join the next round."""
+        limit = self.limit()
+        known = len(self.cases)
+        self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
+        values = self.values(self.layouts[self.best()])
+        worst = _largest(values)
+        if worst <= limit:
+            return False
+        self.tell(f"broken by the worst case of another layout, {worst:.6g} {self.model.unit}")
+        self.fresh = known
+        return True
+
+    def limit(self) -> float:
+        """What the layout of the last round may reach in cases found later for the loop to stay closed."""
+        last = self.rounds[-1]
+        return max(last.bound, last.worst) + self.settings.tolerance * abs(last.bound)
 
     def round(self, number: int) -> bool:
         """One layout, one search; True when the search does not break the bound."""
@@ -272,6 +302,7 @@ class _Loop:
         return self.worst[name]
 
     def search(self, name: str) -> Found:
+        self.searched.add(name)
         self.worst[name] = self.oracle.search(self.layouts[name], self.cases)
         return self.worst[name]
 
@@ -305,17 +336,25 @@ class _Loop:
         last = self.rounds[-1]
         # a layout that was chosen in the end without being the last one searched has to stand its own search
         found = self.worst[robust]
-        held = certified and found.value <= max(last.bound, last.worst) * (1 + self.settings.tolerance)
-        status = (
-            f"The search found nothing more than {100 * last.gap:.2g} % above the bound: the loop is closed."
-            if held
-            else f"The rounds were spent with the worst case {100 * last.gap:.3g} % above the bound."
-        )
+        held = certified and found.value <= self.limit()
+        if held:
+            status = f"The search found nothing more than {100 * last.gap:.2g} % above the bound"
+        elif certified:
+            excess = 100 * (found.value / last.bound - 1)
+            status = f"The worst case of another layout lies {excess:.3g} % above the bound"
+        else:
+            status = f"The rounds were spent with the worst case {100 * last.gap:.3g} % above the bound."
+        if certified:
+            status += f": the loop is {'' if held else 'not '}closed."
         return RobustLayout(
             robust=robust, certified=held, status=status, layouts=self.layouts, worst=self.worst,
             cases=self.cases, values=values, rounds=self.rounds, failures=self.failures,
             document=self.documents.get(robust, {}),
         )  # fmt: skip
+
+
+def _is_round(name: str) -> bool:
+    return name.startswith("round")
 
 
 def _largest(values: Sequence[float | None]) -> float:

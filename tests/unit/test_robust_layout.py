@@ -101,6 +101,21 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
     assert found["certified"]
 
 
+@pytest.mark.parametrize(
+    ("rounds", "status"),
+    [
+        (1, "The worst case of another layout lies 5.02 % above the bound: the loop is not closed."),
+        (2, "the loop is closed."),
+    ],
+)
+def test_worst_cases_of_other_layouts_count(tmp_path, rounds, status):
+    """Next to runs that fail the search of one layout may see more than that of another."""
+    text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
+    found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
+    assert found["status"].endswith(status)
+    assert found["certified"] == (rounds == 2)
+
+
 def test_a_case_beyond_the_optimiser_is_named_and_the_loop_goes_on(tmp_path):
     found, folder = run(tmp_path, changed("nominal =", "options = { forbidden = -0.5 }\nnominal ="))
     assert "InvalidLayout in " in found["failures"][0]
