@@ -15,7 +15,7 @@ from workbench.engine.layout.pareto import hypervolume, knee_point, pareto_filte
 from workbench.engine.layout.peaks import local_peaks, rows_with_neighbours
 from workbench.engine.layout.problem import InvalidLayout, LayoutProblem, TabulatedRows, static_problem
 from workbench.engine.layout.purify import fractional_members, purify, rigid_body_sums
-from workbench.engine.layout.quadratic import quadratic_bound
+from workbench.engine.layout.quadratic import BoundState, NewtonSystem, quadratic_bound
 from workbench.engine.layout.result import LayoutStatus
 from workbench.engine.layout.several import boundary_problem, front, simplex_points, weighted_problem
 
@@ -514,3 +514,19 @@ def test_simplex_points_of_three_objectives():
     grid = simplex_points(3, 10)
     assert len(grid) == 10
     assert grid.sum(axis=1) == pytest.approx(np.ones(10))
+
+
+def test_equal_rows_share_their_load_where_rounding_leaves_a_zero_pivot():
+    """Two equal rows with slacks that have vanished make the Newton matrix singular to the last bit."""
+    state = BoundState(
+        d=np.zeros(2), t=0.0, s=np.zeros(2), y=np.full(2, 0.5), zl=np.full(2, 0.1), zu=np.full(2, 0.1)
+    )
+    rows = np.array([[1.0, 2.0], [1.0, 2.0]])
+    system = NewtonSystem(state, -np.ones(2), np.ones(2), np.zeros((2, 0)), rows, 2, np.zeros(2))
+    step = system.direction(0.0)
+    assert np.isfinite(step.d).all()
+    assert np.isfinite(step.y).all()
+    bound = quadratic_bound(
+        np.zeros(4), np.vstack([rows, rows]), None, np.zeros((0, 2)), np.zeros(0), -np.ones(2), np.ones(2)
+    )
+    assert bound.bound == pytest.approx(-3.0, abs=1e-8)

@@ -112,7 +112,10 @@ class NewtonSystem:
         self.last = np.arange(self.first, size - 1)
         matrix[self.last, self.last] += state.s / state.y
         matrix[self.last, -1] = matrix[-1, self.last] = self.unit
-        self.factors = scipy.linalg.lu_factor(matrix, check_finite=False)
+        lu, pivots, _ = scipy.linalg.lapack.dgetrf(matrix)
+        # rows that are alike to rounding leave a zero pivot: any share of the load between them will do
+        lu[lu.diagonal() == 0.0, lu.diagonal() == 0.0] = np.finfo(float).eps * np.abs(lu.diagonal()).max()
+        self.factors = lu, pivots
 
     def direction(self, target: float, correction: BoundState | None = None) -> BoundState:
         """Newton direction towards the products `target`; the correction holds a predictor's second order."""
