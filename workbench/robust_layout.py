@@ -166,40 +166,40 @@ class _Loop:
             "nominal only": nominal.density,
         }
         self.documents["nominal only"] = nominal.document
+        compared = [name for name in self.layouts if name != "none"]
         certified, number = False, 0
         while True:
             while not certified and number < self.settings.rounds:
                 number += 1
                 certified = self.round(number)
-            self.search_trivial()
-            # a case that is worst for another layout may break this one, too
-            if not certified or number == self.settings.rounds or not self.broken_by_others():
+            for name in compared:
+                if name not in self.searched:
+                    self.search(name)
+            if not certified or number == self.settings.rounds or not self.opened_again():
                 break
             certified = False
         self.tell("the layout from a second start")
         self.second_start()
         return self.result(certified)
 
-    def search_trivial(self) -> None:
-        """The worst cases of the layouts that the best one is compared with, and of one not yet searched."""
-        best = self.best()
-        for name in [*self.layouts]:
-            if name not in self.searched and (name == best or (name != "none" and not _is_round(name))):
-                self.tell(f"worst case of the layout '{name}'")
-                self.search(name)
-
-    def broken_by_others(self) -> bool:
-        """Whether a worst case of another layout breaks the best one; such cases join the next round."""
-        limit = self.limit()
-        known = len(self.cases)
-        self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
-        values = self.values(self.layouts[self.best()])
-        worst = _largest(values)
+    def opened_again(self) -> bool:
+        """Whether a case that was found for another layout breaks the best one; it joins the next round."""
+        limit, known = self.limit(), len(self.cases)
+        worst = _largest(self.values(self.layouts[self.searched_best()]))
         if worst <= limit:
             return False
         self.tell(f"broken by the worst case of another layout, {worst:.6g} {self.model.unit}")
         self.fresh = known
         return True
+
+    def searched_best(self) -> str:
+        """The best layout over all cases found for any layout, its own worst case searched."""
+        while True:
+            self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
+            name = self.best()
+            if name in self.searched:
+                return name
+            self.search(name)
 
     def limit(self) -> float:
         """What the layout of the last round may reach in cases found later for the loop to stay closed."""
@@ -225,11 +225,8 @@ class _Loop:
         limit = bound + self.settings.tolerance * abs(bound)
         found = self.look_at(chosen)
         if found.value <= limit:
-            self.tell(
-                f"round {number}: search the worst case of '{chosen}', bound {bound:.6g} {self.model.unit}"
-            )
-            found = self.search(chosen)
-        gap = max(0.0, found.value - bound) / abs(found.value) if found.value else 0.0
+            found = self.search(chosen, bound)
+        gap = _excess(found.value, bound)
         self.rounds.append(
             Round(
                 number=number, cases=len(usable), layout=chosen, bound=bound, worst=found.value,
@@ -301,7 +298,9 @@ class _Loop:
         self.worst[name] = self.oracle.look(self.layouts[name], self.cases)
         return self.worst[name]
 
-    def search(self, name: str) -> Found:
+    def search(self, name: str, bound: float | None = None) -> Found:
+        until = "" if bound is None else f", bound {bound:.6g} {self.model.unit}"
+        self.tell(f"search the worst case of the layout '{name}'{until}")
         self.searched.add(name)
         self.worst[name] = self.oracle.search(self.layouts[name], self.cases)
         return self.worst[name]
@@ -315,15 +314,13 @@ class _Loop:
         known = _largest(self.values(self.layouts[self.best()]))
         for name in self.add(SECOND, made):
             if _largest(self.values(self.layouts[name])) < known:
-                self.tell(f"worst case of the layout '{name}'")
                 self.search(name)
 
     def result(self, certified: bool) -> RobustLayout:
         """Choose the layout whose worst known case is smallest."""
-        self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
+        robust = self.searched_best()
         values = {name: self.values(density) for name, density in self.layouts.items()}
         known = {name: _largest(row) for name, row in values.items()}
-        robust = min(known, key=lambda name: known[name])
         for name, row in values.items():
             k = int(np.argmax([-np.inf if v is None else v for v in row]))
             before = self.worst.get(name)
@@ -334,13 +331,12 @@ class _Loop:
                     open_gap=before.open_gap if before else None,
                 )  # fmt: skip
         last = self.rounds[-1]
-        # a layout that was chosen in the end without being the last one searched has to stand its own search
         found = self.worst[robust]
         held = certified and found.value <= self.limit()
         if held:
             status = f"The search found nothing more than {100 * last.gap:.2g} % above the bound"
         elif certified:
-            excess = 100 * (found.value / last.bound - 1)
+            excess = 100 * _excess(found.value, last.bound)
             status = f"The worst case of another layout lies {excess:.3g} % above the bound"
         else:
             status = f"The rounds were spent with the worst case {100 * last.gap:.3g} % above the bound."
@@ -353,8 +349,9 @@ class _Loop:
         )  # fmt: skip
 
 
-def _is_round(name: str) -> bool:
-    return name.startswith("round")
+def _excess(worst: float, bound: float) -> float:
+    """How far a worst case lies above a bound, as a share of it."""
+    return max(0.0, worst - bound) / abs(worst) if worst else 0.0
 
 
 def _largest(values: Sequence[float | None]) -> float:

@@ -104,7 +104,7 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 @pytest.mark.parametrize(
     ("rounds", "status"),
     [
-        (1, "The worst case of another layout lies 5.02 % above the bound: the loop is not closed."),
+        (1, "The worst case of another layout lies 4.78 % above the bound: the loop is not closed."),
         (2, "the loop is closed."),
     ],
 )
