@@ -14,6 +14,7 @@ from .backward import Chain, shorten
 from .canonical import CanonicalRuns
 from .exchange import ENTERING, take_in
 from .landscape import HIGHEST, LOWEST, Landscape, Optimum, landscape_of
+from .rules import Rules
 
 __all__ = ["on_all_runs"]
 
@@ -29,18 +30,14 @@ def on_all_runs(
     runs: CanonicalRuns,
     chain: Chain,
     chosen: int,
-    *,
-    restricted: bool,
-    eta: float,
-    nugget: tuple[float, float],
-    threshold: float,
-    fixed: bool,
+    rules: Rules,
     rng: np.random.Generator,
 ) -> Chain:
-    """The chain of `chosen`, a set of `chain`, on all runs; `fixed`: take in nothing."""
-    n = len(runs.y)
+    """The chain of `chosen`, a set of `chain`, on all runs; nothing is taken in where the size is given."""
+    n, nugget, threshold = len(runs.y), rules.nugget, rules.threshold
+    fixed = rules.size is not None
     rows = np.sort(rng.permutation(n)[:DIRECT]) if n > DIRECT else None
-    part = landscape_of(runs, restricted=restricted, eta=eta, rows=rows)
+    part = landscape_of(runs, restricted=rules.restricted, eta=rules.eta, rows=rows)
     i = max(0, chosen - SPARE)
     selected, here = chain.sets[i], chain.optima[i]
     here = part.climb(here.partition, here.phi, nugget=nugget, tolerance=ROUGH, max_evaluations=20)
@@ -49,7 +46,7 @@ def on_all_runs(
     found = shorten(part, here, selected=selected, nugget=nugget, tried=1, valued=3, tolerance=0.1, far=FAR)
     if rows is None:
         return found
-    whole = landscape_of(runs, restricted=restricted, eta=eta)
+    whole = landscape_of(runs, restricted=rules.restricted, eta=rules.eta)
     optima = tuple(
         whole.climb(o.partition, o.phi, nugget=nugget, tolerance=ROUGH, max_evaluations=FEW)
         for o in found.optima

@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import _check_feature_names_in, check_is_fitted, validate_data
 
-from .ard import threshold_for
 from .canonical import CanonicalRuns, canonical_runs
 from .diagnosis import close_pairs
 from .errors import TooFewRuns
 from .landscape import landscape_of, left_out_q2, standard_scores
+from .rules import Rules, threshold_for
 from .runs import LabelCodes, check_finite, refuse_text
 from .screening_methods import METHODS, Found, find_sets
 from .screening_path import ScreeningStep, screening_path, told
@@ -58,7 +58,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
 
     Attributes:
         selected_: selected inputs, 0-based, most active first.
-        ranking_: all inputs, most active first.
+        ranking_: all inputs, the one that most likely acts first: by the weight of all sets found that hold
+            it, see `surrogates.rival_sets`. Where the runs are enough, those selected lead.
         path_: a `ScreeningStep` per step.
         theta_, sigma2_, nugget_, log_likelihood_: at the selected set; theta_ in the coordinates of X.
         diagnosis_: a `ScreeningDiagnosis`.
@@ -129,18 +130,16 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         constant = runs.scale <= 1e-13 * float(np.abs(y).max()) or not runs.units
         found = None
         if not constant:
-            found = find_sets(
-                runs,
-                method=self.method,
+            rules = Rules(
                 restricted=self.criterion == "reml",
                 eta=self.eta,
-                threshold=threshold,
                 nugget=bounds,
+                threshold=threshold,
                 size=None if self.n_features is None else min(self.n_features, len(runs.units)),
                 n_starts=self.n_starts,
                 enough=self.enough,
-                rng=np.random.default_rng(self.seed),
             )
+            found = find_sets(runs, self.method, rules, np.random.default_rng(self.seed))
         # what a later look at the stability starts from
         self._runs = runs if found is not None else None
         self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
@@ -167,8 +166,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
                 eta=self.eta,
                 restricted=self.criterion == "reml" and self.method != "welch",
             )
-            order = [k for step in steps if step.accepted for k in step.added]
-            for u in found.next_in_line:
+            for u in found.ranked:
                 order += [k for k in runs.given(u) if k not in order]
             order += [k for step in steps for k in step.added if k not in order]
             best = found.optima[found.accepted]

@@ -9,6 +9,7 @@ from .ard import ard_screening
 from .canonical import CanonicalRuns
 from .forward import forward_path
 from .landscape import Optimum, landscape_of
+from .rules import Rules
 from .welch import welch_path
 
 __all__ = ["METHODS", "Found", "find_sets"]
@@ -32,58 +33,32 @@ class Found:
     evaluations: int = 0
     margin: float = float("inf")
     rest_gain: float = float("nan")
-    next_in_line: tuple[int, ...] = ()
+    ranked: tuple[int, ...] = ()
     rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
 
 
-def find_sets(
-    runs: CanonicalRuns,
-    *,
-    method: str,
-    restricted: bool,
-    eta: float,
-    threshold: float,
-    nugget: tuple[float, float],
-    size: int | None,
-    n_starts: int,
-    enough: int,
-    rng: np.random.Generator,
-) -> Found:
-    """Screen canonical runs by one of METHODS; `size` fixes the number of selected units."""
+def find_sets(runs: CanonicalRuns, method: str, rules: Rules, rng: np.random.Generator) -> Found:
+    """Screen canonical runs by one of METHODS."""
     if method == "default":
-        return _default(
-            runs, restricted=restricted, eta=eta, threshold=threshold, nugget=nugget, size=size,
-            n_starts=n_starts, enough=enough, rng=rng,
-        )  # fmt: skip
+        return _default(runs, rules, rng)
+    nugget, threshold, eta = rules.nugget, rules.threshold, rules.eta
     if method == "forward":
-        landscape = landscape_of(runs, restricted=restricted, eta=eta)
-        base, path = forward_path(landscape, nugget=nugget, threshold=threshold, steps=size)
+        landscape = landscape_of(runs, restricted=rules.restricted, eta=eta)
+        base, path = forward_path(landscape, nugget=nugget, threshold=threshold, steps=rules.size)
         etas = [np.full(len(runs.units), eta)] * (len(path) + 1)
     else:
-        base, path, etas = welch_path(runs, nugget=nugget, threshold=threshold, steps=size)
+        base, path, etas = welch_path(runs, nugget=nugget, threshold=threshold, steps=rules.size)
     sets: list[tuple[int, ...]] = [()]
     for step in path:
         sets.append((*sets[-1], step.added))
-    accepted = len(path) if size is not None else sum(s.gain >= threshold for s in path)
-    return Found(sets=sets, optima=[base, *(s.optimum for s in path)], accepted=accepted, etas=etas)
+    accepted = len(path) if rules.size is not None else sum(s.gain >= threshold for s in path)
+    optima = [base, *(s.optimum for s in path)]
+    # a greedy path ranks by entering
+    return Found(sets=sets, optima=optima, accepted=accepted, etas=etas, ranked=sets[accepted])
 
 
-def _default(
-    runs: CanonicalRuns,
-    *,
-    restricted: bool,
-    eta: float,
-    threshold: float,
-    nugget: tuple[float, float],
-    size: int | None,
-    n_starts: int,
-    enough: int,
-    rng: np.random.Generator,
-) -> Found:
-    result = ard_screening(
-        runs, restricted=restricted, eta=eta, nugget=nugget, threshold=threshold, n_starts=n_starts,
-        enough=enough, size=size, rng=rng,
-    )  # fmt: skip
+def _default(runs: CanonicalRuns, rules: Rules, rng: np.random.Generator) -> Found:
+    result = ard_screening(runs, rules, rng)
     sets, optima = list(result.chain.sets[::-1]), list(result.chain.optima[::-1])
     # in the order of entering: the last to be taken out comes first
     entered: tuple[int, ...] = ()
@@ -95,7 +70,7 @@ def _default(
         sets=ordered,
         optima=optima,
         accepted=len(sets) - 1 - result.chosen,
-        etas=[np.full(len(runs.units), eta)] * len(sets),
+        etas=[np.full(len(runs.units), rules.eta)] * len(sets),
         starts=result.search.starts,
         starts_at_best=result.agreeing,
         search_runs=result.search_runs,
@@ -103,5 +78,5 @@ def _default(
         rivals=result.rivals,
         margin=result.margin,
         rest_gain=result.rest_gain,
-        next_in_line=result.next_in_line,
+        ranked=result.ranked,
     )

@@ -7,7 +7,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from surrogates import KrigingScreener, restricted_log_likelihood
-from surrogates.ard import threshold_for
+from surrogates.rules import threshold_for
 from surrogates.errors import TooFewRuns
 
 METHODS = ["default", "forward", "welch"]

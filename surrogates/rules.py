@@ -1,0 +1,49 @@
+"""What the default screening asks of a set of units, and how long it searches."""
+
+from dataclasses import dataclass
+
+from scipy.stats import chi2
+
+__all__ = ["Rules", "threshold_for"]
+
+LENIENT = 0.5  # of the threshold: sets that are best at that price are looked at, too
+
+
+def threshold_for(n_units: int, risk: float = 0.05) -> float:
+    """The gain in l that one more theta must bring, so that all inert units together enter with
+    probability `risk`.
+
+    An inert unit's theta lies on its bound 0, so twice its gain is 0 or chi^2 with one degree, each with
+    probability 1/2 (Self & Liang, J. Am. Stat. Assoc. 82, 1987, 605-610). Never below 1.92, the 95 % point
+    for a single unit.
+
+    >>> print(round(threshold_for(20), 2), round(threshold_for(100), 2), round(threshold_for(4), 2))
+    3.94 5.41 2.51
+    """
+    return max(1.92, 0.5 * float(chi2.isf(min(1.0, 2.0 * risk / n_units), 1)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rules:
+    """What a screening asks of its sets, and how long it searches.
+
+    Attributes:
+        restricted: REML, else ML.   eta: power of the correlation.
+        nugget: bounds, relative to sigma2.
+        threshold: the gain in l that a unit must bring.
+        size: number of selected units; None to choose it by the threshold.
+        n_starts, enough: at most so many ascents, fewer once so many agree on the best maximum.
+    """
+
+    restricted: bool
+    eta: float
+    nugget: tuple[float, float]
+    threshold: float
+    size: int | None
+    n_starts: int
+    enough: int
+
+    @property
+    def lenient(self) -> float:
+        """The price at which sets are looked at beside those of the full price."""
+        return LENIENT * self.threshold
