@@ -7,8 +7,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from surrogates import KrigingScreener, restricted_log_likelihood
-from surrogates.rules import threshold_for
 from surrogates.errors import TooFewRuns
+from surrogates.rules import threshold_for
 
 METHODS = ["default", "forward", "welch"]
 
