@@ -8,7 +8,7 @@ size on the parameters that no bound holds, and taken when l rises.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,13 @@ LARGEST_STEP = 2.5  # in log theta: a factor of 12
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """Log-likelihood, gradient (g,) and average information (g, g) at one set of parameters."""
+    """Log-likelihood, gradient (g,) and average information (g, g) at one set of parameters; the variances of
+    the process (q,), where there are any."""
 
     value: float
     gradient: NDArray[np.float64]
     information: NDArray[np.float64] | None
+    sigma2: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +36,7 @@ class Ascent:
     parameters: NDArray[np.float64]
     value: float
     gradient: NDArray[np.float64]
+    sigma2: NDArray[np.float64]
     evaluations: int
     converged: bool
 
@@ -97,7 +100,12 @@ def ascend(
         else:
             box = min(box, float(np.abs(step).max())) / 3.0
     return Ascent(
-        parameters=x, value=here.value, gradient=here.gradient, evaluations=count, converged=converged
+        parameters=x,
+        value=here.value,
+        gradient=here.gradient,
+        sigma2=here.sigma2,
+        evaluations=count,
+        converged=converged,
     )
 
 

@@ -239,13 +239,12 @@ class DenseLandscape:
         if end is None:
             return Optimum(partition=partition, phi=start, value=FAILED, sigma2=1.0, evaluations=1)
         phi = end.parameters if free else np.append(end.parameters, np.log(nugget[0]))
-        at = surface.unpack(end.parameters)
-        factor = surface.factor(at)
-        assert factor is not None
-        sigma2 = float(surface.variances(factor, at)[0])
-        value = surface.value_of(factor, np.array([sigma2]))
         return Optimum(
-            partition=partition, phi=phi, value=value, sigma2=sigma2, evaluations=end.evaluations + 1
+            partition=partition,
+            phi=phi,
+            value=end.value,
+            sigma2=float(end.sigma2[0]),
+            evaluations=end.evaluations,
         )
 
     def slopes(self, optimum: Optimum) -> tuple[Array, Array]:

@@ -302,7 +302,7 @@ class Likelihood:
             value -= 0.5 * float(z @ z)
             gradient[:g] -= z / deviation
             information[np.arange(g), np.arange(g)] += deviation**-2
-        return Evaluation(value, gradient, information if with_information else None)
+        return Evaluation(value, gradient, information if with_information else None, sigma2)
 
     def _trace_weights(self, factor: Factor, sigma2: Array) -> Array:
         """W (n, n) with -2 dl = sum_ij W_ij dC_ij for every symmetric dC. Not symmetric: of C^-1 only a
