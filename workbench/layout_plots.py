@@ -8,20 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.plots import BLUE, GREY, VERMILLION, axis_label
+from workbench.figure_parts import BLUE, GREY, VERMILLION, axis_label, current_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["plot_density", "plot_front", "plot_layout", "plot_layout_history"]
-
-
-def _axes(ax: "Axes | None") -> "Axes":
-    if ax is not None:
-        return ax
-    from matplotlib import pyplot as plt
-
-    return plt.gca()
 
 
 def plot_layout_history(
@@ -33,7 +25,7 @@ def plot_layout_history(
 ) -> "Axes":
     """Every evaluation as a dot, refused ones hollow, the best so far as a stair; log scale when it spans
     much."""
-    ax = _axes(ax)
+    ax = current_axes(ax)
     number = np.array([h["evaluation"] for h in history])
     value = np.array([h["value"] for h in history], dtype=float)
     best = np.array([np.nan if h["best"] is None else h["best"] for h in history], dtype=float)
@@ -51,7 +43,7 @@ def plot_layout_history(
 
 def plot_density(density: Sequence[float], *, ax: "Axes | None" = None) -> "Axes":
     """Density of every member by its number, as in figures 7.4, 7.7, 7.10 and 7.13 of the dissertation."""
-    ax = _axes(ax)
+    ax = current_axes(ax)
     a = np.asarray(density, dtype=float)
     ax.vlines(np.arange(len(a)), 0, a, color=BLUE, linewidth=0.7)
     ax.set_xlim(-0.5, len(a) - 0.5)
@@ -70,7 +62,7 @@ def plot_layout(
     """
     from matplotlib.collections import LineCollection
 
-    ax = _axes(ax)
+    ax = current_axes(ax)
     density = np.array([m["density"] for m in members], dtype=float)
     ends = np.array([[m["point_a"][:2], m["point_b"][:2]] for m in members], dtype=float)
     share = density / max(float(density.max()), 1e-300)
@@ -101,7 +93,7 @@ def plot_front(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """A front of two objectives, its knee ringed, the utopia point starred."""
-    ax = _axes(ax)
+    ax = current_axes(ax)
     front = np.asarray(points, dtype=float)
     order = np.argsort(front[:, 0])
     ax.plot(front[order, 0], front[order, 1], "o-", color=BLUE, markersize=4, linewidth=1, label="front")

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.plots import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, VERMILLION, axis_label
+from workbench.figure_parts import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PALE,
+    PURPLE,
+    VERMILLION,
+    axis_label,
+    current_axes,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,17 +43,9 @@ DASHES = ("-", "--", ":", "-.")
 COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE)
 
 
-def _axes(ax: "Axes | None") -> "Axes":
-    if ax is not None:
-        return ax
-    from matplotlib import pyplot as plt
-
-    return plt.gca()
-
-
 def plot_history(history: "History", *, times: np.ndarray, ax: "Axes | None" = None) -> "Axes":
     """A response over time, one line per run, told apart by dashes too; the limit dotted."""
-    ax = _axes(ax)
+    ax = current_axes(ax)
     for k, (label, values) in enumerate(history.series.items()):
         ax.plot(times, values, DASHES[k % 4], color=COLOURS[k % 5], label=label)
     if history.limit is not None:
@@ -64,7 +66,7 @@ def plot_convergence(
     """Every evaluated layout and the best so far; trivial layouts as level lines."""
     from matplotlib.ticker import MaxNLocator
 
-    ax = _axes(ax)
+    ax = current_axes(ax)
     number = [h.get("evaluation", k + 1) for k, h in enumerate(history)]
     best = np.minimum.accumulate([h.get("best", h["value"]) for h in history])
     ax.plot(number, [h["value"] for h in history], "o", color=PALE, mfc="none", label="evaluated")
@@ -83,7 +85,7 @@ def plot_rounds(
     """Of every round of a robust loop the bound of the known cases and the worst case found, joined."""
     from matplotlib.ticker import MaxNLocator
 
-    ax = _axes(ax)
+    ax = current_axes(ax)
     number = np.arange(1, len(rounds) + 1)
     bound, worst = (np.array([r[key] for r in rounds], dtype=float) for key in ("bound", "worst"))
     ax.vlines(number, bound, worst, color=GREY, lw=1)
@@ -108,7 +110,7 @@ def plot_layout_matrix(
 
     Areas and a dot for an empty place read in grey print as well as on a screen.
     """
-    ax = _axes(ax)
+    ax = current_axes(ax)
     there = np.argwhere(~np.isnan(density))
     size = np.array([density[i, j] for i, j in there]) / (largest or 1.0)
     ax.scatter(there[:, 1], there[:, 0], s=2, c=GREY, marker=".", linewidths=0)
@@ -131,7 +133,7 @@ def plot_members(
 
     The width is the density relative to the largest; no threshold decides what is there.
     """
-    ax = _axes(ax)
+    ax = current_axes(ax)
     for outline in outlines:
         points = np.asarray(outline, dtype=float)
         ax.fill(points[:, 0], points[:, 1], facecolor="#eef1f4", edgecolor=GREY, lw=1, zorder=1)
@@ -178,7 +180,7 @@ def plot_distributions(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """Share of scenarios at or below a value, one stair per design; the limit dotted."""
-    ax = _axes(ax)
+    ax = current_axes(ax)
     for k, (name, given) in enumerate(values.items()):
         y = np.sort([v for v in given if v is not None])
         if len(y):
@@ -200,7 +202,7 @@ def plot_differences(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """Two designs in the same scenarios: below the diagonal the second has the smaller value."""
-    ax = _axes(ax)
+    ax = current_axes(ax)
     pairs = np.array([(a, b) for a, b in zip(first, second, strict=True) if a is not None and b is not None])
     ends = [float(pairs.min()), float(pairs.max())]
     ax.plot(ends, ends, color=GREY, lw=1, ls="--")

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from workbench.engine import Trajectory
 from workbench.errors import StudyError
+from workbench.figure_parts import BLUE, GREY, VERMILLION, axis_label, current_axes
 from workbench.motion import Body, Member, MotionRun, frame_at, planar_poses
-from workbench.plots import BLUE, GREY, VERMILLION, axis_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,7 +139,7 @@ def plot_histories(
     series: dict[str, Any], times: Any, *, label: str = "value", unit: str = "1", ax: "Axes | None" = None
 ) -> "Axes":
     """Several series over time, told apart by line style as well as colour."""
-    ax = _axes(ax)
+    ax = current_axes(ax)
     colours = (BLUE, VERMILLION, GREY)
     for i, (name, values) in enumerate(series.items()):
         ax.plot(times, values, _STYLES[i % len(_STYLES)], color=colours[i % len(colours)], label=name)
@@ -155,7 +155,7 @@ def plot_storyboard(trajectory: Trajectory, times: Sequence[float], *, ax: "Axes
 
     Bodies are drawn as the outline of their tied points, free ones dark, prescribed ones grey.
     """
-    ax = _axes(ax)
+    ax = current_axes(ax)
     outlines = {name: _outline(points) for name, points in _tied_points(trajectory).items()}
     free = {body.name for body in trajectory.system.free}
     stills = [frame_at(trajectory.times, t) for t in times]
@@ -215,11 +215,3 @@ def _outline(points: Array) -> Array:
 def _placed(points: Array, place: Array) -> Array:
     c, s = np.cos(place[2]), np.sin(place[2])
     return np.asarray(points @ np.array([[c, s], [-s, c]]) + place[:2])
-
-
-def _axes(ax: "Axes | None") -> "Axes":
-    if ax is not None:
-        return ax
-    from matplotlib import pyplot as plt
-
-    return plt.gca()

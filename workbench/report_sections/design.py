@@ -8,9 +8,9 @@ import numpy as np
 import doe
 from workbench.design import Design
 from workbench.design_plots import plot_distances
-from workbench.plots import beats, plot_percentiles
 from workbench.report_sections.blocks import Block, Column, Figure, Panel, Section, Table, names_of, number
 from workbench.report_sections.folder import CampaignFolder
+from workbench.run_plots import beats, plot_percentiles
 
 __all__ = ["design_section"]
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.plots import plot_main_effect
 from workbench.report_sections.blocks import Column, Figure, Panel, Section, Table, names_of, number
 from workbench.report_sections.folder import CampaignFolder
+from workbench.screening_plots import plot_main_effect
 
 __all__ = ["effects_section"]
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.plots import plot_predicted, plot_quantiles, plot_standardised
+from workbench.fit_plots import plot_predicted, plot_quantiles, plot_standardised
 from workbench.report_sections.blocks import (
     Block,
     Column,

@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from workbench.loop_plots import plot_convergence, plot_layout_matrix, plot_members
-from workbench.plots import plot_baselines
 from workbench.report_sections.blocks import (
     Block,
     Column,
@@ -35,6 +34,7 @@ from workbench.report_sections.blocks import (
     quantity,
 )
 from workbench.report_sections.folder import CampaignFolder
+from workbench.worst_case_plots import plot_baselines
 
 __all__ = ["improvement_sentence", "layout_section"]
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.plots import plot_failures, plot_response
 from workbench.report_sections.blocks import (
     Block,
     Column,
@@ -19,6 +18,7 @@ from workbench.report_sections.blocks import (
     percent,
 )
 from workbench.report_sections.folder import CampaignFolder, Run
+from workbench.run_plots import plot_failures, plot_response
 
 __all__ = ["runs_section"]
 

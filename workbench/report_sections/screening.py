@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.plots import plot_likelihood_path, plot_theta, plot_waterfall
 from workbench.report_sections.blocks import (
     Block,
     Column,
@@ -16,6 +15,7 @@ from workbench.report_sections.blocks import (
     number,
 )
 from workbench.report_sections.folder import CampaignFolder
+from workbench.screening_plots import plot_likelihood_path, plot_theta, plot_waterfall
 
 __all__ = ["screening_section"]
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.plots import plot_baselines, plot_parallel, plot_profile, plot_search, plot_surprise
 from workbench.report_sections.blocks import (
     Block,
     Column,
@@ -20,6 +19,7 @@ from workbench.report_sections.blocks import (
     quantity,
 )
 from workbench.report_sections.folder import CampaignFolder
+from workbench.worst_case_plots import plot_baselines, plot_parallel, plot_profile, plot_search, plot_surprise
 
 __all__ = ["gap_sentence", "worst_case_section"]
 
