@@ -10,9 +10,9 @@ from numba import njit
 
 from ._kernels_alpha import keep_tangents
 from ._kernels_dense import lu_factor, lu_solve_transposed
-from ._kernels_elements import pair_covector, pull_back
 from ._kernels_equations import evaluate, set_state
 from ._kernels_options import ENTRY, INNER
+from ._kernels_pairs import pair_covector, pull_back
 
 
 @njit(**ENTRY)

@@ -13,9 +13,10 @@ from numba import njit
 from numpy import cos, sin
 
 from ._kernels_dense import lu_factor, lu_solve
-from ._kernels_elements import COINCIDENT_Y, pair_covector
+from ._kernels_elements import COINCIDENT_Y
 from ._kernels_equations import evaluate
 from ._kernels_options import CAREFUL, INNER
+from ._kernels_pairs import pair_covector
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are

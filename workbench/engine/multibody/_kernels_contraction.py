@@ -8,11 +8,12 @@ stays in the cache nearest to the processor while all nodes and all rows pass ov
 from numba import njit
 from numpy import cos, sin
 
-from ._kernels_elements import bushing_parameters, pair_covector, torsion_parameters
+from ._kernels_elements import bushing_parameters, torsion_parameters
 from ._kernels_equations import FUSED, set_state, unit_forces
 from ._kernels_laws import USER, law_parameters, laws
 from ._kernels_members import measure, project, rows, springs_contract
 from ._kernels_options import ENTRY, INNER
+from ._kernels_pairs import pair_covector
 
 BLOCK = 512  # members: the eight arrays of a spring fill 32 kB
 

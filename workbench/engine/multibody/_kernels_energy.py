@@ -9,11 +9,12 @@ f is the elastic force u': no dampers, no impulses, no laws of the user's own.
 from numba import njit
 from numba.extending import overload
 
-from ._kernels_elements import spread, torsion_energy
+from ._kernels_elements import torsion_energy
 from ._kernels_equations import FUSED, set_state
 from ._kernels_laws import IMPULSE, USER, energies, laws
 from ._kernels_members import gather_tangent, measure, springs_energy, springs_tangent
 from ._kernels_options import ENTRY, INNER
+from ._kernels_pairs import spread
 from .tables import SpringTables
 
 

@@ -14,16 +14,7 @@ from numba import njit
 from numba.extending import overload
 from numpy import cos, sin
 
-from ._kernels_elements import (
-    COINCIDENT_Y,
-    bushing,
-    pair_coordinates,
-    pair_covector,
-    pair_row,
-    pull_back,
-    spread,
-    torsion,
-)
+from ._kernels_elements import COINCIDENT_Y, bushing, pair_row, torsion
 from ._kernels_laws import USER, laws
 from ._kernels_members import (
     gather,
@@ -36,6 +27,7 @@ from ._kernels_members import (
     springs_tangent,
 )
 from ._kernels_options import ENTRY, INNER
+from ._kernels_pairs import pair_coordinates, pair_covector, pull_back, spread
 from .tables import SpringTables
 
 FUSED = -1  # segment code of undamped linear springs
