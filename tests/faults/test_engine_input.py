@@ -26,6 +26,7 @@ from workbench.engine import (
     Maximum,
     Member,
     NotConverged,
+    NotSupported,
     PNorm,
     PrismaticJoint,
     RevoluteJoint,
@@ -135,9 +136,9 @@ def test_runs():
     nothing = Scalar(function=lambda t, q, v, w, density: np.nan)
     with pytest.raises(ValueError, match="not finite along the trajectory"):
         Maximum(quantity=nothing).value(run)
-    with pytest.raises(NotImplementedError, match="no time derivative"):
+    with pytest.raises(NotSupported, match="no time derivative"):
         nothing.rates(run, np.array([0]))
-    with pytest.raises(NotImplementedError, match="no time derivative"):
+    with pytest.raises(NotSupported, match="no time derivative"):
         nothing.rate_slopes(run, 0)
 
 

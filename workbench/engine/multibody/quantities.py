@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ..errors import NotSupported
 from ._kernels_energy import member_power
 from .compiled import compiled
 from .trajectory import Trajectory
@@ -36,7 +37,7 @@ class Slopes(NamedTuple):
 
 
 class Quantity(Protocol):
-    """What an objective asks of a scalar of the state; `rates` may raise NotImplementedError."""
+    """What an objective asks of a scalar of the state; `rates` may raise NotSupported."""
 
     has_rates: bool
 
@@ -373,7 +374,7 @@ class Scalar:
 
     def rates(self, trajectory: Trajectory, nodes: Array) -> Array:
         """Not known for a user's scalar: peaks are refined through four nodal values instead."""
-        raise NotImplementedError("a user's scalar has no time derivative; its peaks use nodal values")
+        raise NotSupported("a user's scalar has no time derivative; its peaks use nodal values")
 
     def slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node, by complex step."""
@@ -392,4 +393,4 @@ class Scalar:
 
     def rate_slopes(self, trajectory: Trajectory, node: int) -> Slopes:
         """Not known for a user's scalar."""
-        raise NotImplementedError("a user's scalar has no time derivative; its peaks use nodal values")
+        raise NotSupported("a user's scalar has no time derivative; its peaks use nodal values")
