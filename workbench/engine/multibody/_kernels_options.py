@@ -6,6 +6,8 @@ member
 loops), and only kernels that Python calls carry wrappers and a place in the cache on disk.
 """
 
+from ._kernel_compiler import InnerCompiler, KernelCompiler
+
 __all__ = ["CAREFUL", "ENTRY", "INNER"]
 
 INNER = {
@@ -14,6 +16,7 @@ INNER = {
     "_nrt": False,
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
+    "pipeline_class": InnerCompiler,
 }
 # nogil: load cases are simulated in threads (engine/layout/side_by_side.py)
 CAREFUL = {
@@ -22,5 +25,6 @@ CAREFUL = {
     "no_cfunc_wrapper": True,
     "cache": True,
     "nogil": True,
+    "pipeline_class": KernelCompiler,
 }  # sees NaN
 ENTRY = {"fastmath": True, **CAREFUL}

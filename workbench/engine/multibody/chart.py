@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._kernel_records import passed_as_record
 from .compiled import Compiled, drive_slopes
 from .joints import ANGLE
 from .tables import Tables
@@ -20,6 +21,7 @@ RANK = 1e-8  # see `Chart.threshold`
 TURNING = 0.1  # angles become dependent only where ten times as well determined as positions
 
 
+@passed_as_record
 class Rates(NamedTuple):
     """Time derivatives of prescribed motions and drives at the samples of `Tables`."""
 
@@ -27,6 +29,7 @@ class Rates(NamedTuple):
     drive: Array  # (samples, 2, m) first and second derivatives
 
 
+@passed_as_record
 class Chart(NamedTuple):
     """n coordinates, m rows, r = rank, f = n - r; only the leading r or f parts of the squares are used."""
 

@@ -4,11 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._kernel_records import passed_as_record
+
 __all__ = ["NaturalTables", "NaturalWork", "natural_work"]
 
 Array = np.ndarray[Any, Any]
 
 
+@passed_as_record
 class NaturalTables(NamedTuple):
     """A spatial system in natural coordinates: nodes of three coordinates, the free ones first.
 
@@ -32,6 +35,7 @@ class NaturalTables(NamedTuple):
     drive: Array  # (samples, m)
 
 
+@passed_as_record
 class NaturalWork(NamedTuple):
     """What one evaluation of a spatial system writes."""
 

@@ -9,11 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._kernel_records import passed_as_record
+
 __all__ = ["DamageSweep", "SpringTables", "Tables", "Work", "work_space"]
 
 Array = np.ndarray[Any, Any]
 
 
+@passed_as_record
 class Tables(NamedTuple):
     """One system at one time grid; N members, P pairs, S segments, T joint springs, B bushings, m rows."""
 
@@ -39,12 +42,14 @@ class Tables(NamedTuple):
 
 
 SpringTables = NamedTuple("SpringTables", [(name, Array) for name in Tables._fields])  # type: ignore[misc]
+passed_as_record(SpringTables)
 SpringTables.__doc__ = """The same fields, for systems of undamped springs and revolute joints alone.
 
 Its own type, so that the kernels compile for it without the code of all other elements: three times faster.
 """
 
 
+@passed_as_record
 class Work(NamedTuple):
     """What one evaluation writes; the arrays are reused from step to step."""
 
@@ -77,6 +82,7 @@ class Work(NamedTuple):
     energy: Array  # (1,) stored in the undamped springs, where tangents were asked for
 
 
+@passed_as_record
 class DamageSweep(NamedTuple):
     """What the adjoint of bushings needs beside the tangents; systems without bushings have none."""
 
