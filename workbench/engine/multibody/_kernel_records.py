@@ -26,13 +26,14 @@ ITEMS, DATA, SHAPE = 2, 4, 5
 
 
 class Record(types.Type):
-    """The numba type of a named tuple of arrays; two are alike when their classes and array types are."""
+    """The numba type of a named tuple of arrays; two are alike when class, names and array types are."""
 
     def __init__(self, instance_class, arrays):
         self.instance_class = instance_class
         self.fields = dict(zip(instance_class._fields, arrays, strict=True))
         self.words = SHAPE + 2 * max(array.ndim for array in arrays)  # from header to header
-        told = sha256(repr(arrays).encode()).hexdigest()[:16]  # short: the name is part of every symbol
+        # short, as part of every symbol; it tells kernels on disk from those of other fields
+        told = sha256(repr(self.fields).encode()).hexdigest()[:16]
         super().__init__(f"{instance_class.__module__}.{instance_class.__qualname__}:{told}")
 
 
