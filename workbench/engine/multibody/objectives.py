@@ -1,13 +1,12 @@
 """Objectives: one number of a trajectory, as a weighted sum of nodal values and rates of a quantity.
 
 Maximum and minimum refine the peak between nodes: a node peak has a gradient error of first order in the
-step. The
-cubic Hermite through g and dg/dt at two nodes is used where the quantity knows its rate, the cubic through
-four
-nodal values otherwise. At the peak the envelope theorem makes the weights of the nodes the weights of their
-gradients (6.47 to 6.51 hold for this continuous peak only).
+step. The cubic Hermite through g and dg/dt at two nodes is used where the quantity knows its rate, the cubic
+through four nodal values otherwise. At the peak the envelope theorem makes the weights of the nodes the
+weights of their gradients (6.47 to 6.51 hold for this continuous peak only).
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -102,7 +101,7 @@ def _hermite_top(ga: float, gb: float, da: float, db: float) -> float:
     else:
         disc = b * b - 3 * c * da
         if disc >= 0.0:
-            q = -(b + np.copysign(np.sqrt(disc), b))
+            q = -(b + math.copysign(math.sqrt(disc), b))
             roots.append(q / (3 * c))
             if q != 0.0:
                 roots.append(da / q)
@@ -110,7 +109,7 @@ def _hermite_top(ga: float, gb: float, da: float, db: float) -> float:
         if 0.0 < s < 1.0:
             value = ga + s * (da + s * (b + s * c))
             if value > best:
-                best, at = value, float(s)
+                best, at = value, s
     return at
 
 
@@ -125,19 +124,17 @@ def find_peaks(
             "quantity is not finite along the trajectory; look at the run before taking its maximum"
         )
     inner = g[first : last + 1]
-    left = np.concatenate([[True], inner[1:] >= inner[:-1]])
-    right = np.concatenate([inner[:-1] > inner[1:], [True]])
-    tops = first + np.flatnonzero(left & right)
+    rising = np.concatenate([[True], inner[1:] >= inner[:-1], [False]])
     peaks = []
-    for top in tops:
+    for top in (first + np.flatnonzero(rising[:-1] > rising[1:])).tolist():
         if refine and last - first >= (1 if quantity.has_rates else 3):
             peaks.append(
-                _by_hermite(trajectory, quantity, values, int(top), first, last, sign)
+                _by_hermite(trajectory, quantity, values, top, first, last, sign)
                 if quantity.has_rates
-                else _by_nodes(trajectory, quantity, values, int(top), first, last, sign)
+                else _by_nodes(trajectory, quantity, values, top, first, last, sign)
             )
         else:
-            peaks.append(_node_peak(trajectory, quantity, values, int(top), first, last))
+            peaks.append(_node_peak(trajectory, quantity, values, top, first, last))
     return sorted(peaks, key=lambda peak: -sign * peak.height)
 
 
@@ -151,18 +148,19 @@ def _node_peak(t: Trajectory, quantity: Quantity, values: Array, top: int, first
 def _by_hermite(
     t: Trajectory, quantity: Quantity, values: Array, top: int, first: int, last: int, sign: float
 ) -> Peak:
-    nodes = np.arange(max(first, top - 1), min(last, top + 1) + 1)
-    rates = quantity.rates(t, nodes)
+    begin, end = max(first, top - 1), min(last, top + 1) + 1
+    rates = (sign * quantity.rates(t, np.arange(begin, end))).tolist()
+    g, times = (sign * values[begin:end]).tolist(), t.times[begin:end].tolist()
     best = _node_peak(t, quantity, values, top, first, last)
-    for k in range(len(nodes) - 1):
-        a = int(nodes[k])
-        h = float(t.times[a + 1] - t.times[a])
-        s = _hermite_top(sign * values[a], sign * values[a + 1], sign * h * rates[k], sign * h * rates[k + 1])
+    for k in range(len(g) - 1):
+        h = times[k + 1] - times[k]
+        s = _hermite_top(g[k], g[k + 1], h * rates[k], h * rates[k + 1])
         wa, wb, ra, rb = hermite(s, h)
-        height = wa * values[a] + wb * values[a + 1] + ra * rates[k] + rb * rates[k + 1]
+        height = sign * (wa * g[k] + wb * g[k + 1] + ra * rates[k] + rb * rates[k + 1])
         if sign * height > sign * best.height and 0.0 < s < 1.0:
+            a = begin + k
             best = Peak(
-                quantity=quantity, time=float(t.times[a] + s * h), height=float(height),
+                quantity=quantity, time=times[k] + s * h, height=height,
                 parts=(NodeWeight(a, wa, ra), NodeWeight(a + 1, wb, rb)), at_end=False,
             )  # fmt: skip
     return best

@@ -107,11 +107,12 @@ class StoredEnergy:
     def _at(self, trajectory: Trajectory, *nodes: int) -> "list[_Power]":
         """Everything at some nodes, in one pass over the members; the last few asked for are remembered."""
         seen: dict[int, _Power] = trajectory.memo.setdefault("power", {})
-        fresh = np.array([node for node in nodes if node not in seen], np.int64)
-        if len(fresh):
-            if len(seen) + len(fresh) > NODES:
+        missing = [node for node in nodes if node not in seen]
+        if missing:
+            if len(seen) + len(missing) > NODES:
                 seen.clear()
-                fresh = np.array(nodes, np.int64)
+                missing = list(nodes)
+            fresh = np.array(missing, np.int64)
             r, tables = trajectory, trajectory.tables
             n = r.position.shape[1]
             full = n + tables.motion.shape[2]
@@ -120,7 +121,7 @@ class StoredEnergy:
             member_power(
                 tables, r.work, fresh, r.position, r.velocity, rate, slopes, np.empty((full, full)), explicit
             )
-            for a, node in enumerate(fresh.tolist()):
+            for a, node in enumerate(missing):
                 seen[node] = _Power(float(rate[a]), slopes[a, 0, :n], slopes[a, 1, :n], explicit[a])
         return [seen[node] for node in nodes]
 
