@@ -113,8 +113,7 @@ def locate_peak(trajectory: Trajectory, objective: Maximum | Minimum) -> Traject
     """The same run with one more node, exactly on the objective's highest peak (Newton on dg/dt = 0).
 
     The cubic Hermite between nodes is of order 4; with steps as long as order 8 allows it would be the
-    largest
-    error. Returns the trajectory unchanged when the peak is at an end or the quantity has no rate.
+    largest error. Returns the trajectory unchanged when the peak is at an end or the quantity has no rate.
     """
     r = trajectory
     if not isinstance(r.scheme, RungeKutta8):
@@ -161,18 +160,20 @@ def _with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Traj
     """The nodes `keep` of a run, with one more at `time`, integrated from the node before it."""
     at = int(np.searchsorted(r.times[keep], time, side="right"))
     before = int(keep[at - 1])
-    times = np.insert(r.times[keep], at, time)
+    times = np.concatenate([r.times[keep[:at]], [time], r.times[keep[at:]]])
     run = _run(
         parts, r.density, times[at - 1 : at + 1].copy(), r.position[before].copy(), r.velocity[before].copy(),
         r.work,
     )  # fmt: skip
     tables = on_grid(parts, r.density, times)
-    position = np.insert(r.position[keep], at, run.position[1], axis=0)
-    velocity = np.insert(r.velocity[keep], at, run.velocity[1], axis=0)
-    acceleration = np.insert(r.acceleration[keep], at, run.acceleration[1], axis=0)
+
+    def with_it(kept: Array, new: Array) -> Array:
+        return np.concatenate([kept[keep[:at]], new[1:], kept[keep[at:]]])
+
     bushings = np.zeros((len(times), r.damage.shape[1]))
     return replace(
-        r, times=times, position=position, velocity=velocity, tables=tables, acceleration=acceleration,
+        r, times=times, tables=tables, position=with_it(r.position, run.position),
+        velocity=with_it(r.velocity, run.velocity), acceleration=with_it(r.acceleration, run.acceleration),
         multiplier=np.zeros((len(times), 0)), damage=bushings, damage_rate=bushings.copy(),
         memo={"work": r.work},
     )  # fmt: skip
