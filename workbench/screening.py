@@ -52,7 +52,8 @@ class Screening:
         n_runs, n_left_out: runs used, and runs without a value.
         path: one mapping per step: step, selected, added, theta_common, theta, sigma2, nugget,
             log_likelihood, gain, accepted. theta is per unit of the [0, 1] scale of each parameter, squared.
-        selected, ranking: names, most active first.
+        selected: names, as they entered.   ranking: all names, the one that most likely acts first;
+            with too few runs a selected one may stand behind one that is not.
         theta: of the selected set, by name.
         verdict, advice: whether it is resolved, and what to do if not.
         stability: share of delete-a-tenth resamples that select the parameter, by name; empty for "welch".
