@@ -189,7 +189,7 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
     chosen = _fit(features, v, trend, warps.IDENTITY, seed=seed)
     if trend == "linear":
         rival = _fit(features, v, "constant", warps.IDENTITY, seed=seed)
-        few = n < p + 1 + max(5, p // 2)
+        few = n < p + 1 + _spare_to_compare(p)
         if rival.q2 <= 0.0 if few else _prediction_score(rival) > _prediction_score(chosen):
             chosen = rival
     terms = p + 1 if chosen.trend == "linear" else 1
@@ -221,6 +221,15 @@ def _chosen(features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None
         if noisy.kriging.log_likelihood_ > chosen.kriging.log_likelihood_ + NOISE_GAIN:
             chosen = noisy
     return replace(chosen, chosen_at=n)
+
+
+def _spare_to_compare(p: int) -> int:
+    """Runs beyond the terms of a linear trend in p features from which on leave-one-out judges it.
+
+    About as many as it has slopes, where these are few: kept without a look, its error at the corners, more
+    than the range of the values, sends the search there. With many inputs it is kept on less evidence.
+    """
+    return min(max(p - 1, 2), max(5, p // 2))
 
 
 def _smoother(features: np.ndarray, v: np.ndarray, model: SearchModel, *, seed: int) -> SearchModel:

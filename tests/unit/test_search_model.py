@@ -66,6 +66,15 @@ def test_few_runs_take_a_linear_trend_where_left_out_runs_are_predicted_and_none
     assert fit_search_model(u, peak, previous=None, seed=0).trend == "constant"
 
 
+@pytest.mark.parametrize("seed", [4, 6, 10])
+def test_a_linear_trend_goes_as_soon_as_left_out_runs_speak_against_it(seed):
+    u = points(7, 3, seed=seed)
+    peak = np.exp(-((u - [0.3, 0.6, 0.8]) ** 2).sum(axis=1) / 0.15)
+    model = fit_search_model(u, peak, previous=None, seed=0)
+    assert model.trend == "constant"
+    assert model.q2 > 0.0  # with the trend below -0.1
+
+
 def test_few_runs_do_not_make_an_input_inert():
     u = points(9, 6, seed=4)
     model = fit_search_model(u, np.exp(-8 * ((u - 0.4) ** 2).sum(axis=1)), previous=None, seed=0)
