@@ -226,7 +226,7 @@ class _Loop:
         found = self.look_at(chosen)
         if found.value <= limit:
             found = self.search(chosen, bound)
-        gap = _excess(found.value, bound)
+        gap = max(0.0, found.value - bound) / abs(found.value) if found.value else 0.0
         self.rounds.append(
             Round(
                 number=number, cases=len(usable), layout=chosen, bound=bound, worst=found.value,
@@ -334,12 +334,14 @@ class _Loop:
         found = self.worst[robust]
         held = certified and found.value <= self.limit()
         if held:
-            status = f"The search found nothing more than {100 * last.gap:.2g} % above the bound"
+            status = f"The search found nothing more than {_above(last.worst, last.bound, 2)} above the bound"
         elif certified:
-            excess = 100 * _excess(found.value, last.bound)
-            status = f"The worst case of another layout lies {excess:.3g} % above the bound"
+            status = (
+                f"The worst case of another layout lies {_above(found.value, last.bound, 3)} above the bound"
+            )
         else:
-            status = f"The rounds were spent with the worst case {100 * last.gap:.3g} % above the bound."
+            broken = _above(last.worst, last.bound, 3)
+            status = f"The rounds were spent with the worst case {broken} above the bound."
         if certified:
             status += f": the loop is {'' if held else 'not '}closed."
         return RobustLayout(
@@ -349,9 +351,10 @@ class _Loop:
         )  # fmt: skip
 
 
-def _excess(worst: float, bound: float) -> float:
-    """How far a worst case lies above a bound, as a share of it."""
-    return max(0.0, worst - bound) / abs(worst) if worst else 0.0
+def _above(worst: float, bound: float, digits: int) -> str:
+    """How far a worst case lies above a bound, as a share of the bound where it is not zero."""
+    above = max(0.0, worst - bound)
+    return f"{100 * above / abs(bound):.{digits}g} %" if bound else f"{above:.{digits}g}"
 
 
 def _largest(values: Sequence[float | None]) -> float:
