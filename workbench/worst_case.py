@@ -328,6 +328,12 @@ def _result(
         ),
         profile=profile_of(ledger, model, ledger.incumbent),
         baselines=predicted_baselines(
-            where, model, runs=len(ledger.runs), sign=ledger.sign, rng=stream(seed, "baselines")
+            where,
+            model,
+            u=ledger.u_ok,
+            v=ledger.v,
+            runs=len(ledger.runs),
+            sign=ledger.sign,
+            rng=stream(seed, "baselines"),
         ),
     )

@@ -11,6 +11,7 @@ from workbench.space import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 WHERE = SearchSpace.of(BOX)
+NOTHING = {"u": np.empty((0, 2)), "v": np.empty(0)}
 
 
 def tilted(a, b):
@@ -24,7 +25,7 @@ def model():
 
 
 def test_predicted_baselines_equal_the_truth_of_a_linear_response(model):
-    found = predicted_baselines(WHERE, model, runs=16, sign=1.0, rng=np.random.default_rng(1))
+    found = predicted_baselines(WHERE, model, **NOTHING, runs=16, sign=1.0, rng=np.random.default_rng(1))
     assert found["random corners"].median == pytest.approx(3.0, abs=1e-3)  # 4 corners, all of them run
     assert found["grid"].median == pytest.approx(3.0, abs=1e-3)
     assert found["grid"].runs == 16
@@ -32,6 +33,13 @@ def test_predicted_baselines_equal_the_truth_of_a_linear_response(model):
     assert found["Latin hypercube"].median == pytest.approx(np.median(sampled.max(axis=1)), abs=0.25)
     assert found["Latin hypercube"].low < found["Latin hypercube"].median < found["Latin hypercube"].high
     assert {b.kind for b in found.values()} == {"predicted by the Kriging"}
+
+
+def test_a_point_that_was_run_counts_by_its_run(model):
+    known = {"u": np.array([[1.0, 0.0]]), "v": np.array([2.5])}  # the Kriging says 3
+    found = predicted_baselines(WHERE, model, **known, runs=16, sign=1.0, rng=np.random.default_rng(1))
+    assert found["random corners"].median == 2.5
+    assert found["grid"].median == pytest.approx(3.0 - 1 / 3, abs=1e-3)  # its next best point was not run
 
 
 def test_run_baselines_are_true_runs():
@@ -50,5 +58,5 @@ def test_run_baselines_are_true_runs():
 
 
 def test_a_grid_of_one_level_is_left_out(model):
-    found = predicted_baselines(WHERE, model, runs=3, sign=1.0, rng=np.random.default_rng(0))
+    found = predicted_baselines(WHERE, model, **NOTHING, runs=3, sign=1.0, rng=np.random.default_rng(0))
     assert set(found) == {"Latin hypercube", "random corners"}
