@@ -2,8 +2,7 @@
 """Options of the compiled kernels, chosen for short compile times and fast loops.
 
 No kernel allocates (`_nrt`: no reference counts in the code), division follows IEEE (worth a factor 8 in the
-member
-loops), and only kernels that Python calls carry wrappers and a place in the cache on disk.
+member loops), and only kernels that Python calls carry wrappers and a place in the cache on disk.
 """
 
 from ._kernel_compiler import InnerCompiler, KernelCompiler
