@@ -1,0 +1,76 @@
+"""The figures of a campaign show what the documents say, with units, and draw where they are told."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import workbench.plots as door
+from workbench import fit_plots, layout_plots, loop_plots, run_plots, screening_plots, worst_case_plots
+from workbench.figure_parts import axis_label, current_axes, whole_numbers
+
+PATH = [
+    {"added": ["a"], "log_likelihood": -40.0, "gain": 9.0, "accepted": True},
+    {"added": ["c"], "log_likelihood": -36.0, "gain": 4.0, "accepted": True},
+    {"added": ["b"], "log_likelihood": -35.5, "gain": 0.5, "accepted": False},
+]
+LEFT_OUT = {
+    "true": [1.0, 2.0, 3.0, 9.0], "predicted": [1.1, 2.1, 2.9, 4.0], "std": [0.2, 0.2, 0.2, 0.5],
+    "standardised": [-0.5, -0.5, 0.5, 10.0],
+}  # fmt: skip
+
+
+@pytest.fixture
+def ax():
+    figure, axes = plt.subplots()
+    yield axes
+    plt.close(figure)
+
+
+def test_the_door_holds_every_figure_of_every_stage():
+    rooms = (fit_plots, layout_plots, loop_plots, run_plots, screening_plots, worst_case_plots)
+    held = {name for room in rooms for name in room.__all__ if name.startswith("plot_")}
+    assert set(door.__all__) == held
+    assert all(getattr(door, name) is not None for name in held)
+
+
+def test_parts(ax):
+    assert axis_label("load", "kN") == "load [kN]"
+    assert axis_label("share") == "share"
+    assert current_axes(ax) is ax
+    assert current_axes(None) is plt.gca()
+    assert all(tick == round(tick) for tick in whole_numbers().tick_values(0, 7))
+
+
+def test_a_waterfall_has_a_bar_for_every_step_and_tells_rejected_ones(ax):
+    assert screening_plots.plot_waterfall(PATH, ax=ax) is ax
+    bars = [patch for patch in ax.patches if patch.get_height()]
+    assert [round(bar.get_height(), 9) for bar in bars][-3:] == [9.0, 4.0, 0.5]
+    assert [bool(bar.get_hatch()) for bar in bars][-3:] == [False, False, True]
+
+
+def test_runs_outside_their_interval_are_marked_apart(ax):
+    fit_plots.plot_standardised(LEFT_OUT, ax=ax)
+    inside, outside = (line for line in ax.lines if line.get_linestyle() == "None")
+    assert list(inside.get_ydata()) == [-0.5, -0.5, 0.5]
+    assert list(outside.get_ydata()) == [10.0]
+    assert inside.get_marker() != outside.get_marker()
+
+
+def test_shares_below_half_differ_in_colour(ax):
+    quality = {
+        "phi_p": {"percentile": 20.0, "better": "low"},
+        "cd2": {"percentile": 20.0, "better": "high"},
+    }
+    run_plots.plot_percentiles(quality, ax=ax)
+    better, worse = ax.patches
+    assert (better.get_width(), worse.get_width()) == (80.0, 20.0)
+    assert better.get_facecolor() != worse.get_facecolor()
+
+
+def test_what_the_search_bought_stands_on_one_axis(ax):
+    found = {"this search": 4.0, "grid": 3.0, "random corners": 3.5}
+    worst_case_plots.plot_baselines(found, label="force", unit="N", ax=ax)
+    assert sorted(float(np.ravel(line.get_xdata())[0]) for line in ax.lines if line.get_marker() in "oD") == [
+        3.0, 3.5, 4.0,
+    ]  # fmt: skip
+    assert ax.get_xlabel() == "worst force found [N]"
