@@ -2,7 +2,8 @@
 
 import pytest
 
-from workbench.report_sections.worst_case import _baselines, gap_sentence
+from workbench.report_sections.worst_case import gap_sentence
+from workbench.report_sections.worst_case_figures import baseline_figures
 from workbench.space import Parameter, Space
 from workbench.worst_case import worst_case
 
@@ -15,7 +16,7 @@ def document():
 
 
 def test_plain_searches_stand_beside_ours(document):
-    (figure,) = _baselines(document, "height", "m")
+    (figure,) = baseline_figures(document, "height", "m")
     rows = {row[0]: row for row in figure.table.rows}
     assert rows["this search"][2] == 4.0
     assert {"Latin hypercube", "random corners"} <= set(rows)
@@ -26,7 +27,7 @@ def test_plain_searches_stand_beside_ours(document):
 
 
 def test_without_baselines_nothing_is_shown():
-    assert _baselines({"value": 1.0}, "height", "m") == []
+    assert baseline_figures({"value": 1.0}, "height", "m") == []
 
 
 def test_the_gap_is_told_in_a_sentence(document):
