@@ -54,7 +54,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         groups: (d,) labels of inputs that share one theta in the box of the runs; None gives each its own.
         categorical: columns that hold labels (numbers or, if X is an object array, strings).
         calibration: "none" gives plug-in intervals, which take theta as known; "cross_validation" scales them
-            by a factor from ten refits (see `surrogates.calibration`), so that they hold what they promise.
+            by a factor from twenty refits (see `surrogates.calibration`), so that they hold what they say.
         seed: of the starts. Same seed, same result.
 
     Attributes:

@@ -13,7 +13,7 @@ from .screening import KrigingScreener
 __all__ = ["selected_kriging"]
 
 STARTS = 4  # the screening has found the maximum already
-# ten refits of larger designs take long, and there plug-in intervals are hardly too narrow
+# twenty refits of larger designs take long, and there plug-in intervals are hardly too narrow
 CALIBRATED_RUNS = 300
 
 
