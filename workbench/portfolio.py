@@ -1,6 +1,8 @@
 """Which points a worst-case search runs next: a portfolio of proposals in turn.
 
-    predicted    the predicted worst point                            exploits, finds corners at once
+    ucb          the largest upper confidence bound, half a deviation above the mean: finds corners at once,
+                 follows a slope, and keeps off the runs, where a step that gains little teaches little
+    predicted    the predicted worst point                            refines, at the end of the budget
     ei           the largest expected improvement                     balances
     cautious     the same under the cautious model                    keeps looking where runs are few
     combination  the largest expected improvement inside the least often run of the discrete combinations
@@ -8,12 +10,12 @@
     flip         one coordinate of the worst run moved to another level or to its other end
     trust        the predicted worst inside a box around the worst run
     hill         around the top of the next hill (`workbench.hills`), by a model of the runs near it: by turns
-                 the largest expected gain over it and the predicted worst
+                 the largest expected gain over it and the largest upper confidence bound
     explore      the highest upper bound of the roughest credible model among random points
 
-As long as runs gain, expected improvement and predicted worst take turns. A turn that promises no noticeable
-gain goes to the next hill, else to the cautious model, else to an exploration; after a stall the turns are
-shared out among all proposals.
+As long as runs gain, expected improvement and upper confidence bound take turns. A turn that promises no
+noticeable gain goes to the next hill, else to the cautious model, else to an exploration; after a stall the
+turns are shared out among all proposals.
 
 Every proposal is multiplied with the chance that the run succeeds, and none lies closer than `CLOSEST` to a
 run already made.
@@ -40,14 +42,15 @@ RANDOM_POINTS = 2000
 STARTS = 6
 EVEN = 0.49
 TRUSTED = 0.1  # of the unit cube, half the width of the box around the worst run
+LEAN = 0.5  # deviations by which an upper confidence bound lies above the mean
 AVERSION = 3.0  # power of the chance of success in an expected improvement: a failed run teaches little
 EXPLORED = 300  # random points that an exploration chooses from
-NORMAL = ("ei", "predicted")
+NORMAL = ("ei", "ucb")
 STALLED = (
     "hill", "hill", "explore", "hill", "hill", "ei", "hill", "hill", "cautious", "hill", "trust", "flip",
 )  # fmt: skip
 FINISHING = ("predicted", "predicted", "trust")
-LOCAL = ("predicted", "trust", "flip")  # given up where one deviation holds no noticeable gain
+LOCAL = ("ucb", "predicted", "trust", "flip")  # given up where one deviation holds no noticeable gain
 SOUGHT = ("ei", "cautious")  # given up where two deviations hold none
 ELSEWHERE = ("hill", "cautious", "explore")  # what takes a turn that holds no gain, the first that may
 VALLEY = 0.03  # of the range of the values: how deep a valley parts two hills
@@ -168,7 +171,7 @@ def _next_hill(
 def _climb(
     hill: _Hill, where: SearchSpace, model: SearchModel, *, taken: np.ndarray, feasibility: Feasibility
 ) -> np.ndarray | None:
-    """By turns the predicted worst of the box around the top, where it gains, and the best expected gain."""
+    """By turns the best bound of the box around the top, where the mean gains, and the best expected gain."""
 
     def best(name: str, target: float | None) -> np.ndarray | None:
         return _best(
@@ -184,7 +187,7 @@ def _climb(
         )
 
     if len(taken) % 2:
-        point = best("predicted", None)
+        point = best("ucb", None)
         gains = point is not None and (
             hill.model.mean(where.features(point[None]))[0] >= hill.value + model.noticeable
         )
@@ -276,8 +279,14 @@ def _acquisition(
         return lambda features, chance: model.warped_bound(features, 3.0) + model.scale * np.log(chance)
     if name in ("ei", "cautious", "combination"):
         return lambda features, chance: model.log_ei(features, target) + AVERSION * np.log(chance)
-    # an even chance is good enough for the predicted worst, which often lies where the failures begin
-    return lambda features, chance: np.where(chance >= EVEN, model.predict(features)[0], -np.inf)
+    lean = LEAN if name == "ucb" else 0.0
+
+    def leant(features: np.ndarray, chance: np.ndarray) -> np.ndarray:
+        mean, std = model.predict(features)
+        # an even chance is good enough for the predicted worst, which often lies where the failures begin
+        return np.where(chance >= EVEN, mean + lean * std, -np.inf)
+
+    return leant
 
 
 def _pool(where: SearchSpace, incumbent: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -3,14 +3,16 @@
     result = worst_case(function, space, sense="max", budget=60, seed=0)
 
 The search reuses the runs it is given, starts with d + 2 space-filling points when there are none, and then
-runs the model where a Kriging of all runs so far predicts the worst (`predicted`), where an improvement is
-most expected (`ei`), at single changes of the worst point (`flip`), inside a trust region around it
-(`trust`), in the least often run discrete combination that is still open (`combination`), and, after a stall
-or where nothing more is promised, on the next hill of the runs (`hill`) and where the bound is highest
-(`explore`). Where the model gives gradients, the last runs of the
-budget climb by them (`gradient`). What is reported as worst is always a true run. The
-remaining gap is an upper credible bound of the Kriging, stated as model-based, unless the space was
-enumerated, or a Lipschitz constant or an interval enclosure was given.
+runs the model by turns where an improvement is most expected under a Kriging of all runs so far (`ei`) and
+where its upper confidence bound is highest (`ucb`); at single changes of the worst point (`flip`), inside a
+trust region around it (`trust`), in the least often run discrete combination that is still open
+(`combination`), and, after a stall or where nothing more is promised, on the next hill of the runs (`hill`)
+and where the bound of a rougher response is highest (`explore`). The last runs of the budget go to the
+predicted worst (`predicted`), or climb by the model's gradients where it gives them (`gradient`).
+
+What is reported as worst is always a true run. The remaining gap is an upper credible bound of the Kriging,
+stated as model-based, unless the space was enumerated, or a Lipschitz constant or an interval enclosure was
+given.
 
 The search is a function of the seed and of the model's answers alone. To resume it, ask again with an
 evaluator that remembers its runs (the campaign's does): the same batches come back and finished runs are

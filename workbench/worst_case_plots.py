@@ -31,7 +31,8 @@ __all__ = ["plot_baselines", "plot_parallel", "plot_profile", "plot_search", "pl
 MARKERS = {
     "given": ("o", PALE),
     "start": ("o", GREY),
-    "predicted": ("D", BLUE),
+    "ucb": ("D", BLUE),
+    "predicted": ("d", BLUE),
     "ei": ("s", GREEN),
     "corner": ("^", PURPLE),
     "trust": ("v", ORANGE),
