@@ -139,18 +139,21 @@ def dakota(problem: Problem, budget: int, seed: int) -> np.ndarray:
     """
     pytest.importorskip("dakota.environment")
     start = start_points(problem, seed)
-    with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
-        return np.array(pool.submit(_dakota, problem.name, budget, seed, start).result())
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool,
+    ):
+        return np.array(pool.submit(_dakota, problem.name, budget, seed, start, folder).result())
 
 
-def _dakota(name: str, budget: int, seed: int, start: np.ndarray) -> list[float]:
+def _dakota(name: str, budget: int, seed: int, start: np.ndarray, folder: str) -> list[float]:
     from dakota import environment
 
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     problem = next(p for p in PROBLEMS if p.name == name)
     record, d = Recorder(problem), problem.space.dimension
-    folder = tempfile.mkdtemp()
-    given = os.path.join(folder, "start.dat")
+    os.chdir(folder)  # it leaves files where it runs
+    given = "start.dat"
     np.savetxt(given, [[*u, record(u)] for u in start], fmt="%.17g")
     text = DAKOTA.format(
         start=given,
