@@ -53,8 +53,9 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             250 runs, where the surface is simpler. With `theta_start`, one or two are usually enough.
         groups: (d,) labels of inputs that share one theta in the box of the runs; None gives each its own.
         categorical: columns that hold labels (numbers or, if X is an object array, strings).
-        calibration: "none" gives plug-in intervals, which take theta as known; "cross_validation" scales them
-            by a factor from twenty refits (see `surrogates.calibration`), so that they hold what they say.
+        calibration: "none" gives plug-in deviations of the process, which take theta as known;
+            "cross_validation" gives those of a new run, nugget included, scaled by a factor from twenty
+            refits (see `surrogates.calibration`), so that mean +- 1.96 std holds what it says.
         seed: of the starts. Same seed, same result.
 
     Attributes:
@@ -65,7 +66,8 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         log_likelihood_: log L of eq. (3.13) without its constant (or of the full likelihood), larger is
             better; inf when the trend reproduces the response exactly.
         diagnosis_: a `Diagnosis`.   n_features_in_: d.
-        interval_factor_: what `calibration` multiplies the standard deviations by; 1.0 without.
+        interval_factor_: what `calibration` multiplies the standard deviations by; 1.0 without. sigma2_ and
+            nugget_ are those of the likelihood, not scaled.
 
     >>> import numpy as np
     >>> x = np.linspace(0, 1, 8)[:, None]
@@ -142,7 +144,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
     def _scale_intervals(self, factor: float) -> None:
         self.interval_factor_ = factor
-        self.posterior_ = replace(self.posterior_, sigma2=self.posterior_.sigma2 * factor**2)
+        self.posterior_ = self.posterior_.calibrated(factor, nugget=self.nugget_)
         coverage = self.leave_one_out().coverage95
         self.diagnosis_ = replace(self.diagnosis_, interval_factor=factor, coverage95=coverage)
 
@@ -290,7 +292,8 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """Best linear unbiased prediction at X (m, d): mean (m,), with `return_std` also std (m,).
 
         The deviation is that of the process, including what estimating the trend costs and without the noise
-        of a new run. It is zero at the runs when there is no nugget.
+        of a new run. It is zero at the runs when there is no nugget. With calibration="cross_validation" it
+        is that of a new run, by the nugget wider; noise that was given run by run is not in it.
         """
         points = self._points(X)
         return self.posterior_.mean_and_std(points) if return_std else self.posterior_.mean(points)

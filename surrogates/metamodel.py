@@ -24,10 +24,11 @@ def selected_kriging(
 
     It starts from the theta of the screening. The nugget is estimated anew: noise is not interpolated, the
     floor of the screening does not blur what is smooth, and a screening of ranks says nothing about the noise
-    of the response. Up to 300 runs that starts from a ladder, and the intervals are scaled by
-    cross-validation (see `surrogates.calibration`): `interval_factor_` says by how much. Larger designs keep
-    plug-in intervals. Predict with
-    `model.predict(screener.transform(X))`; a new run scatters by nugget_ * sigma2_ more than that.
+    of the response. Up to 300 runs that starts from a ladder, and deviations are those of a new run, scaled
+    by cross-validation (see `surrogates.calibration`): `interval_factor_` says by how much. Predict with
+    `mean, std = model.predict(screener.transform(X), return_std=True)`; mean +- 1.96 std is the 95 % interval
+    of a run. Larger designs keep the plug-in deviation of the process, about which a new run scatters by
+    nugget_ * sigma2_ more.
 
     Raises TooFewRuns when nothing was selected.
 

@@ -7,7 +7,7 @@ The third term is what estimating the trend costs. The nugget is noise of the ru
 only without it, and k is the covariance of the process without the noise of a new run.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,7 @@ class Posterior:
         u: (n, d) runs.   f: (n, p).   correlation, theta: of the process.   factor: of C.
         coefficients: (p,) b.   weights: (n,) v.   sigma2: of the scaled response.
         shift, scale: response = shift + scale * scaled response.
+        new_run: variance over sigma2 by which a new run scatters about the process, where std is that of a run.
     """
 
     scaling: Scaling
@@ -76,6 +77,11 @@ class Posterior:
     sigma2: float
     shift: float
     scale: float
+    new_run: float = 0.0
+
+    def calibrated(self, factor: float, *, nugget: float) -> "Posterior":
+        """The same with deviations `factor` times as large, and std that of a new run."""
+        return replace(self, sigma2=self.sigma2 * factor**2, new_run=nugget)
 
     def _blocks(self, m: int) -> list[slice]:
         size = max(1, BLOCK // max(len(self.u), 1))
@@ -91,7 +97,7 @@ class Posterior:
         return self.shift + self.scale * out
 
     def mean_and_std(self, x: Array) -> tuple[Array, Array]:
-        """m and the square root of k(x, x), each (m,)."""
+        """m and the square root of k(x, x) + sigma^2 new_run, each (m,)."""
         mean, variance = np.empty(len(x)), np.empty(len(x))
         for rows in self._blocks(len(x)):
             u = self.scaling(x[rows])
@@ -100,7 +106,7 @@ class Posterior:
             mean[rows] = f @ self.coefficients + r @ self.weights
             a, h = self._reduce(r, f)
             variance[rows] = 1.0 - np.einsum("ij,ij->j", a, a) + np.einsum("ij,ij->j", h, h)
-        np.maximum(variance, 0.0, out=variance)
+        variance = np.maximum(variance, 0.0) + self.new_run
         return self.shift + self.scale * mean, self.scale * np.sqrt(self.sigma2 * variance)
 
     def _reduce(self, r: Array, f: Array) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ class SharedKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     """Kriging of several responses with one theta, eta and nugget.
 
     Args:
-        kriging: the model of every response; `Kriging()` by default.
+        kriging: the model of every response; `Kriging()` by default. Not calibrated.
 
     Attributes:
         krigings_: one fitted `Kriging` per response, sharing one factor.
@@ -52,6 +52,11 @@ class SharedKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         if targets.ndim != 2 or targets.shape[1] == 0:
             raise ValueError(f"y needs shape (n,) or (n, q) with q >= 1, got {np.shape(y)}")
         model = Kriging() if self.kriging is None else self.kriging
+        if model.calibration != "none":
+            raise ValueError(
+                f"responses that share theta have plug-in intervals, got calibration={model.calibration!r}: "
+                "fit a Kriging for each response to have them calibrated"
+            )
         krigings = [clone(model) for _ in range(targets.shape[1])]
         runs = [k._prepared(X, target, run_ids) for k, target in zip(krigings, targets.T, strict=True)]
         own = [k._likelihood(r, None) for k, r in zip(krigings, runs, strict=True)]

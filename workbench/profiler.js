@@ -7,7 +7,7 @@
   const floats = (text) => new Float64Array(bytes(text).buffer);
 
   function kriging(data) {
-    const { n, d, p, kind, eta, terms, sigma2, shift, scale } = data;
+    const { n, d, p, kind, eta, terms, sigma2, shift, scale, new_run } = data;
     const u = floats(data.u), theta = floats(data.theta), low = floats(data.low), width = floats(data.width);
     const weights = floats(data.weights), beta = floats(data.coefficients);
     const lower = floats(data.lower), q = floats(data.q), rf = floats(data.rf);
@@ -48,7 +48,7 @@
         for (let i = 0; i < n; i++) projected -= q[i * p + j] * a[i];
         variance += projected * projected;
       }
-      return { mean: shift + scale * mean, sd: scale * Math.sqrt(sigma2 * Math.max(variance, 0)) };
+      return { mean: shift + scale * mean, sd: scale * Math.sqrt(sigma2 * (Math.max(variance, 0) + new_run)) };
     };
   }
 

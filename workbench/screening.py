@@ -211,6 +211,7 @@ class _Model:
             "nugget": float(k.nugget_),
             "beta": [float(b) for b in np.ravel(k.beta_)],
             "log_likelihood": float(k.log_likelihood_),
+            "calibration": k.calibration,
             "interval_factor": float(k.interval_factor_),
         }
 

@@ -92,9 +92,11 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
         text.append(f"{len(rejected) - 1} further steps were tried, none accepted")
     text.append(f"selected: {names}")
     text += [str(document[key]) for key in ("verdict", "advice") if document.get(key)]
-    if (factor := (document.get("kriging") or {}).get("interval_factor")) is not None:
+    kriging = document.get("kriging") or {}
+    if kriging.get("calibration") == "cross_validation":
         text.append(
-            f"intervals of the screened Kriging: {factor:.2f} times the plug-in ones, by cross-validation"
+            f"intervals of the screened Kriging: {kriging['interval_factor']:.2f} times the plug-in ones, "
+            "by cross-validation"
         )
     if document.get("n_left_out"):
         text.append(f"{document['n_left_out']} runs without a value were left out")

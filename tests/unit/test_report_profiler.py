@@ -32,7 +32,9 @@ def fitted(correlation, trend, nugget):
     x = rng.random((40, 3))
     y = np.sin(4 * x[:, 0]) + x[:, 1] ** 2 * x[:, 2] + 250.0
     kriging = Kriging(correlation=correlation, trend=trend, nugget=nugget, theta=[3.0, 1.0, 0.4], eta=1.7)
-    return kriging.fit(x, y), rng.random((POINTS, 3))
+    kriging.fit(x, y)
+    kriging.posterior_ = kriging.posterior_.calibrated(1.3, nugget=kriging.nugget_)
+    return kriging, rng.random((POINTS, 3))
 
 
 def floats(text):
@@ -61,7 +63,9 @@ def twin(data, points):
     rf = floats(data["rf"]).reshape(p, p)
     g = np.linalg.solve(rf.T, f.T) - floats(data["q"]).reshape(n, p).T @ a
     variance = np.maximum(1 - (a**2).sum(axis=0) + (g**2).sum(axis=0), 0)
-    return data["shift"] + data["scale"] * mean, data["scale"] * np.sqrt(data["sigma2"] * variance)
+    return data["shift"] + data["scale"] * mean, data["scale"] * np.sqrt(
+        data["sigma2"] * (variance + data["new_run"])
+    )
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: "-".join(map(str, c)))
@@ -119,6 +123,19 @@ def test_the_report_carries_the_kriging_of_the_screening(tmp_path):
     np.testing.assert_allclose(mean, screening["leave_one_out"]["observed"], atol=NUGGET_LEAVES)
     assert [preset["label"] for preset in data["presets"]] == ["worst case", "middle of all ranges"]
     assert data["presets"][0]["point"] == [1.0, 1.0, 0.0, 1.0]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_bands_are_those_of_a_new_run_where_they_are_calibrated(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast")
+    plain = data_of(write_report(folder).read_text())
+    assert plain["new_run"] == 0.0
+    screening = json.loads((folder / "screening.json").read_text())
+    screening["kriging"] |= {"calibration": "cross_validation", "interval_factor": 1.5}
+    (folder / "screening.json").write_text(json.dumps(screening))
+    scaled = data_of(write_report(folder).read_text())
+    assert scaled["sigma2"] == pytest.approx(1.5**2 * plain["sigma2"])
+    assert scaled["new_run"] == screening["kriging"]["nugget"]
 
 
 @pytest.mark.usefixtures("undrawn")

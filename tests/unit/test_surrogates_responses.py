@@ -74,3 +74,9 @@ def test_a_trend_that_is_exact_is_chosen_and_too_large_ones_are_skipped():
         choose_trend(x, x[:, 0], by="aic")
     with pytest.raises(ValueError, match="trends needs at least one"):
         choose_trend(x, x[:, 0], trends=())
+
+
+def test_calibration_of_shared_responses_is_refused():
+    x = np.random.default_rng(0).random((12, 2))
+    with pytest.raises(ValueError, match="share theta have plug-in intervals, got calibration='cross_val"):
+        SharedKriging(Kriging(calibration="cross_validation")).fit(x, x)

@@ -1,9 +1,10 @@
 """The prediction profiler: the Kriging of the screening, packed so that `profiler.js` can evaluate it.
 
 The Kriging is set up again from what `screening.json` says (theta, nugget, trend, correlation) on the runs
-that were screened, without estimating anything, and its posterior is exported as arrays:
+that were screened, without estimating anything, its intervals are scaled as they were there, and its
+posterior is exported as arrays:
 
-    mean = shift + scale (f'b + r'v)        sd = scale sqrt(sigma^2 (1 - a'a + h'h))
+    mean = shift + scale (f'b + r'v)        sd = scale sqrt(sigma^2 (1 - a'a + h'h + new_run))
     a = L^-1 r    h = rf^-T f - q'a         L packed by rows, F'C^-1 F = rf'rf
 
 All arrays are base64 of little-endian float64, so the page computes with the same bits as Python.
@@ -93,7 +94,9 @@ def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list
         theta=[said["theta"][name] for name in names],
         nugget=float(said["nugget"]),
     ).fit(x, np.asarray(loo["observed"], dtype=float))
-    return fitted.posterior_
+    if said.get("calibration", "none") == "none":
+        return fitted.posterior_
+    return fitted.posterior_.calibrated(float(said["interval_factor"]), nugget=fitted.nugget_)
 
 
 def posterior_arrays(posterior: Any) -> dict[str, Any]:
@@ -110,6 +113,7 @@ def posterior_arrays(posterior: Any) -> dict[str, Any]:
         "sigma2": float(posterior.sigma2),
         "shift": float(posterior.shift),
         "scale": float(posterior.scale),
+        "new_run": float(posterior.new_run),
         "u": _packed(posterior.u),
         "theta": _packed(posterior.theta),
         "low": _packed(posterior.scaling.low),
