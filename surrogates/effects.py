@@ -124,7 +124,8 @@ def main_effects(
     """Main effects E[y | x_k] over the other inputs, with the posterior band of the effect.
 
     Args:
-        inputs: columns wanted, all by default.   points: values of x per input (all levels of a label).
+        inputs: columns wanted, all by default.   points: values of x per input, at most (all levels of a
+            label).
         measures: weights of the inputs, see `surrogates.measure`; None is uniform.
         centred: subtract the mean over all inputs, in the effect and in its band.
 
@@ -141,10 +142,7 @@ def main_effects(
     effects = []
     for k in chosen:
         m = resolved[k]
-        if k in posterior.correlation.labels or len(m.points) < points:
-            x = np.unique(m.points)
-        else:
-            x = np.linspace(m.low, m.high, points)
+        x = _places(m, points if k not in posterior.correlation.labels else len(m.points))
         u = (x - posterior.scaling.low[k]) / posterior.scaling.width[k] - 0.5
         c = averages.along(k, u) * _product(averages.to_runs, without=k)
         g = averages.powers(k, u) * _product(averages.trend, without=k)
@@ -157,6 +155,15 @@ def main_effects(
         effect = _effect(posterior, k, x, c, g, rho, level)
         effects.append(effect if centred else _shifted(effect, posterior.shift))
     return tuple(effects)
+
+
+def _places(measure: Measure, points: int) -> Array:
+    """Where a curve over the input is drawn: along the interval, or at its levels, evenly thinned out."""
+    if not measure.levels:
+        return np.linspace(measure.low, measure.high, points)
+    levels = np.unique(measure.points)
+    kept = np.linspace(0, len(levels) - 1, min(points, len(levels)))
+    return np.asarray(levels[np.rint(kept).astype(int)])
 
 
 def partial_dependence(

@@ -21,12 +21,16 @@ PANELS, NODES = 12, 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measure:
-    """Points (q,) in the coordinates of X, weights (q,) that sum to one, and the interval they stand for."""
+    """Points (q,) in the coordinates of X, weights (q,) that sum to one, and the interval they stand for.
+
+    `levels` says that the points are the only values, and no rule for a continuum.
+    """
 
     points: Array
     weights: Array
     low: float
     high: float
+    levels: bool = False
 
 
 def uniform(low: float = 0.0, high: float = 1.0) -> Measure:
@@ -63,7 +67,8 @@ def discrete(levels: ArrayLike, weights: ArrayLike | None = None) -> Measure:
     w = np.ones(len(points)) if weights is None else np.asarray(weights, dtype=np.float64)
     if w.shape != points.shape or (w < 0).any() or not w.sum() > 0:
         raise ValueError(f"weights needs {len(points)} numbers >= 0 that are not all zero, got {w.tolist()}")
-    return Measure(points=points, weights=w / w.sum(), low=float(points.min()), high=float(points.max()))
+    low, high = float(points.min()), float(points.max())
+    return Measure(points=points, weights=w / w.sum(), low=low, high=high, levels=True)
 
 
 def resolve(posterior: Posterior, measures: Sequence[Measure | None] | None) -> list[Measure]:

@@ -62,7 +62,7 @@ class Posterior:
         u: (n, d) runs.   f: (n, p).   correlation, theta: of the process.   factor: of C.
         coefficients: (p,) b.   weights: (n,) v.   sigma2: of the scaled response.
         shift, scale: response = shift + scale * scaled response.
-        new_run: variance over sigma2 by which a new run scatters about the process, where std is that of a run.
+        new_run: variance over sigma2 of a new run about the process, where std is that of a run.
     """
 
     scaling: Scaling

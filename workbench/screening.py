@@ -19,6 +19,7 @@ from scipy.stats import rankdata
 from surrogates import (
     Kriging,
     KrigingScreener,
+    Measure,
     main_effects,
     selected_kriging,
     selection_stability,
@@ -26,6 +27,7 @@ from surrogates import (
 )
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome
+from workbench.input_measures import input_law, input_measure
 from workbench.parameter import Response
 from workbench.space import Space
 from workbench.streams import stream
@@ -59,7 +61,8 @@ class Screening:
         stability: share of delete-a-tenth resamples that select the parameter, by name; empty for "welch".
         kriging, leave_one_out, main_effects, sobol: of the Kriging with the selected parameters (see
             `surrogates.selected_kriging`); empty if none. kriging["interval_factor"] says by what
-            cross-validation scaled its intervals.
+            cross-validation scaled its intervals, sobol["averaged_over"] which law of each parameter effects
+            and indices rest on (see `workbench.input_measures`).
         diagnosis: facts about the search and the runs.
     """
 
@@ -177,7 +180,7 @@ def screen(
         kriging=model.kriging(space.names) if model else {},
         leave_one_out=model.leave_one_out() if model else {},
         main_effects=model.main_effects(space) if model else {},
-        sobol=model.sobol(space.names) if model else {},
+        sobol=model.sobol(space) if model else {},
         diagnosis=_diagnosis(facts, space.names, ids),
     )
 
@@ -229,7 +232,8 @@ class _Model:
 
     def main_effects(self, space: Space) -> dict[str, Any]:
         found = {}
-        for k, effect in zip(self.columns, main_effects(self.fitted, points=CURVE_POINTS), strict=True):
+        effects = main_effects(self.fitted, points=CURVE_POINTS, measures=self._measures(space))
+        for k, effect in zip(self.columns, effects, strict=True):
             parameter = space.parameters[k]
             x = np.asarray(effect.x, dtype=float)
             if parameter.kind == "categorical":  # the Kriging numbers the labels of the runs 0, 1, ...
@@ -242,11 +246,22 @@ class _Model:
             }
         return found
 
-    def sobol(self, names: Sequence[str]) -> dict[str, Any]:
-        k = len(self.columns)
+    def _measures(self, space: Space) -> list[Measure | None]:
+        return [input_measure(space.parameters[k]) for k in self.columns]
+
+    def sobol(self, space: Space) -> dict[str, Any]:
+        names, k = space.names, len(self.columns)
         pairs = [(i, j) for i in range(k) for j in range(i + 1, k)] if k <= 12 else []
-        indices = sobol_indices(self.fitted, draws=SOBOL_DRAWS, pairs=pairs, rng=stream(self.seed, "sobol"))
-        found: dict[str, Any] = {}
+        indices = sobol_indices(
+            self.fitted,
+            draws=SOBOL_DRAWS,
+            pairs=pairs,
+            measures=self._measures(space),
+            rng=stream(self.seed, "sobol"),
+        )
+        found: dict[str, Any] = {
+            "averaged_over": {names[k]: input_law(space.parameters[k]) for k in self.columns}
+        }
         for kind, part in (("main", indices.main), ("total", indices.total)):
             found[kind] = self._by_name(part.mean, names)
             found[f"{kind}_lower"] = self._by_name(part.lower, names)

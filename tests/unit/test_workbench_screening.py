@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome
-from workbench.parameter import Parameter, Response
+from workbench.parameter import Distribution, Parameter, Response
 from workbench.screening import screen
 from workbench.space import Space
 
@@ -147,3 +148,57 @@ def test_by_ranks_any_rising_scale_of_the_response_selects_the_same():
 def test_an_unknown_transform_is_refused():
     with pytest.raises(StudyError, match=r"screening transform needs one of none, ranks, got 'log'"):
         screen(runs(), SPACE, "head", transform="log")
+
+
+def test_shares_are_averaged_over_the_law_of_each_parameter():
+    """Variances 1/12, 1/4, 1/6 and 2/9 of the parts; uniform integers would have 1/3 of a variance of one."""
+    space = Space(
+        [
+            Parameter("p", lower=0, upper=1),
+            Parameter("b", kind="binary"),
+            Parameter("k", kind="integer", lower=1, upper=3),
+            Parameter("m", kind="categorical", levels=("a", "b", "c")),
+        ]
+    )
+    rows = space.rows(np.random.default_rng(0).random((60, 4)))
+    rows = [{**r, "y": r["p"] + r["b"] + 0.5 * r["k"] + (r["m"] == "a")} for r in rows]
+    found = screen(rows, space, "y")
+    parts = {"p": 1 / 12, "b": 1 / 4, "k": 1 / 6, "m": 2 / 9}
+    for name, part in parts.items():
+        assert found.sobol["main"][name] == pytest.approx(part / sum(parts.values()), abs=0.01)
+    assert found.main_effects["k"]["x"] == [1, 2, 3]
+    assert found.main_effects["b"]["x"] == [0, 1]
+    assert found.sobol["averaged_over"]["k"] == "its 3 levels, equally likely"
+
+
+def test_shares_follow_a_distribution_and_a_log_scale():
+    law = Distribution("norm", {"loc": 3.0, "scale": 1.0})
+    space = Space(
+        [
+            Parameter("n", distribution=law),
+            Parameter("u", lower=0, upper=6),
+            Parameter("g", lower=1.0, upper=100.0, scale="log"),
+        ]
+    )
+    rows = space.rows(np.random.default_rng(1).random((50, 3)))
+    # each part has variance 3, but for the tails of the normal law beyond its bounds
+    rows = [{**r, "y": 3**0.5 * r["n"] + r["u"] + 3 * np.log10(r["g"])} for r in rows]
+    found = screen(rows, space, "y")
+    kept = stats.truncnorm(*stats.norm.ppf([1e-3, 1 - 1e-3])).var()
+    for name, part in {"n": kept, "u": 1.0, "g": 1.0}.items():
+        assert found.sobol["main"][name] == pytest.approx(part / (2 + kept), abs=0.01)
+    assert found.sobol["averaged_over"] == {
+        "n": "norm(loc = 3, scale = 1) between the bounds",
+        "u": "uniform between the bounds",
+        "g": "uniform between the bounds, on a log scale",
+    }
+
+
+def test_curves_over_many_levels_stand_at_levels():
+    space = Space([Parameter("grip", lower=350, upper=700, step=7), Parameter("c", lower=0, upper=1)])
+    rows = space.rows(np.random.default_rng(2).random((40, 2)))
+    found = screen([{**r, "y": r["grip"] * (1 + r["c"])} for r in rows], space, "y")
+    effect = found.main_effects["grip"]
+    assert len(effect["x"]) == 25
+    assert set(effect["x"]) <= {350.0 + 7 * i for i in range(51)}
+    assert effect["mean"] == pytest.approx([1.5 * x for x in effect["x"]], rel=1e-3)

@@ -201,6 +201,9 @@ def _shares(screening: Mapping[str, Any]) -> list[Block]:
     if total:
         columns += [Column(name="share of variance alone"), Column(name="with interactions")]
         cells += [main, total]
+    if laws := sobol.get("averaged_over"):
+        columns.append(Column(name="averaged over"))
+        cells.append(laws)
     if stability:
         columns.append(Column(name="selected in this share of repeated screenings"))
         cells.append(stability)
