@@ -25,7 +25,7 @@ from workbench.gain import noticeable_gain
 from workbench.infill import log_expected_improvement
 from workbench.warp import Warp
 
-__all__ = ["SearchModel", "fit_local_model", "fit_rough_model", "fit_search_model"]
+__all__ = ["SearchModel", "believing", "fit_local_model", "fit_rough_model", "fit_search_model"]
 
 SPARE_RUNS = 6  # beyond the terms of the trend: fewer cannot tell a warp from chance
 WARP_GAIN = 2.0  # log-likelihood a warp must win to replace the identity
@@ -113,6 +113,34 @@ def fit_search_model(
     model = _chosen(features, v, previous=previous, seed=seed)
     before = None if previous is None else previous.cautious
     return replace(model, cautious=_cautious(features, v, model, before, seed=seed))
+
+
+def believing(model: SearchModel, features: np.ndarray, v: np.ndarray) -> SearchModel:
+    """The model as if runs that are under way had given what it predicts: v (n,) at features (n, p), the
+    believed ones last. Ranges, trend, warp and nugget are kept.
+
+    The kriging believer of Ginsbourger, Le Riche and Carraro (2010): the mean stays, its deviation falls
+    where runs are under way, so that the rest of a batch goes elsewhere.
+    """
+    fitted = _fit(
+        features,
+        v,
+        model.trend,
+        model.warp,
+        seed=model.kriging.seed,
+        nugget=model.kriging.nugget_,
+        correlation=model.correlation,
+        theta=model.kriging.theta_,
+    )
+    # a believed run is predicted without error, which says nothing about the errors of the model
+    return replace(
+        fitted,
+        inflation=model.inflation,
+        noticeable=model.noticeable,
+        scale=model.scale,
+        chosen_at=model.chosen_at,
+        cautious=None if model.cautious is None else believing(model.cautious, features, v),
+    )
 
 
 def _cautious(

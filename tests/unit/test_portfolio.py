@@ -4,11 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
 
 from workbench import Parameter, Space
 from workbench.feasibility import Feasibility
-from workbench.portfolio import LEAN, Batch, predicted_worst, propose
-from workbench.search_model import SearchModel, fit_search_model
+from workbench.portfolio import Batch, predicted_worst, propose
+from workbench.proposals import LEAN
+from workbench.search_model import SearchModel, believing, fit_search_model
 from workbench.search_space import SearchSpace
 
 WHERE = SearchSpace.of(Space([Parameter("x0", lower=0.0, upper=1.0), Parameter("x1", lower=0.0, upper=1.0)]))
@@ -27,7 +29,7 @@ def runs(request) -> Iterator[tuple[np.ndarray, np.ndarray, SearchModel]]:
     return u, valley(u), fit_search_model(u, valley(u), previous=None, seed=0)
 
 
-def proposed(u, v, model, *, iteration=0, finishing=False) -> Batch:
+def proposed(u, v, model, *, iteration=0, finishing=False, size=1) -> Batch:
     return propose(
         WHERE,
         model,
@@ -39,7 +41,7 @@ def proposed(u, v, model, *, iteration=0, finishing=False) -> Batch:
         iteration=iteration,
         stalled=False,
         finishing=finishing,
-        size=1,
+        size=size,
         rng=np.random.default_rng(0),
     )
 
@@ -77,3 +79,26 @@ def test_the_bound_goes_where_the_model_knows_less_than_at_the_predicted_worst(r
     model = runs[2]
     bound, bare = proposed(*runs, iteration=1), proposed(*runs, finishing=True)
     assert model.predict(bound.u)[1][0] > model.predict(bare.u)[1][0] * 1.01
+
+
+@pytest.mark.parametrize("finishing", [False, True])
+def test_the_points_of_a_batch_lie_apart_and_the_first_is_that_of_a_search_run_by_run(runs, finishing):
+    batch, alone = proposed(*runs, finishing=finishing, size=5), proposed(*runs, finishing=finishing)
+    assert batch.u[0].tolist() == alone.u[0].tolist()
+    assert len(batch.u) == 5
+    apart = cdist(batch.u, batch.u, "chebyshev")[np.triu_indices(5, 1)]
+    assert apart.min() > 0.01
+    if finishing:
+        assert batch.proposals.count("predicted") == 1
+
+
+def test_a_believed_run_keeps_the_mean_and_takes_the_doubt(runs):
+    u, v, model = runs
+    under_way = np.array([[0.9, 0.1]])
+    features = np.vstack([u, under_way])
+    believed = believing(model, features, np.append(v, model.mean(under_way)))
+    assert believed.mean(GRID) == pytest.approx(model.mean(GRID), abs=1e-5 * np.ptp(v))
+    assert believed.predict(under_way)[1][0] < 1e-2 * model.predict(under_way)[1][0]
+    assert believed.inflation == model.inflation
+    assert believed.cautious is not None
+    assert believed.cautious.n_runs == len(u) + 1
