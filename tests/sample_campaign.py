@@ -226,13 +226,16 @@ def write_loop(folder: Path) -> None:
             "mean_interval": [0.0, 1.0],
             "quantiles": triple, "worst": float(y.max()), "worst_scenario": {"x12": 0.5},
             "beyond_limit": [float((y > 12).mean()), 0.0, 0.1], "largest_regret": 1.0, "mean_regret": 0.2,
-            "nominal": float(y[3]), "price_of_robustness": 0.3,
+            "nominal": float(y[3]), "price_of_robustness": 0.3, "failed_share": [failed / 200, 0.0, 0.03],
+            "beyond_or_failed": [float((y > 12).mean()) + failed / 200, 0.0, 0.1],
         }  # fmt: skip
 
     _write(
         folder / "robust.json",
         {
             "designs": ["before", "after"], "sense": "max", "unit": "kN", "limit": 12.0, "samples": 200,
+            "drawn": 200, "left_out": 1,
+            "warnings": ["after gave no value in 1 of 200 scenarios, and fails where before is bad"],
             "scenarios": [{} for _ in range(200)], "values": values,
             "paired": {"after - before": [float((new - old).mean()), -6.0, -4.0]},
             "summaries": [summary("before", old, 0), summary("after", new[1:], 1)],

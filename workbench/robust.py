@@ -7,133 +7,38 @@ random numbers), so differences between designs are not blurred by the sampling:
 its own interval. Points are a Latin hypercube through the parameters' distributions (uniform where none is
 given).
 
-    share beyond the limit    k/n with the Wilson interval (Wilson 1927)
-    quantile q                the order statistics whose ranks hold the binomial 95 % interval of q n
-    regret of a scenario      value of the design minus the best of all designs in that scenario
-    price of robustness       value at nominal minus the best value at nominal
+The comparison rests on the scenarios in which every design gave a value (`workbench.robust_statistics`);
+failures are counted against the design that failed and what they may hide is said
+(`workbench.robust_failures`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.stats import binom
 
 import doe
-from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import Evaluator, FunctionEvaluator, Reading, response_name, response_reader
+from workbench.errors import StudyError
+from workbench.evaluator import (
+    Evaluator,
+    FunctionEvaluator,
+    Outcome,
+    Reading,
+    response_name,
+    response_reader,
+)
+from workbench.robust_failures import failure_warnings
+from workbench.robust_record import ReEvaluation, Summary
+from workbench.robust_statistics import FEWEST, common, paired_differences, summaries, wilson
 from workbench.scenarios import scenario_points
 from workbench.space import Space
 from workbench.streams import stream
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from workbench.rescreening import Rescreening
 
 __all__ = ["ReEvaluation", "Summary", "re_evaluate", "wilson"]
-
-Z95 = 1.959963984540054
-QUANTILES = (0.05, 0.5, 0.95)
-FEWEST = 10
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Summary:
-    """One design over the uncertainty. Intervals are 95 %; `worst` is the worst sampled, a lower bound of
-    the worst.
-    """
-
-    design: str
-    n: int
-    failed: int
-    mean: float
-    mean_interval: tuple[float, float]
-    quantiles: Mapping[str, tuple[float, float, float]]  # "P95": (value, lower, upper)
-    worst: float
-    worst_scenario: Mapping[str, Any]
-    beyond_limit: tuple[float, float, float] | None  # share, lower, upper
-    largest_regret: float
-    mean_regret: float
-    nominal: float | None
-    price_of_robustness: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReEvaluation:
-    """`values` (samples, designs): NaN where a run failed. `scenarios`: the rows that all designs met."""
-
-    designs: tuple[str, ...]
-    scenarios: tuple[Mapping[str, Any], ...]
-    values: np.ndarray
-    summaries: tuple[Summary, ...]
-    paired: Mapping[str, tuple[float, float, float]]  # "new - old": mean difference and its interval
-    sense: str
-    limit: float | None
-    unit: str
-    response: str = "y"
-    screenings: "tuple[Rescreening, ...]" = ()
-
-    def frame(self) -> "pd.DataFrame":
-        """One row per scenario: its parameters, then one column per design."""
-        import pandas as pd
-
-        table = pd.DataFrame(list(self.scenarios))
-        for j, name in enumerate(self.designs):
-            table[f"value: {name}"] = self.values[:, j]
-        return table
-
-    def to_dict(self) -> dict[str, Any]:
-        """The document `robust.json`."""
-        return {
-            "designs": list(self.designs),
-            "response": self.response,
-            "sense": self.sense,
-            "unit": self.unit,
-            "limit": self.limit,
-            "samples": len(self.scenarios),
-            "scenarios": [dict(row) for row in self.scenarios],
-            "values": {
-                name: [None if np.isnan(v) else float(v) for v in self.values[:, j]]
-                for j, name in enumerate(self.designs)
-            },
-            "paired": {name: list(interval) for name, interval in self.paired.items()},
-            "screenings": [screening.to_dict() for screening in self.screenings],
-            "summaries": [
-                {
-                    "design": s.design,
-                    "n": s.n,
-                    "failed": s.failed,
-                    "mean": s.mean,
-                    "mean_interval": list(s.mean_interval),
-                    "quantiles": {name: list(triple) for name, triple in s.quantiles.items()},
-                    "worst": s.worst,
-                    "worst_scenario": dict(s.worst_scenario),
-                    "beyond_limit": None if s.beyond_limit is None else list(s.beyond_limit),
-                    "largest_regret": s.largest_regret,
-                    "mean_regret": s.mean_regret,
-                    "nominal": s.nominal,
-                    "price_of_robustness": s.price_of_robustness,
-                }
-                for s in self.summaries
-            ],
-        }
-
-
-def wilson(k: int, n: int, z: float = Z95) -> tuple[float, float]:
-    """The Wilson interval of a share k/n.
-
-    >>> low, high = wilson(9, 10)
-    >>> print(f"{low:.3f} {high:.3f}")
-    0.596 0.982
-    """
-    if n == 0:
-        return 0.0, 1.0
-    p, z2 = k / n, z * z
-    centre = (p + z2 / (2 * n)) / (1 + z2 / n)
-    half = z / (1 + z2 / n) * np.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
-    return float(max(centre - half, 0.0)), float(min(centre + half, 1.0))
 
 
 def re_evaluate(
@@ -154,6 +59,8 @@ def re_evaluate(
 ) -> ReEvaluation:
     """Run every design at the same `samples` points of the uncertainty and compare.
 
+    Scenarios in which a design gave no value are left out of the comparison for all designs.
+
     Args:
         function: takes a design and an uncertainty point as mappings; returns a float or a mapping of
             responses.
@@ -173,7 +80,7 @@ def re_evaluate(
 
     Raises:
         StudyError: no design, fewer than 10 samples, an extra scenario or nominal point outside the space.
-        NotEnoughRuns: a design failed in all but nine of its runs.
+        NotEnoughRuns: fewer than 10 scenarios in which every design gave a value.
 
     >>> from workbench import Parameter
     >>> result = re_evaluate(lambda x, u: x["k"] * u["f"], {"soft": {"k": 1.0}, "stiff": {"k": 2.0}},
@@ -189,6 +96,8 @@ def re_evaluate(
         raise StudyError(f"screened needs 0 or {FEWEST} to samples={samples}, got {screened}")
     if sense not in ("max", "min"):
         raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
+    if limit is not None and not isfinite(limit):
+        raise StudyError(f"limit needs a finite number, got {limit}; leave it out to have no limit")
     read = response_reader(response)
     drawn = _scenarios(uncertainty, samples, seed)
     scenario_points(uncertainty, extra_scenarios)  # refuses what lies outside, with the reason
@@ -196,27 +105,61 @@ def re_evaluate(
         uncertainty.unit([nominal])
     rows = [*drawn, *extra_scenarios, *([nominal] if nominal is not None else [])]
     names = tuple(designs)
-    values = np.full((len(rows), len(names)), np.nan)
+    values, errors = np.full((len(rows), len(names)), np.nan), {}
     for j, name in enumerate(names):
-        design = designs[name]
-
-        def with_design(_design: Mapping[str, Any] = design, **u: Any) -> Any:
-            return function(_design, u)
-
-        evaluate = evaluators[name] if evaluators is not None else FunctionEvaluator(with_design)
-        outcomes = evaluate(rows, purpose=f"robust {name}")
-        values[:, j] = [read(o.outputs) if o.status == "ok" else np.nan for o in outcomes]
-    result = _compared(
-        names, rows, values, n_drawn=len(drawn), sense=sense, unit=unit, limit=limit, nominal=nominal
+        given = evaluators[name] if evaluators is not None else _calls(function, designs[name])
+        outcomes = given(rows, purpose=f"robust {name}")
+        values[:, j] = [_value(read, outcome) for outcome in outcomes]
+        errors[name] = next((o.error or o.status for o in reversed(outcomes) if o.status != "ok"), "")
+    n, at_nominal = len(drawn), None if nominal is None else values[-1]
+    rows, values = rows[: n + len(extra_scenarios)], values[: n + len(extra_scenarios)]
+    sign = 1.0 if sense == "max" else -1.0
+    together = common(names, values[:n], errors)
+    return ReEvaluation(
+        designs=names,
+        scenarios=tuple(rows),
+        values=values,
+        drawn=n,
+        left_out=int(n - together.sum()),
+        summaries=summaries(names, rows, values, together, at_nominal, sign=sign, limit=limit),
+        paired=paired_differences(names, values[:n], together),
+        warnings=failure_warnings(names, values, n, at_nominal, sign=sign, unit=unit),
+        sense=sense,
+        limit=limit,
+        unit=unit,
+        response=response_name(response),
+        screenings=_screened(names, drawn, values, together, uncertainty, most=screened, seed=seed),
     )
-    result = replace(result, response=response_name(response))
-    if not screened:
-        return result
+
+
+def _calls(function: Callable[[Mapping[str, Any], Mapping[str, Any]], Any], design: Any) -> Evaluator:
+    return FunctionEvaluator(lambda **u: function(design, u))
+
+
+def _value(read: Reading, outcome: Outcome) -> float:
+    """The response of a run, NaN where there is none; a combination may be without a value, too."""
+    value = read(outcome.outputs) if outcome.status == "ok" else np.nan
+    return value if isfinite(value) else np.nan
+
+
+def _screened(
+    names: Sequence[str],
+    drawn: Sequence[Mapping[str, Any]],
+    values: np.ndarray,
+    together: np.ndarray,
+    uncertainty: Space,
+    *,
+    most: int,
+    seed: int,
+) -> "tuple[Rescreening, ...]":
+    """Every design screened on the first `most` of the common scenarios, so that samples do not differ."""
+    if not most:
+        return ()
     from workbench.rescreening import re_screen  # brings pandas and xarray
 
-    kept = min(screened, len(drawn))
-    by_design = {name: values[:kept, j] for j, name in enumerate(names)}
-    return replace(result, screenings=re_screen(drawn[:kept], by_design, uncertainty, seed=seed))
+    kept = np.flatnonzero(together)[:most]
+    by_design = {name: values[kept, j] for j, name in enumerate(names)}
+    return re_screen([drawn[k] for k in kept], by_design, uncertainty, seed=seed)
 
 
 def _scenarios(uncertainty: Space, samples: int, seed: int) -> list[dict[str, Any]]:
@@ -230,86 +173,3 @@ def _scenarios(uncertainty: Space, samples: int, seed: int) -> list[dict[str, An
             f"only {len(kept)} of {samples} samples meet the constraints of the uncertainty; draw more"
         )
     return kept
-
-
-def _compared(
-    names: tuple[str, ...],
-    rows: Sequence[Mapping[str, Any]],
-    values: np.ndarray,
-    *,
-    n_drawn: int,
-    sense: str,
-    unit: str,
-    limit: float | None,
-    nominal: Mapping[str, Any] | None,
-) -> ReEvaluation:
-    sign = 1.0 if sense == "max" else -1.0
-    drawn = values[:n_drawn]
-    scenarios = values[: len(values) - 1] if nominal is not None else values
-    at_nominal = values[-1] if nominal is not None else None
-    complete = ~np.isnan(scenarios).any(axis=1)
-    regret = sign * scenarios[complete] - (sign * scenarios[complete]).min(axis=1, keepdims=True)
-    summaries = []
-    for j, name in enumerate(names):
-        sample = drawn[~np.isnan(drawn[:, j]), j]
-        if len(sample) < FEWEST:
-            raise NotEnoughRuns(
-                f"design {name!r} gave a value in {len(sample)} of {n_drawn} runs; "
-                f"at least {FEWEST} are needed"
-            )
-        half = Z95 * sample.std(ddof=1) / np.sqrt(len(sample))
-        worst = int(np.nanargmax(sign * scenarios[:, j]))
-        price = None
-        if at_nominal is not None and not np.isnan(at_nominal[j]):
-            price = float(sign * at_nominal[j] - np.nanmin(sign * at_nominal))
-        summaries.append(
-            Summary(
-                design=name,
-                n=len(sample),
-                failed=n_drawn - len(sample),
-                mean=float(sample.mean()),
-                mean_interval=(float(sample.mean() - half), float(sample.mean() + half)),
-                quantiles={f"P{round(100 * q)}": _quantile(sample, q) for q in QUANTILES},
-                worst=float(scenarios[worst, j]),
-                worst_scenario=dict(rows[worst]),
-                beyond_limit=_beyond(sample, limit, sign),
-                largest_regret=float(regret[:, j].max()) if len(regret) else float("nan"),
-                mean_regret=float(regret[:, j].mean()) if len(regret) else float("nan"),
-                nominal=None if at_nominal is None else float(at_nominal[j]),
-                price_of_robustness=price,
-            )
-        )
-    paired = {}
-    for j, name in enumerate(names[1:], start=1):
-        both = ~np.isnan(drawn[:, [0, j]]).any(axis=1)
-        difference = drawn[both, j] - drawn[both, 0]
-        half = Z95 * difference.std(ddof=1) / np.sqrt(len(difference)) if len(difference) > 1 else np.nan
-        middle = float(difference.mean())
-        paired[f"{name} - {names[0]}"] = (middle, float(middle - half), float(middle + half))
-    return ReEvaluation(
-        designs=names,
-        scenarios=tuple(rows[: len(scenarios)]),
-        values=scenarios,
-        summaries=tuple(summaries),
-        paired=paired,
-        sense=sense,
-        limit=limit,
-        unit=unit,
-    )
-
-
-def _quantile(sample: np.ndarray, q: float) -> tuple[float, float, float]:
-    """Sample quantile with its distribution-free 95 % interval from order statistics."""
-    ordered = np.sort(sample)
-    n = len(ordered)
-    low = int(np.clip(binom.ppf(0.025, n, q) - 1, 0, n - 1))
-    high = int(np.clip(binom.ppf(0.975, n, q), 0, n - 1))
-    return float(np.quantile(ordered, q)), float(ordered[low]), float(ordered[high])
-
-
-def _beyond(sample: np.ndarray, limit: float | None, sign: float) -> tuple[float, float, float] | None:
-    if limit is None:
-        return None
-    k = int((sign * sample > sign * limit).sum())
-    low, high = wilson(k, len(sample))
-    return k / len(sample), low, high

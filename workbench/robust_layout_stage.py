@@ -151,10 +151,10 @@ def _compared(
 
 
 def _broken(compared: ReEvaluation, found: RobustLayout, tolerance: float) -> dict[str, Any] | None:
-    """A sampled case that is worse for the robust layout than the bound allows."""
+    """A sampled case that is worse for the robust layout than the bound allows, also where others fail."""
     summary = compared.summaries[-1]
     known = found.worst[found.robust].value
-    return dict(summary.worst_scenario) if summary.worst > known * (1 + tolerance) else None
+    return dict(summary.worst_run_scenario) if summary.worst_run > known * (1 + tolerance) else None
 
 
 def _document(

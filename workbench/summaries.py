@@ -146,7 +146,7 @@ def layout_lines(document: Mapping[str, Any]) -> list[str]:
 
 
 def robust_lines(document: Mapping[str, Any]) -> list[str]:
-    """The designs beside each other."""
+    """The designs beside each other, and what the failures among their runs leave open."""
     unit = unit_suffix(document["unit"]).strip()
     rows = []
     for s in document["summaries"]:
@@ -159,6 +159,24 @@ def robust_lines(document: Mapping[str, Any]) -> list[str]:
     text += table_lines(head, rows)
     for name, (mean, low, high) in document["paired"].items():
         text.append(f"{name}: {format_number(mean)} (95 %: {format_number(low)} to {format_number(high)})")
+    if left_out := document.get("left_out"):
+        text += _wrapped(
+            f"left out for every design: {left_out} of {document['drawn']} points, in which a run gave no "
+            "value",
+            79,
+        )
+        text += [_failed_line(s, document) for s in document["summaries"] if s["failed"]]
+    for warning in document.get("warnings") or ():
+        text += _wrapped(f"note: {warning}", 79)
+    return text
+
+
+def _failed_line(summary: Mapping[str, Any], document: Mapping[str, Any]) -> str:
+    part, low, high = (100 * v for v in summary["failed_share"])
+    text = f"  {summary['design']} failed in {part:.3g} % (95 %: {low:.3g} to {high:.3g} %)"
+    risk = summary.get("beyond_or_failed")
+    if risk is not None:
+        text += f"; failed or beyond {format_number(document['limit'])}: {100 * risk[0]:.3g} %"
     return text
 
 

@@ -142,3 +142,23 @@ def test_design_layout_and_robust_are_told_within_80_columns():
     assert "12.5 %" in text[3]
     assert text[-1] == "new - old: -1 (95 %: -2 to 0)"
     assert max(map(len, text)) <= 80
+
+
+def test_failures_of_a_comparison_are_told_within_80_columns():
+    summary = {
+        "design": "stiff", "mean": 1.0, "quantiles": {"P95": [2.0, 1.8, None]}, "worst": 3.0,
+        "largest_regret": 0.5, "beyond_limit": [0.125, 0.1, 0.2], "failed": 30,
+        "failed_share": [0.3, 0.219, 0.396], "beyond_or_failed": [0.45, 0.36, 0.55],
+    }  # fmt: skip
+    robust = {
+        "unit": "J", "samples": 100, "drawn": 100, "left_out": 30, "limit": 2.5, "paired": {},
+        "summaries": [summary, {**summary, "design": "soft", "failed": 0}],
+        "warnings": ["stiff gave no value in 30 of 100 scenarios (30 %), and fails where soft is bad: its "
+                     "worst may be hidden in them"],
+    }  # fmt: skip
+    text = robust_lines(robust)
+    assert "left out for every design: 30 of 100 points, in which a run gave no value" in text
+    assert "  stiff failed in 30 % (95 %: 21.9 to 39.6 %); failed or beyond 2.5: 45 %" in text
+    assert text[-2].startswith("note: stiff gave no value in 30 of 100 scenarios")
+    assert not any(line.startswith("  soft failed") for line in text)
+    assert max(map(len, text)) <= 80

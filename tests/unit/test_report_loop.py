@@ -71,7 +71,12 @@ def test_kinds_of_members_are_told_apart_without_colour(page):
 
 
 def test_failed_scenarios_are_counted(page):
-    assert "1 runs gave no value; their scenarios are left out" in text_of(page)
+    text = text_of(page)
+    assert "for every design: 1 of 200 scenarios, in which a run gave no value (before 0, after 1)." in text
+    assert "After gave no value in 1 of 200 scenarios, and fails where before is bad." in text
+    assert "failed (95 % interval)" in text
+    assert "Runs failed and may hide something worse." in text
+    assert "0.5 % (0.0 to 3.0 %)" in text
     assert "The numbers of this figure (199 rows)" in page
 
 

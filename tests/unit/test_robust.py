@@ -93,6 +93,8 @@ def test_the_frame_and_the_document_hold_the_same_numbers():
             "scenario 1 of 1 is not in the uncertainty: .*'f' lies",
         ),
         ({"nominal": {"f": 0.5}}, r"missing \['g'\]"),
+        ({"limit": float("nan")}, "limit needs a finite number, got nan; leave it out to have no limit"),
+        ({"limit": float("inf")}, "limit needs a finite number, got inf"),
     ],
 )
 def test_bad_input_is_named(kwargs, match):
@@ -105,7 +107,8 @@ def test_a_design_that_always_fails_is_named():
     def broken(x, u):
         raise RuntimeError("no licence")
 
-    with pytest.raises(NotEnoughRuns, match="design 'a' gave a value in 0 of 20 runs"):
+    words = "design 'a' gave a value in 0 of 20 runs; at least 10 are needed. Its last failure: .*no licence"
+    with pytest.raises(NotEnoughRuns, match=words):
         re_evaluate(broken, {"a": {}}, U, samples=20)
 
 

@@ -1,12 +1,14 @@
 """The robust loop on a layout whose answer is known, and what may go wrong with it."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from studies.occupant_braking import NOMINAL, restraint
 from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
+from workbench import robust_layout_stage
 from workbench.campaign import Campaign
 from workbench.errors import Interrupted, StudyError
 from workbench.layout_model import load_layout_model
@@ -184,3 +186,11 @@ def test_plan_and_validate_know_the_stage(tmp_path):
         check_study(study(tmp_path, wrong))
     with pytest.raises(StudyError, match="no response 'push'"):
         check_study(study(tmp_path, STUDY.replace('"push"', '"pull"')))
+
+
+def test_a_sample_that_breaks_the_bound_counts_where_another_layout_failed():
+    summary = SimpleNamespace(worst=1.0, worst_run=1.5, worst_run_scenario={"u": 1.0})
+    found = SimpleNamespace(worst={"robust": SimpleNamespace(value=1.2)}, robust="robust")
+    compared = SimpleNamespace(summaries=[summary])
+    assert robust_layout_stage._broken(compared, found, 0.02) == {"u": 1.0}
+    assert robust_layout_stage._broken(compared, found, 0.3) is None

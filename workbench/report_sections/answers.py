@@ -100,12 +100,14 @@ def _robust(robust: Mapping[str, Any]) -> Card:
     if beyond is not None:
         share, most = percent(beyond[0], 1), percent(beyond[2], 1)
         detail += f" {share} of scenarios exceed the limit (95 % interval up to {most})."
+    if robust.get("warnings"):
+        detail += " Runs failed and may hide something worse."
     return Card(
         question="Does it hold over the whole uncertainty?",
         answer=f"{last['design']}: {quantity(last['worst'], unit)} at worst",
         detail=detail,
         section="robust",
-        level="good" if better else "poor",
+        level="poor" if not better else "fair" if robust.get("warnings") else "good",
     )
 
 

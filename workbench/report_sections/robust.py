@@ -32,11 +32,13 @@ def robust_section(folder: CampaignFolder) -> Section | None:
     response = str(robust.get("response") or folder.main_response or "response")
     summaries = list(robust["summaries"])
     worst = [f"{s['design']} {quantity(s['worst'], unit)}" for s in summaries]
+    drawn = int(robust.get("drawn") or robust["samples"])
+    given = int(robust["samples"]) - drawn
+    met = f"{drawn} scenarios drawn from the uncertainty" + (f" and {given} given ones" if given else "")
     sentences = [
-        f"{len(designs)} designs met the same {robust['samples']} scenarios drawn from the uncertainty.",
+        f"{len(designs)} designs met the same {met}." if len(designs) > 1 else f"{designs[0]} met {met}.",
         f"Worst {response} met: {', '.join(worst)}. A sample sees only part of the tail, so the true worst "
-        "may be "
-        "further out.",
+        "may be further out.",
     ]
     for name, (mean, low, high) in (robust.get("paired") or {}).items():
         sentences.append(
@@ -47,15 +49,7 @@ def robust_section(folder: CampaignFolder) -> Section | None:
     screenings = list(robust.get("screenings") or [])
     if screenings:
         sentences.append("What matters to each design: " + "; ".join(s["sentence"] for s in screenings) + ".")
-    failed = sum(int(s.get("failed") or 0) for s in summaries)
-    blocks: list[Block] = []
-    if failed:
-        blocks.append(
-            Note(
-                text=f"{failed} runs gave no value; their scenarios are left out of all comparisons.",
-                level="fair",
-            )
-        )
+    blocks: list[Block] = [Note(text=text, level="fair") for text in _on_failures(robust, summaries)]
     blocks.append(_summaries(robust, summaries, response, unit))
     blocks.append(_distributions(robust, summaries, response, unit))
     if len(designs) >= 2:
@@ -67,9 +61,24 @@ def robust_section(folder: CampaignFolder) -> Section | None:
         blocks=tuple(blocks),
         numbers={
             key: robust.get(key)
-            for key in ("designs", "samples", "limit", "unit", "paired", "summaries", "screenings")
+            for key in (
+                "designs", "samples", "drawn", "left_out", "limit", "unit", "paired", "warnings", "summaries",
+                "screenings",
+            )
         },
-    )
+    )  # fmt: skip
+
+
+def _on_failures(robust: Mapping[str, Any], summaries: list[dict[str, Any]]) -> list[str]:
+    """How many scenarios are left out of the comparison and why, and what that may hide."""
+    said = []
+    if left_out := robust.get("left_out"):
+        each = ", ".join(f"{s['design']} {s['failed']}" for s in summaries)
+        said.append(
+            f"Left out of all comparisons, for every design: {left_out} of {robust['drawn']} scenarios, in "
+            f"which a run gave no value ({each})."
+        )
+    return said + [f"{text[0].upper()}{text[1:]}." for text in robust.get("warnings") or ()]
 
 
 def _summaries(robust: Mapping[str, Any], summaries: list[dict[str, Any]], response: str, unit: str) -> Table:
@@ -80,16 +89,12 @@ def _summaries(robust: Mapping[str, Any], summaries: list[dict[str, Any]], respo
     columns += [Column(name="worst met", unit=unit), Column(name="mean regret", unit=unit)]
     columns += [Column(name="largest regret", unit=unit), Column(name="at nominal", unit=unit)]
     columns += [Column(name="price of robustness", unit=unit)]
-    if limit is not None:
-        columns.append(Column(name=f"beyond {quantity(limit, unit)} (95 % interval)"))
-
-    def beyond(s: Mapping[str, Any]) -> str:
-        share = s.get("beyond_limit")
-        return (
-            "–"
-            if share is None
-            else f"{100 * share[0]:.1f} % ({100 * share[1]:.1f} to {100 * share[2]:.1f} %)"
-        )
+    shares = {} if limit is None else {"beyond_limit": f"beyond {quantity(limit, unit)} (95 % interval)"}
+    if any(s.get("failed") for s in summaries):
+        shares["failed_share"] = "failed (95 % interval)"
+        if limit is not None:
+            shares["beyond_or_failed"] = "beyond or failed (95 % interval)"
+    columns += [Column(name=heading) for heading in shares.values()]
 
     return Table(
         id="robust",
@@ -105,17 +110,34 @@ def _summaries(robust: Mapping[str, Any], summaries: list[dict[str, Any]], respo
                 s["largest_regret"],
                 s.get("nominal"),
                 s.get("price_of_robustness"),
-                *([beyond(s)] if limit is not None else []),
+                *(_share(s.get(key)) for key in shares),
             )
             for s in summaries
         ),
     )
 
 
+def _share(share: list[float] | None) -> str:
+    if share is None:
+        return "–"
+    return f"{100 * share[0]:.1f} % ({100 * share[1]:.1f} to {100 * share[2]:.1f} %)"
+
+
+def _common(robust: Mapping[str, Any]) -> dict[str, list[float | None]]:
+    """Values of every design, None for all where one has none: curves show what the statistics rest on."""
+    values = robust["values"]
+    whole = [None not in row for row in zip(*values.values(), strict=True)]
+    return {
+        name: [v if kept else None for v, kept in zip(column, whole, strict=True)]
+        for name, column in values.items()
+    }
+
+
 def _distributions(
     robust: Mapping[str, Any], summaries: list[dict[str, Any]], response: str, unit: str
 ) -> Figure:
-    values, limit = robust["values"], robust.get("limit")
+    drawn, limit = int(robust.get("drawn") or robust["samples"]), robust.get("limit")
+    values = {name: column[:drawn] for name, column in _common(robust).items()}
     said = ", ".join(f"{s['design']} {number(s['mean'])}" for s in summaries)
     better = "left" if robust.get("sense", "max") == "max" else "right"
     return Figure(
@@ -146,7 +168,7 @@ def _distributions(
 
 def _pairs(robust: Mapping[str, Any], designs: list[str], response: str, unit: str) -> Figure:
     a, b = designs[0], designs[-1]
-    values = robust["values"]
+    values = _common(robust)
     both = [
         (k, x, y)
         for k, (x, y) in enumerate(zip(values[a], values[b], strict=True))
