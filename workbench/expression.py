@@ -73,6 +73,17 @@ class Condition:
         except (ArithmeticError, ValueError, TypeError):
             return False
 
+    @property
+    def used(self) -> frozenset[str]:
+        """The parameters that the condition is about.
+
+        >>> sorted(Condition("max(a, b) <= 1", names=("a", "b", "c")).used)
+        ['a', 'b']
+        """
+        nodes = list(ast.walk(self._tree))
+        called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
+        return frozenset(node.id for node in nodes if isinstance(node, ast.Name) and id(node) not in called)
+
     def _check(self, node: ast.expr) -> None:
         match node:
             case ast.Constant(value=bool()):

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import doe
 from workbench.errors import StudyError
 from workbench.evaluator import (
     Evaluator,
@@ -30,10 +29,9 @@ from workbench.evaluator import (
 )
 from workbench.robust_failures import failure_warnings
 from workbench.robust_record import ReEvaluation, Summary
+from workbench.robust_scenarios import Ground
 from workbench.robust_statistics import FEWEST, common, paired_differences, summaries, wilson
-from workbench.scenarios import scenario_points
 from workbench.space import Space
-from workbench.streams import stream
 
 if TYPE_CHECKING:
     from workbench.rescreening import Rescreening
@@ -56,6 +54,7 @@ def re_evaluate(
     extra_scenarios: Sequence[Mapping[str, Any]] = (),
     evaluators: Mapping[str, Evaluator] | None = None,
     screened: int = 0,
+    constraints: Sequence[str] = (),
 ) -> ReEvaluation:
     """Run every design at the same `samples` points of the uncertainty and compare.
 
@@ -77,9 +76,12 @@ def re_evaluate(
         evaluators: name -> evaluator that stores its runs; the function is called in this process otherwise.
         screened: how many of the samples to screen for every design, at least 10, which tells which
             parameters matter to it and what changed; 0 does not screen.
+        constraints: conditions that tie uncertain parameters to those of the design, such as "k + f <= 3". A
+            sample that breaks one with a design is left out for all designs and counted as inadmissible.
 
     Raises:
-        StudyError: no design, fewer than 10 samples, an extra scenario or nominal point outside the space.
+        StudyError: no design, fewer than 10 samples, an extra scenario or nominal point outside the space or
+            its constraints, fewer than 10 samples that meet the constraints.
         NotEnoughRuns: fewer than 10 scenarios in which every design gave a value.
 
     >>> from workbench import Parameter
@@ -99,10 +101,9 @@ def re_evaluate(
     if limit is not None and not isfinite(limit):
         raise StudyError(f"limit needs a finite number, got {limit}; leave it out to have no limit")
     read = response_reader(response)
-    drawn = _scenarios(uncertainty, samples, seed)
-    scenario_points(uncertainty, extra_scenarios)  # refuses what lies outside, with the reason
-    if nominal is not None:
-        uncertainty.unit([nominal])
+    ground = Ground.of(uncertainty, designs, constraints)
+    ground.check(extra_scenarios, nominal)
+    drawn, inadmissible = ground.drawn(samples, seed)
     rows = [*drawn, *extra_scenarios, *([nominal] if nominal is not None else [])]
     names = tuple(designs)
     values, errors = np.full((len(rows), len(names)), np.nan), {}
@@ -120,6 +121,7 @@ def re_evaluate(
         scenarios=tuple(rows),
         values=values,
         drawn=n,
+        inadmissible=inadmissible,
         left_out=int(n - together.sum()),
         summaries=summaries(names, rows, values, together, at_nominal, sign=sign, limit=limit),
         paired=paired_differences(names, values[:n], together),
@@ -160,16 +162,3 @@ def _screened(
     kept = np.flatnonzero(together)[:most]
     by_design = {name: values[kept, j] for j, name in enumerate(names)}
     return re_screen([drawn[k] for k in kept], by_design, uncertainty, seed=seed)
-
-
-def _scenarios(uncertainty: Space, samples: int, seed: int) -> list[dict[str, Any]]:
-    """Latin hypercube rows through the distributions; points that break a constraint are left out."""
-    u = doe.lhs(samples, uncertainty.dimension, rng=stream(seed, "robust"))
-    values = uncertainty.quantile(u)
-    rows = [dict(zip(uncertainty.names, row.tolist(), strict=True)) for row in values]
-    kept = [row for row in rows if uncertainty.violated(row) is None]
-    if len(kept) < FEWEST:
-        raise StudyError(
-            f"only {len(kept)} of {samples} samples meet the constraints of the uncertainty; draw more"
-        )
-    return kept

@@ -71,8 +71,9 @@ class Summary:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReEvaluation:
     """`values` (scenarios, designs): NaN where a run failed. `scenarios`: the rows that all designs met, the
-    `drawn` ones first, then those given; `left_out` of the drawn ones lack a value of some design. `warnings`
-    are sentences on what the failures may hide.
+    `drawn` ones first, then those given; `left_out` of the drawn ones lack a value of some design.
+    `inadmissible`: design -> how many samples break a constraint with it; those were drawn for nobody.
+    `warnings` are sentences on what the failures may hide.
     """
 
     designs: tuple[str, ...]
@@ -80,6 +81,7 @@ class ReEvaluation:
     values: np.ndarray
     drawn: int
     left_out: int
+    inadmissible: Mapping[str, int]
     summaries: tuple[Summary, ...]
     paired: Mapping[str, tuple[float, float, float]]  # "new - old": mean difference and its interval
     warnings: tuple[str, ...]
@@ -109,6 +111,7 @@ class ReEvaluation:
             "samples": len(self.scenarios),
             "drawn": self.drawn,
             "left_out": self.left_out,
+            "inadmissible": dict(self.inadmissible),
             "scenarios": [dict(row) for row in self.scenarios],
             "values": {
                 name: [None if np.isnan(v) else float(v) for v in self.values[:, j]]

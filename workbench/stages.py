@@ -6,7 +6,7 @@ there and what went into it (its table, the space, the seed, the runs it read) i
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +15,6 @@ from workbench.atomic import read_json, write_json
 from workbench.campaign import Asked, Campaign, outcome
 from workbench.design_stage import design_from_file, design_of_kind, design_of_table
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import Evaluator, Outcome
-from workbench.space import Space
 from workbench.store import Evaluation
 from workbench.streams import stream
 from workbench.thinning import spread_runs
@@ -61,9 +59,7 @@ def run_all(campaign: Campaign) -> dict[str, Any]:
     if study.layout is not None:
         found["layout"] = _unless_recorded(campaign, "layout", _layout_fingerprint(campaign), layout)
     if study.robust is not None:
-        found["robust"] = _unless_recorded(
-            campaign, "robust", _fingerprint(campaign, study.robust, ""), robust
-        )
+        found["robust"] = _unless_recorded(campaign, "robust", _robust_fingerprint(campaign), robust)
     if study.robust_layout is not None:
         found["robust_layout"] = _unless_recorded(
             campaign, "robust_layout", _loop_fingerprint(campaign), robust_layout
@@ -238,42 +234,11 @@ def layout(campaign: Campaign) -> dict[str, Any]:
 
 def robust(campaign: Campaign) -> dict[str, Any]:
     """Designs beside each other over the whole uncertainty, at the same points: `robust.json`."""
-    from workbench.robust import re_evaluate
+    from workbench.robust_stage import run_robust
 
-    study = campaign.study
-    table = _required(study.robust, "robust")
-    response = study.response(table["response"])
-    chosen = {name for design in table["design"] for name in design["values"]}
-    for design in table["design"]:
-        missing = sorted(chosen - set(design["values"]))
-        unknown = sorted(set(design["values"]) - set(study.space.names))
-        if missing or unknown:
-            wrong = f"lacks {missing[0]!r}" if missing else f"names {unknown[0]!r}, which is no parameter"
-            raise StudyError(
-                f"[robust] design {design['name']!r} {wrong}; every design sets the same parameters"
-            )
-    uncertain = [p for p in study.space.parameters if p.name not in chosen]
-    if not uncertain:
-        raise StudyError("[robust] designs set every parameter, so nothing is uncertain")
-    if study.model["kind"] in ("table",):
-        raise StudyError("[robust] needs a model that can be run; a table cannot run anything new")
-    names = ", ".join(design["name"] for design in table["design"])
-    campaign.progress.stage("robust", f"{names} at {table['samples']} points of {len(uncertain)} parameters")
-    result = re_evaluate(
-        lambda design, u: None,
-        {design["name"]: design["values"] for design in table["design"]},
-        Space(tuple(uncertain)),
-        response=response.name,
-        unit=response.unit,
-        sense=table["sense"],
-        samples=table["samples"],
-        seed=study.seed,
-        limit=table.get("limit"),
-        screened=table.get("screened", 0),
-        evaluators={design["name"]: _with_values(campaign, design["values"]) for design in table["design"]},
-    )
-    document = result.to_dict()
-    _write(campaign, "robust", document, _fingerprint(campaign, table, ""))
+    table = _required(campaign.study.robust, "robust")
+    document = run_robust(campaign, table).to_dict()
+    _write(campaign, "robust", document, _robust_fingerprint(campaign))
     return _as_document(document)
 
 
@@ -286,15 +251,6 @@ def robust_layout(campaign: Campaign) -> dict[str, Any]:
     document = run_robust_layout(campaign, table)
     _record(campaign, "robust_layout", fingerprint)
     return _as_document(document)
-
-
-def _with_values(campaign: Campaign, values: Mapping[str, Any]) -> Evaluator:
-    """Runs of uncertain rows with the design's values put in."""
-
-    def evaluate(rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
-        return campaign.outcomes_of_search([{**row, **values} for row in rows], purpose="robust")
-
-    return evaluate
 
 
 def report(campaign: Campaign) -> Path:
@@ -379,6 +335,11 @@ def _layout_fingerprint(campaign: Campaign) -> str:
     return _fingerprint(
         campaign, table, json.dumps(None if found is None else found["parameters"], sort_keys=True)
     )
+
+
+def _robust_fingerprint(campaign: Campaign) -> str:
+    # a document that compared designs in different scenarios is not up to date
+    return _fingerprint(campaign, campaign.study.robust or {}, "common scenarios")
 
 
 def _loop_fingerprint(campaign: Campaign) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 from workbench.errors import StudyError
 from workbench.model import ModelSpec, Reduction
 from workbench.reading_rules import checked_rule
+from workbench.robust_table import check_robust
 from workbench.space import Parameter, Response, Space
 from workbench.study_messages import placed, validated
 
@@ -212,6 +213,8 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
     if study.robust_layout is not None:
         with placed(text, where, ("robust_layout", "nominal")):
             _check_robust_layout(study)
+    if study.robust is not None:
+        check_robust(study.space, study.robust, kind=study.model["kind"], text=text, where=where)
     for stage in ("screen", "worst_case", "robust"):
         table = getattr(study, stage)
         if table is not None:

@@ -159,6 +159,10 @@ def robust_lines(document: Mapping[str, Any]) -> list[str]:
     text += table_lines(head, rows)
     for name, (mean, low, high) in document["paired"].items():
         text.append(f"{name}: {format_number(mean)} (95 %: {format_number(low)} to {format_number(high)})")
+    inadmissible = document.get("inadmissible") or {}
+    if any(inadmissible.values()):
+        each = ", ".join(f"{name} {count}" for name, count in inadmissible.items())
+        text += _wrapped(f"points that break a constraint, run for no design: {each}", 79)
     if left_out := document.get("left_out"):
         text += _wrapped(
             f"left out for every design: {left_out} of {document['drawn']} points, in which a run gave no "

@@ -49,7 +49,7 @@ def robust_section(folder: CampaignFolder) -> Section | None:
     screenings = list(robust.get("screenings") or [])
     if screenings:
         sentences.append("What matters to each design: " + "; ".join(s["sentence"] for s in screenings) + ".")
-    blocks: list[Block] = [Note(text=text, level="fair") for text in _on_failures(robust, summaries)]
+    blocks: list[Block] = [Note(text=text, level="fair") for text in _left_out(robust, summaries)]
     blocks.append(_summaries(robust, summaries, response, unit))
     blocks.append(_distributions(robust, summaries, response, unit))
     if len(designs) >= 2:
@@ -62,16 +62,23 @@ def robust_section(folder: CampaignFolder) -> Section | None:
         numbers={
             key: robust.get(key)
             for key in (
-                "designs", "samples", "drawn", "left_out", "limit", "unit", "paired", "warnings", "summaries",
-                "screenings",
+                "designs", "samples", "drawn", "left_out", "inadmissible", "limit", "unit", "paired",
+                "warnings", "summaries", "screenings",
             )
         },
     )  # fmt: skip
 
 
-def _on_failures(robust: Mapping[str, Any], summaries: list[dict[str, Any]]) -> list[str]:
-    """How many scenarios are left out of the comparison and why, and what that may hide."""
+def _left_out(robust: Mapping[str, Any], summaries: list[dict[str, Any]]) -> list[str]:
+    """Which scenarios are left out of the comparison and why, and what that may hide."""
     said = []
+    inadmissible = robust.get("inadmissible") or {}
+    if any(inadmissible.values()):
+        each = ", ".join(f"{name} {count}" for name, count in inadmissible.items())
+        said.append(
+            "Scenarios that break a constraint with a design are not failures; they were run for no design: "
+            f"{each}."
+        )
     if left_out := robust.get("left_out"):
         each = ", ".join(f"{s['design']} {s['failed']}" for s in summaries)
         said.append(
