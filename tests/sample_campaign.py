@@ -234,7 +234,7 @@ def write_loop(folder: Path) -> None:
         folder / "robust.json",
         {
             "designs": ["before", "after"], "sense": "max", "unit": "kN", "limit": 12.0, "samples": 200,
-            "drawn": 200, "left_out": 1,
+            "drawn": 200, "left_out": 1, "nominal": {"x12": 0.25},
             "inadmissible": {"before": 0, "after": 7},
             "warnings": ["after gave no value in 1 of 200 scenarios, and fails where before is bad"],
             "scenarios": [{} for _ in range(200)], "values": values,

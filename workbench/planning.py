@@ -5,11 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from workbench.atomic import read_json
+from workbench.robust_table import comparison_of
 from workbench.store import Store
 from workbench.study import Study
 from workbench.validation import STAGES
 
 __all__ = ["plan_lines", "plan_study"]
+
+TIMED = ("design", "worst_case", "robust")  # batches whose runs are those of the study's model
 
 
 def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
@@ -24,13 +27,16 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
         finally:
             store.close()
         counts.update(row.status for row in rows)
-        walls = [row.wall for row in rows if row.wall is not None and row.batch in ("design", "worst_case")]
+        walls = [row.wall for row in rows if row.wall is not None and row.batch in TIMED]
     runs = {}
     if study.design is not None and study.model["kind"] != "table":
         document = read_json(place / "design.json")
         runs["design"] = document["n"] if document else study.design.get("runs")
     if study.worst_case is not None and study.model["kind"] != "table":
         runs["worst_case"] = study.worst_case["budget"]
+    if study.robust is not None:
+        at_nominal = comparison_of(study.space, study.robust).nominal is not None
+        runs["robust"] = len(study.robust["design"]) * (study.robust["samples"] + at_nominal)
     if study.robust_layout is not None:
         table = study.robust_layout
         # three baselines beside the rounds, and three layouts at every sample

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import doe
 from workbench.errors import StudyError
 from workbench.evaluator import (
     Evaluator,
@@ -32,6 +33,7 @@ from workbench.robust_record import ReEvaluation, Summary
 from workbench.robust_scenarios import Ground
 from workbench.robust_statistics import FEWEST, common, paired_differences, summaries, wilson
 from workbench.space import Space
+from workbench.streams import stream
 
 if TYPE_CHECKING:
     from workbench.rescreening import Rescreening
@@ -103,7 +105,7 @@ def re_evaluate(
     read = response_reader(response)
     ground = Ground.of(uncertainty, designs, constraints)
     ground.check(extra_scenarios, nominal)
-    drawn, inadmissible = ground.drawn(samples, seed)
+    drawn, inadmissible = _drawn(ground, samples, seed)
     rows = [*drawn, *extra_scenarios, *([nominal] if nominal is not None else [])]
     names = tuple(designs)
     values, errors = np.full((len(rows), len(names)), np.nan), {}
@@ -122,6 +124,7 @@ def re_evaluate(
         values=values,
         drawn=n,
         inadmissible=inadmissible,
+        nominal=None if nominal is None else dict(nominal),
         left_out=int(n - together.sum()),
         summaries=summaries(names, rows, values, together, at_nominal, sign=sign, limit=limit),
         paired=paired_differences(names, values[:n], together),
@@ -132,6 +135,29 @@ def re_evaluate(
         response=response_name(response),
         screenings=_screened(names, drawn, values, together, uncertainty, most=screened, seed=seed),
     )
+
+
+def _drawn(ground: Ground, samples: int, seed: int) -> tuple[list[dict[str, Any]], dict[str, int]]:
+    """Latin hypercube rows through the distributions that every design may meet, and how many of the
+    `samples` each design may not.
+    """
+    space = ground.uncertainty
+    u = doe.lhs(samples, space.dimension, rng=stream(seed, "robust"))
+    values = [dict(zip(space.names, row.tolist(), strict=True)) for row in space.quantile(u)]
+    kept, inadmissible = [], dict.fromkeys(ground.designs, 0)
+    for row in space.canonical_rows(values):
+        broken = ground.broken(row)
+        for name in broken:
+            inadmissible[name] += 1
+        if not broken:
+            kept.append(row)
+    if len(kept) < FEWEST:
+        each = ", ".join(f"{name} breaks one in {count}" for name, count in inadmissible.items())
+        raise StudyError(
+            f"only {len(kept)} of {samples} samples meet the constraints with every design ({each}); at "
+            f"least {FEWEST} are needed. Draw more, or compare designs that share admissible points"
+        )
+    return kept, inadmissible
 
 
 def _calls(function: Callable[[Mapping[str, Any], Mapping[str, Any]], Any], design: Any) -> Evaluator:

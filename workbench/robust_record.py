@@ -73,7 +73,7 @@ class ReEvaluation:
     """`values` (scenarios, designs): NaN where a run failed. `scenarios`: the rows that all designs met, the
     `drawn` ones first, then those given; `left_out` of the drawn ones lack a value of some design.
     `inadmissible`: design -> how many samples break a constraint with it; those were drawn for nobody.
-    `warnings` are sentences on what the failures may hide.
+    `warnings` are sentences on what the failures may hide, or why there is no price of robustness.
     """
 
     designs: tuple[str, ...]
@@ -82,6 +82,7 @@ class ReEvaluation:
     drawn: int
     left_out: int
     inadmissible: Mapping[str, int]
+    nominal: Mapping[str, Any] | None  # the scenario at which the price of robustness is read
     summaries: tuple[Summary, ...]
     paired: Mapping[str, tuple[float, float, float]]  # "new - old": mean difference and its interval
     warnings: tuple[str, ...]
@@ -112,6 +113,7 @@ class ReEvaluation:
             "drawn": self.drawn,
             "left_out": self.left_out,
             "inadmissible": dict(self.inadmissible),
+            "nominal": None if self.nominal is None else dict(self.nominal),
             "scenarios": [dict(row) for row in self.scenarios],
             "values": {
                 name: [None if np.isnan(v) else float(v) for v in self.values[:, j]]

@@ -1,4 +1,4 @@
-"""The points at which designs are compared: drawn once for all, without those that a constraint excludes.
+"""The ground of a comparison: which points of the uncertainty every design may meet.
 
 A constraint on uncertain parameters alone belongs to the uncertainty. One that ties them to the design, such
 as "k + f <= 3", is checked with the values of every design: a point that one design cannot meet is no ground
@@ -9,13 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import doe
 from workbench.errors import StudyError
 from workbench.expression import Condition
-from workbench.robust_statistics import FEWEST
 from workbench.scenarios import scenario_points
 from workbench.space import Space
-from workbench.streams import stream
 
 __all__ = ["Ground"]
 
@@ -62,31 +59,6 @@ class Ground:
             for name, values in self.designs.items()
         }
         return {name: text for name, text in found.items() if text is not None}
-
-    def drawn(self, samples: int, seed: int) -> tuple[list[dict[str, Any]], dict[str, int]]:
-        """Latin hypercube rows through the distributions that every design may meet, and how many of the
-        `samples` each design may not.
-
-        Raises:
-            StudyError: fewer than 10 are left.
-        """
-        space = self.uncertainty
-        u = doe.lhs(samples, space.dimension, rng=stream(seed, "robust"))
-        values = [dict(zip(space.names, row.tolist(), strict=True)) for row in space.quantile(u)]
-        kept, inadmissible = [], dict.fromkeys(self.designs, 0)
-        for row in space.canonical_rows(values):
-            broken = self.broken(row)
-            for name in broken:
-                inadmissible[name] += 1
-            if not broken:
-                kept.append(row)
-        if len(kept) < FEWEST:
-            each = ", ".join(f"{name} breaks one in {count}" for name, count in inadmissible.items())
-            raise StudyError(
-                f"only {len(kept)} of {samples} samples meet the constraints with every design ({each}); at "
-                f"least {FEWEST} are needed. Draw more, or compare designs that share admissible points"
-            )
-        return kept, inadmissible
 
     def check(self, scenarios: Sequence[Mapping[str, Any]], nominal: Mapping[str, Any] | None) -> None:
         """Refuse given points that lie outside the uncertainty or break a constraint, with the reason."""

@@ -1,6 +1,7 @@
 """The stage `robust` of a study: designs beside each other at the same points of the uncertainty."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from workbench.campaign import Campaign, outcome
@@ -24,7 +25,7 @@ def run_robust(campaign: Campaign, table: Mapping[str, Any]) -> ReEvaluation:
     campaign.progress.stage(
         "robust", f"{names} at {table['samples']} points of {asked.uncertainty.dimension} parameters"
     )
-    return re_evaluate(
+    result = re_evaluate(
         lambda design, u: None,
         asked.designs,
         asked.uncertainty,
@@ -37,7 +38,11 @@ def run_robust(campaign: Campaign, table: Mapping[str, Any]) -> ReEvaluation:
         screened=table.get("screened", 0),
         evaluators={name: _with_values(campaign, values) for name, values in asked.designs.items()},
         constraints=asked.constraints,
+        nominal=asked.nominal,
     )
+    if asked.no_nominal is None:
+        return result
+    return replace(result, warnings=(*result.warnings, asked.no_nominal))
 
 
 def _with_values(campaign: Campaign, values: Mapping[str, Any]) -> Evaluator:

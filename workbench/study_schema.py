@@ -204,7 +204,8 @@ class RobustDesignTable(Table):
 
 class RobustTable(Table):
     """`[robust]`: designs beside each other over the whole uncertainty; `screened` of the samples tell which
-    parameters matter to each."""
+    parameters matter to each. The price of robustness is read at `nominal`: values of uncertain parameters,
+    the baseline of those not named."""
 
     response: Text
     design: Annotated[list[RobustDesignTable], Field(min_length=1)]
@@ -212,6 +213,7 @@ class RobustTable(Table):
     samples: Annotated[int, Field(ge=10)] = 100
     screened: Annotated[int, Field(ge=10)] | None = None
     limit: float | None = None
+    nominal: Annotated[dict[str, float | str], Field(min_length=1)] | None = None
 
 
 class LayoutVariantTable(Table):

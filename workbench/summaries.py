@@ -159,6 +159,13 @@ def robust_lines(document: Mapping[str, Any]) -> list[str]:
     text += table_lines(head, rows)
     for name, (mean, low, high) in document["paired"].items():
         text.append(f"{name}: {format_number(mean)} (95 %: {format_number(low)} to {format_number(high)})")
+    priced = [s for s in document["summaries"] if s.get("price_of_robustness") is not None]
+    if priced:
+        prices = [
+            f"{s['design']} {format_number(s['nominal'])} ({format_number(s['price_of_robustness'])})"
+            for s in priced
+        ]
+        text += _wrapped(f"at nominal, and the price of robustness: {', '.join(prices)}", 79)
     inadmissible = document.get("inadmissible") or {}
     if any(inadmissible.values()):
         each = ", ".join(f"{name} {count}" for name, count in inadmissible.items())

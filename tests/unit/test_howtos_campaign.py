@@ -16,12 +16,11 @@ def snippets(name, language):
 
 def test_the_study_file_of_the_how_to_loads():
     text, robust = snippets("write-a-study-file.md", "toml")
-    study = parse_study(
-        text.replace('"a + b <= 1.5"', '"k <= 1500"').replace("# gradient", "gradient") + robust
-    )
+    study = parse_study(text.replace("# gradient", "gradient") + robust)
     assert study.model["gradient"] == "spring.py:slopes"
     assert study.robust["screened"] == 60
-    assert study.space.names == ("k",)
+    assert study.robust["nominal"] == {"load": 25.0}
+    assert study.space.names == ("k", "load")
     assert study.worst_case is not None
     table = (HOWTO / "write-a-study-file.md").read_text()
     rows = re.findall(r"`(lower = .*?)`, `(upper = .*?)`|`(kind = .*?)`, `(levels = .*?)`", table)

@@ -9,7 +9,9 @@ from workbench.atomic import read_json
 from workbench.campaign import Campaign
 from workbench.errors import StoreError, StudyError
 from workbench.failures import failure_document, failure_lines, where_runs_fail
+from workbench.planning import plan_study
 from workbench.space import Parameter, Space
+from workbench.summaries import robust_lines
 from workbench.watching import page, state, state_lines, write_page
 
 STUDY = """
@@ -27,6 +29,7 @@ unit = "N/m"
 name = "u"
 lower = 0
 upper = 1
+{baseline}
 [[response]]
 name = "y"
 unit = "mm"
@@ -48,9 +51,9 @@ values = { k = 2.0 }
 """
 
 
-def open_study(folder, more="", code="def f(k, u): return u / k"):
+def open_study(folder, more="", code="def f(k, u): return u / k", *, baseline=""):
     (folder / "m.py").write_text(code)
-    (folder / "s.toml").write_text(STUDY.format(more=more))
+    (folder / "s.toml").write_text(STUDY.format(more=more, baseline=baseline))
     return Campaign.from_file(folder / "s.toml")
 
 
@@ -84,7 +87,7 @@ def test_designs_are_screened_on_the_same_points(tmp_path):
 
 def test_no_more_is_screened_than_is_run(tmp_path):
     text = ROBUST.replace("samples = 40", "samples = 40\nscreened = 41")
-    with pytest.raises(StudyError, match=r"line 25: \[robust\] screened needs at most samples=40, got 41"):
+    with pytest.raises(StudyError, match=r"line 26: \[robust\] screened needs at most samples=40, got 41"):
         open_study(tmp_path, text)
 
 
@@ -93,8 +96,8 @@ def test_no_more_is_screened_than_is_run(tmp_path):
     [
         ("{ k = 2.0 }", "{ u = 0.5 }", "design 'soft' lacks 'u'; every design sets the same parameters"),
         ("{ k = 1.0 }", "{ k = 1.0, z = 1.0 }", "design 'soft' names 'z', which is no parameter"),
-        ("{ k = 2.0 }", "{ k = 9.0 }", "line 29: .* design 'stiff': parameter 'k' lies .* 4 N/m, got 9"),
-        ('"stiff"', '"soft"', "line 29: .* design 'soft' is given twice; every name may stand once"),
+        ("{ k = 2.0 }", "{ k = 9.0 }", "line 30: .* design 'stiff': parameter 'k' lies .* 4 N/m, got 9"),
+        ('"stiff"', '"soft"', "line 30: .* design 'soft' is given twice; every name may stand once"),
     ],
 )
 def test_robust_designs_that_do_not_fit(tmp_path, old, new, words):
@@ -106,13 +109,80 @@ def test_nothing_uncertain_and_nothing_to_run(tmp_path):
     text = ROBUST.replace("{ k = 1.0 }", "{ k = 1.0, u = 0.5 }").replace(
         "{ k = 2.0 }", "{ k = 2.0, u = 0.5 }"
     )
-    with pytest.raises(StudyError, match=r"line 22: .*so nothing is uncertain"):
+    with pytest.raises(StudyError, match=r"line 23: .*so nothing is uncertain"):
         open_study(tmp_path, text)
     with open_study(tmp_path) as campaign:
         with pytest.raises(StudyError, match=r"the study has no \[robust\] table"):
             stages.robust(campaign)
         with pytest.raises(StudyError, match=r"the study has no \[layout\] table"):
             stages.layout(campaign)
+
+
+@pytest.mark.parametrize(
+    ("nominal", "baseline", "expected"),
+    [
+        ("nominal = { u = 0.5 }", "", {"u": 0.5}),
+        ("", "baseline = 0.25", {"u": 0.25}),
+        ("nominal = { u = 0.5 }", "baseline = 0.25", {"u": 0.5}),
+        ("", "", None),
+    ],
+)
+def test_the_price_of_robustness_is_read_at_the_nominal_scenario(tmp_path, nominal, baseline, expected):
+    more = ROBUST.replace("limit = 0.6", f"limit = 0.6\n{nominal}")
+    with open_study(tmp_path, more, baseline=baseline) as campaign:
+        document = stages.robust(campaign)
+        planned = plan_study(campaign.study)["runs"]["robust"]
+        assert len(campaign.runs()) == planned == (80 if expected is None else 82)
+    soft, stiff = document["summaries"]
+    assert document["nominal"] == expected
+    if expected is None:
+        assert soft["price_of_robustness"] is None
+        assert not any("nominal" in line for line in robust_lines(document))
+    else:
+        u = expected["u"]
+        assert (soft["nominal"], stiff["nominal"]) == (u, u / 2)
+        assert (soft["price_of_robustness"], stiff["price_of_robustness"]) == (u / 2, 0)
+        line = f"at nominal, and the price of robustness: soft {u} ({u / 2}), stiff {u / 2} (0)"
+        assert line in robust_lines(document)
+
+
+@pytest.mark.parametrize(
+    ("nominal", "words"),
+    [
+        (
+            "{ w = 0.5 }",
+            r"line 27: \[robust\] nominal names 'w', which is no parameter; the uncertain",
+        ),
+        ("{ u = 0.5, k = 2.0 }", "nominal names 'k', which the designs set; the uncertain parameters are u"),
+        (
+            "{ u = 7.0 }",
+            r"\[robust\] the nominal scenario is not in the uncertainty: parameter 'u' lies between",
+        ),
+        ("{ u = nan }", "robust.nominal.u needs a finite number, got nan"),
+        ("0.5", "robust.nominal needs a valid dictionary, got 0.5"),
+        ("{}", "robust.nominal needs .*at least 1 item"),
+    ],
+)
+def test_a_nominal_scenario_that_does_not_fit_is_refused(tmp_path, nominal, words):
+    with pytest.raises(StudyError, match=words):
+        open_study(tmp_path, ROBUST.replace("limit = 0.6", f"limit = 0.6\nnominal = {nominal}"))
+
+
+def test_a_nominal_scenario_without_a_value_is_refused(tmp_path):
+    more = '[[parameter]]\nname = "w"\nlower = 0\nupper = 1\n'
+    more += ROBUST.replace("limit = 0.6", "nominal = { w = 0.5 }")
+    with pytest.raises(StudyError, match=r"nominal lacks 'u', which has no baseline; give it a value"):
+        open_study(tmp_path, more)
+
+
+def test_baselines_outside_the_uncertainty_leave_the_price_out_and_say_so(tmp_path):
+    with open_study(tmp_path, ROBUST, baseline="baseline = 1.5") as campaign:
+        document = stages.robust(campaign)
+    assert document["nominal"] is None
+    assert document["warnings"][-1].startswith(
+        "no price of robustness from the baselines: the nominal scenario is not in the uncertainty: "
+        "parameter 'u' lies between 0 and 1, got 1.5"
+    )
 
 
 def test_a_layout_is_a_stage(tmp_path):

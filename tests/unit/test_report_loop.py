@@ -81,6 +81,13 @@ def test_failed_scenarios_are_counted(page):
     assert "The numbers of this figure (199 rows)" in page
 
 
+def test_the_price_of_robustness_is_told_with_the_nominal_scenario(page, folder):
+    text = text_of(page)
+    assert "Price of robustness, the distance to the best design at nominal: before 0.3 kN (it gives" in text
+    assert "The nominal scenario" in text
+    assert report_numbers(folder)["sections"]["robust"]["nominal"] == {"x12": 0.25}
+
+
 def test_numbers_of_the_loop(folder):
     sections = report_numbers(folder)["sections"]
     assert sections["layout"]["baselines"] == {"uniform": 7.9, "nominal-only": 6.2}

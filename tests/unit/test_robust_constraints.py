@@ -79,9 +79,9 @@ def test_a_condition_knows_what_it_is_about():
     assert Condition("max + b <= 1 or a > 2", names=names).used == set(names)
 
 
-def open_study(folder, constraint, more=ROBUST):
+def open_study(folder, constraint, more=ROBUST, *, baseline=""):
     (folder / "m.py").write_text("def f(k, u):\n    if u > 0.9: raise ValueError('no')\n    return u / k")
-    text = "constraint = [" + constraint + "]\n" + STUDY.format(more=more)
+    text = "constraint = [" + constraint + "]\n" + STUDY.format(more=more, baseline=baseline)
     (folder / "s.toml").write_text(text)
     return Campaign.from_file(folder / "s.toml")
 
@@ -108,5 +108,17 @@ def test_a_failure_is_one_in_the_table_and_in_the_list_of_failures(tmp_path):
 
 
 def test_a_design_that_breaks_a_constraint_is_refused_where_it_stands(tmp_path):
-    with pytest.raises(StudyError, match=r"line 30: \[robust\] design 'stiff' breaks the constraint 'k < 2'"):
+    with pytest.raises(StudyError, match=r"line 31: \[robust\] design 'stiff' breaks the constraint 'k < 2'"):
         open_study(tmp_path, '"k < 2"')
+
+
+def test_a_nominal_scenario_that_a_design_may_not_meet_is_refused_and_baselines_are_left_out(tmp_path):
+    more = ROBUST.replace("limit = 0.6", "nominal = { u = 0.85 }")
+    with pytest.raises(
+        StudyError, match=r"line 27: .* nominal scenario breaks the constraint 'k \+ u <= 2.8'"
+    ):
+        open_study(tmp_path, '"k + u <= 2.8"', more)
+    with open_study(tmp_path, '"k + u <= 2.8"', baseline="baseline = 0.85") as campaign:
+        document = stages.robust(campaign)
+    assert document["nominal"] is None
+    assert "breaks the constraint 'k + u <= 2.8' with design 'stiff'" in document["warnings"][-1]

@@ -100,14 +100,15 @@ def _robust(robust: Mapping[str, Any]) -> Card:
     if beyond is not None:
         share, most = percent(beyond[0], 1), percent(beyond[2], 1)
         detail += f" {share} of scenarios exceed the limit (95 % interval up to {most})."
-    if robust.get("warnings"):
+    doubtful = bool(robust.get("left_out") and robust.get("warnings"))
+    if doubtful:
         detail += " Runs failed and may hide something worse."
     return Card(
         question="Does it hold over the whole uncertainty?",
         answer=f"{last['design']}: {quantity(last['worst'], unit)} at worst",
         detail=detail,
         section="robust",
-        level="poor" if not better else "fair" if robust.get("warnings") else "good",
+        level="poor" if not better else "fair" if doubtful else "good",
     )
 
 

@@ -46,6 +46,7 @@ def robust_section(folder: CampaignFolder) -> Section | None:
             f"{number(low, 4)} to "
             f"{number(high, 4)}."
         )
+    sentences += _price(robust, summaries, unit)
     screenings = list(robust.get("screenings") or [])
     if screenings:
         sentences.append("What matters to each design: " + "; ".join(s["sentence"] for s in screenings) + ".")
@@ -54,6 +55,8 @@ def robust_section(folder: CampaignFolder) -> Section | None:
     blocks.append(_distributions(robust, summaries, response, unit))
     if len(designs) >= 2:
         blocks.append(_pairs(robust, designs, response, unit))
+    if robust.get("nominal"):
+        blocks.append(_nominal(robust["nominal"], folder))
     return Section(
         id="robust",
         title="Over the whole uncertainty",
@@ -62,8 +65,8 @@ def robust_section(folder: CampaignFolder) -> Section | None:
         numbers={
             key: robust.get(key)
             for key in (
-                "designs", "samples", "drawn", "left_out", "inadmissible", "limit", "unit", "paired",
-                "warnings", "summaries", "screenings",
+                "designs", "samples", "drawn", "left_out", "inadmissible", "nominal", "limit", "unit",
+                "paired", "warnings", "summaries", "screenings",
             )
         },
     )  # fmt: skip
@@ -86,6 +89,29 @@ def _left_out(robust: Mapping[str, Any], summaries: list[dict[str, Any]]) -> lis
             f"which a run gave no value ({each})."
         )
     return said + [f"{text[0].upper()}{text[1:]}." for text in robust.get("warnings") or ()]
+
+
+def _price(robust: Mapping[str, Any], summaries: list[dict[str, Any]], unit: str) -> list[str]:
+    """What each design costs at the nominal scenario, beside the best of them there."""
+    priced = [s for s in summaries if s.get("price_of_robustness") is not None]
+    if len(priced) < 2:
+        return []
+    each = [
+        f"{s['design']} {quantity(s['price_of_robustness'], unit, 4)} (it gives "
+        f"{quantity(s['nominal'], unit, 4)})"
+        for s in priced
+    ]
+    return [f"Price of robustness, the distance to the best design at nominal: {', '.join(each)}."]
+
+
+def _nominal(nominal: Mapping[str, Any], folder: CampaignFolder) -> Table:
+    return Table(
+        id="robust-nominal",
+        title="The nominal scenario",
+        columns=(Column(name="parameter"), Column(name="value"), Column(name="unit")),
+        rows=tuple((name, value, folder.unit_of(name)) for name, value in nominal.items()),
+        folded=True,
+    )
 
 
 def _summaries(robust: Mapping[str, Any], summaries: list[dict[str, Any]], response: str, unit: str) -> Table:
