@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ReEvaluation", "Summary", "re_evaluate", "wilson"]
 
+LONGEST = 200  # characters of a failure that are quoted
+
 
 def re_evaluate(
     function: Callable[[Mapping[str, Any], Mapping[str, Any]], Any],
@@ -92,16 +94,15 @@ def re_evaluate(
     >>> [round(s.mean, 2) for s in result.summaries]
     [0.5, 1.0]
     """
-    if not designs:
-        raise StudyError("re_evaluate needs at least one design, got none")
-    if samples < FEWEST:
-        raise StudyError(f"samples needs at least {FEWEST}, got {samples}")
-    if screened and not FEWEST <= screened <= samples:
-        raise StudyError(f"screened needs 0 or {FEWEST} to samples={samples}, got {screened}")
-    if sense not in ("max", "min"):
-        raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
-    if limit is not None and not isfinite(limit):
-        raise StudyError(f"limit needs a finite number, got {limit}; leave it out to have no limit")
+    _check(
+        designs,
+        uncertainty,
+        samples=samples,
+        screened=screened,
+        sense=sense,
+        limit=limit,
+        evaluators=evaluators,
+    )
     read = response_reader(response)
     ground = Ground.of(uncertainty, designs, constraints)
     ground.check(extra_scenarios, nominal)
@@ -113,7 +114,7 @@ def re_evaluate(
         given = evaluators[name] if evaluators is not None else _calls(function, designs[name])
         outcomes = given(rows, purpose=f"robust {name}")
         values[:, j] = [_value(read, outcome) for outcome in outcomes]
-        errors[name] = next((o.error or o.status for o in reversed(outcomes) if o.status != "ok"), "")
+        errors[name] = next((_first_line(o) for o in reversed(outcomes) if o.status != "ok"), "")
     n, at_nominal = len(drawn), None if nominal is None else values[-1]
     rows, values = rows[: n + len(extra_scenarios)], values[: n + len(extra_scenarios)]
     sign = 1.0 if sense == "max" else -1.0
@@ -135,6 +136,35 @@ def re_evaluate(
         response=response_name(response),
         screenings=_screened(names, drawn, values, together, uncertainty, most=screened, seed=seed),
     )
+
+
+def _check(
+    designs: Mapping[str, Mapping[str, Any]],
+    uncertainty: Space,
+    *,
+    samples: int,
+    screened: int,
+    sense: str,
+    limit: float | None,
+    evaluators: Mapping[str, Evaluator] | None,
+) -> None:
+    if not designs:
+        raise StudyError("re_evaluate needs at least one design, got none")
+    if not isinstance(designs, Mapping):
+        raise StudyError(f"designs needs a mapping of names to designs, got {type(designs).__name__}")
+    if not isinstance(uncertainty, Space):
+        raise StudyError(f"uncertainty needs a Space of parameters, got {type(uncertainty).__name__}")
+    if not isinstance(samples, int) or samples < FEWEST:
+        raise StudyError(f"samples needs a whole number of at least {FEWEST}, got {samples}")
+    if screened and not FEWEST <= screened <= samples:
+        raise StudyError(f"screened needs 0 or {FEWEST} to samples={samples}, got {screened}")
+    if sense not in ("max", "min"):
+        raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
+    if limit is not None and not (isinstance(limit, int | float) and isfinite(limit)):
+        raise StudyError(f"limit needs a finite number, got {limit!r}; leave it out to have no limit")
+    lacking = [name for name in designs if evaluators is not None and name not in evaluators]
+    if lacking:
+        raise StudyError(f"evaluators lacks design {lacking[0]!r}; give one for every design, or none at all")
 
 
 def _drawn(ground: Ground, samples: int, seed: int) -> tuple[list[dict[str, Any]], dict[str, int]]:
@@ -168,6 +198,10 @@ def _value(read: Reading, outcome: Outcome) -> float:
     """The response of a run, NaN where there is none; a combination may be without a value, too."""
     value = read(outcome.outputs) if outcome.status == "ok" else np.nan
     return value if isfinite(value) else np.nan
+
+
+def _first_line(outcome: Outcome) -> str:
+    return (outcome.error or outcome.status).strip().split("\n")[0][:LONGEST]
 
 
 def _screened(

@@ -34,6 +34,8 @@ class Ground:
         Raises:
             StudyError: a constraint names what neither the design nor the uncertainty has, or both have.
         """
+        if isinstance(constraints, str):
+            raise StudyError(f"constraints needs a list of conditions, got a text; write [{constraints!r}]")
         conditions = {}
         for name, values in designs.items():
             twice = sorted(set(values) & set(uncertainty.names)) if constraints else []

@@ -19,7 +19,16 @@ from scipy.stats import binom
 from workbench.errors import NotEnoughRuns
 from workbench.robust_record import Share, Summary
 
-__all__ = ["FEWEST", "common", "paired_differences", "quantile", "share", "summaries", "wilson"]
+__all__ = [
+    "FEWEST",
+    "common",
+    "mean_interval",
+    "paired_differences",
+    "quantile",
+    "share",
+    "summaries",
+    "wilson",
+]
 
 Z95 = 1.959963984540054
 QUANTILES = (0.05, 0.5, 0.95)
@@ -46,6 +55,15 @@ def share(hit: np.ndarray) -> Share:
     """The share of True among `hit` (n,) with its interval."""
     k, n = int(hit.sum()), len(hit)
     return (k / n, *wilson(k, n))
+
+
+def mean_interval(sample: np.ndarray) -> tuple[float, float, float]:
+    """The mean of a sample (n,) with its 95 % interval by the normal approximation."""
+    # by a power of two, which rounds nothing: the square of a run that went astray (1e200) would overflow
+    scale = 2.0 ** (np.frexp(np.abs(sample).max())[1] - 1)
+    mean = float((sample / scale).mean() * scale)
+    half = float(Z95 * (sample / scale).std(ddof=1) / np.sqrt(len(sample)) * scale)
+    return mean, mean - half, mean + half
 
 
 def quantile(sample: np.ndarray, q: float) -> tuple[float, float | None, float | None]:
@@ -118,7 +136,7 @@ def summaries(
         beyond = None if limit is None else sign * sample > sign * limit
         # NaN > limit is False: a failure is counted by its own term
         risk = None if limit is None else (sign * drawn[:, j] > sign * limit) | failed
-        half = Z95 * sample.std(ddof=1) / np.sqrt(len(sample))
+        mean, low, high = mean_interval(sample)
         nominal, price = _at_nominal(at_nominal, j, sign)
         out.append(
             Summary(
@@ -126,8 +144,8 @@ def summaries(
                 n=len(sample),
                 failed=int(failed.sum()),
                 failed_share=share(failed),
-                mean=float(sample.mean()),
-                mean_interval=(float(sample.mean() - half), float(sample.mean() + half)),
+                mean=mean,
+                mean_interval=(low, high),
                 quantiles={f"P{round(100 * q)}": quantile(sample, q) for q in QUANTILES},
                 worst=float(values[worst, j]),
                 worst_scenario=dict(rows[worst]),
@@ -148,13 +166,10 @@ def paired_differences(
     names: Sequence[str], drawn: np.ndarray, together: np.ndarray
 ) -> dict[str, tuple[float, float, float]]:
     """Mean difference to the first design over the common scenarios, with its 95 % interval."""
-    out = {}
-    for j, name in enumerate(names[1:], start=1):
-        difference = drawn[together, j] - drawn[together, 0]
-        half = Z95 * difference.std(ddof=1) / np.sqrt(len(difference))
-        middle = float(difference.mean())
-        out[f"{name} - {names[0]}"] = (middle, float(middle - half), float(middle + half))
-    return out
+    return {
+        f"{name} - {names[0]}": mean_interval(drawn[together, j] - drawn[together, 0])
+        for j, name in enumerate(names[1:], start=1)
+    }
 
 
 def _at_nominal(at_nominal: np.ndarray | None, j: int, sign: float) -> tuple[float | None, float | None]:

@@ -153,19 +153,20 @@ def robust_lines(document: Mapping[str, Any]) -> list[str]:
         beyond = s["beyond_limit"]
         share = "-" if beyond is None else f"{100 * beyond[0]:.3g} %"
         cells = (s["mean"], s["quantiles"]["P95"][0], s["worst"], s["largest_regret"])
-        rows.append((s["design"], "", *(format_number(v) for v in cells), share, str(s["failed"])))
-    head = ("design", "", "mean", "P95", "worst sampled", "largest regret", "beyond limit", "failed")
+        rows.append(("", s["design"], *(format_number(v) for v in cells), share, str(s["failed"])))
+    head = ("", "design", "mean", "P95", "worst met", "most regret", "beyond", "failed")
     text = [f"{document['samples']} points of the uncertainty{f', {unit}' if unit else ''}"]
-    text += table_lines(head, rows)
+    text += [line.removeprefix("  ") for line in table_lines(head, rows)]  # long names wrap in second cells
     for name, (mean, low, high) in document["paired"].items():
-        text.append(f"{name}: {format_number(mean)} (95 %: {format_number(low)} to {format_number(high)})")
+        interval = f"(95 %: {format_number(low)} to {format_number(high)})"
+        text += _wrapped(f"{name}: {format_number(mean)} {interval}", 79)
     priced = [s for s in document["summaries"] if s.get("price_of_robustness") is not None]
-    if priced:
+    if len(priced) > 1:  # one design has nothing to pay for
         prices = [
             f"{s['design']} {format_number(s['nominal'])} ({format_number(s['price_of_robustness'])})"
             for s in priced
         ]
-        text += _wrapped(f"at nominal, and the price of robustness: {', '.join(prices)}", 79)
+        text += _wrapped(f"at nominal (price of robustness): {', '.join(prices)}", 79)
     inadmissible = document.get("inadmissible") or {}
     if any(inadmissible.values()):
         each = ", ".join(f"{name} {count}" for name, count in inadmissible.items())
@@ -178,7 +179,7 @@ def robust_lines(document: Mapping[str, Any]) -> list[str]:
         )
         text += [_failed_line(s, document) for s in document["summaries"] if s["failed"]]
     for warning in document.get("warnings") or ():
-        text += _wrapped(f"note: {warning}", 79)
+        text += _wrapped(f"note: {warning}".replace(" %", "\u00a0%"), 79)
     return text
 
 

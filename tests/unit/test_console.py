@@ -161,4 +161,6 @@ def test_failures_of_a_comparison_are_told_within_80_columns():
     assert "  stiff failed in 30 % (95 %: 21.9 to 39.6 %); failed or beyond 2.5: 45 %" in text
     assert text[-2].startswith("note: stiff gave no value in 30 of 100 scenarios")
     assert not any(line.startswith("  soft failed") for line in text)
+    long = {**summary, "design": "as it stands today, with the old belt and no airbag at all", "failed": 0}
+    text += robust_lines({**robust, "summaries": [summary, long], "paired": {long["design"]: [1, 2, 3]}})
     assert max(map(len, text)) <= 80

@@ -142,7 +142,7 @@ def test_the_price_of_robustness_is_read_at_the_nominal_scenario(tmp_path, nomin
         u = expected["u"]
         assert (soft["nominal"], stiff["nominal"]) == (u, u / 2)
         assert (soft["price_of_robustness"], stiff["price_of_robustness"]) == (u / 2, 0)
-        line = f"at nominal, and the price of robustness: soft {u} ({u / 2}), stiff {u / 2} (0)"
+        line = f"at nominal (price of robustness): soft {u} ({u / 2}), stiff {u / 2} (0)"
         assert line in robust_lines(document)
 
 

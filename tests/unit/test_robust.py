@@ -86,7 +86,15 @@ def test_the_frame_and_the_document_hold_the_same_numbers():
     ("kwargs", "match"),
     [
         ({"designs": {}}, "at least one design"),
-        ({"samples": 5}, "samples needs at least 10, got 5"),
+        ({"designs": ["a"]}, "designs needs a mapping of names to designs, got list"),
+        ({"samples": 5}, "samples needs a whole number of at least 10, got 5"),
+        ({"samples": 20.5}, "samples needs a whole number of at least 10, got 20.5"),
+        ({"limit": "3"}, "limit needs a finite number, got '3'"),
+        ({"evaluators": {}}, "evaluators lacks design 'old'; give one for every design, or none at all"),
+        (
+            {"constraints": "f <= 1"},
+            r"constraints needs a list of conditions, got a text; write \['f <= 1'\]",
+        ),
         ({"sense": "up"}, "sense needs 'max' or 'min', got 'up'"),
         (
             {"extra_scenarios": [{"f": 3.0, "g": 0.0}]},
@@ -103,11 +111,16 @@ def test_bad_input_is_named(kwargs, match):
         re_evaluate(response, arguments.pop("designs"), U, **arguments)
 
 
+def test_an_uncertainty_that_is_no_space_is_named():
+    with pytest.raises(StudyError, match="uncertainty needs a Space of parameters, got dict"):
+        re_evaluate(response, DESIGNS, {"f": (0, 1)}, samples=20)
+
+
 def test_a_design_that_always_fails_is_named():
     def broken(x, u):
-        raise RuntimeError("no licence")
+        raise RuntimeError("no licence\n" + "and a long trace " * 99)
 
-    words = "design 'a' gave a value in 0 of 20 runs; at least 10 are needed. Its last failure: .*no licence"
+    words = "design 'a' gave a value in 0 of 20 runs; at least 10 are needed. Its last failure: .*no licence$"
     with pytest.raises(NotEnoughRuns, match=words):
         re_evaluate(broken, {"a": {}}, U, samples=20)
 
@@ -140,6 +153,25 @@ def test_a_design_that_silences_one_parameter_is_told():
     assert new.vanished == ("f",)
     assert new.sentence == "new: g (f no longer matters)"
     assert result.to_dict()["screenings"][1]["vanished"] == ["f"]
+
+
+def test_integers_and_words_reach_the_model_as_they_are():
+    space = Space(
+        [
+            Parameter("n", kind="integer", lower=0, upper=5),
+            Parameter("c", kind="categorical", levels=("x", "y")),
+        ]
+    )
+    result = re_evaluate(
+        lambda x, u: [1.0] * u["n"] and u["c"].count("x") + u["n"], {"a": {}}, space, samples=20
+    )
+    assert {type(row["n"]) for row in result.scenarios} == {int}
+
+
+def test_runs_that_went_astray_do_not_overflow_the_intervals():
+    result = re_evaluate(lambda x, u: 1e200 * u["f"], DESIGNS, U, samples=20)
+    low, high = result.summaries[0].mean_interval
+    assert 0 < low < 0.5e200 < high < 1e200
 
 
 def test_the_document_names_its_response():
