@@ -28,7 +28,7 @@ def check_study(study: Study) -> dict[str, Any]:
                 f"[design] runs = {runs}, but the table {study.model['file']} offers {offered} rows"
             )
         runs = offered if runs is None else runs
-    elif study.design is None and (study.screen is not None or study.worst_case is None):
+    elif study.design is None and (study.screen is not None or not _needs_no_design(study)):
         raise StudyError(
             "the study has no [design] table, so there is nothing to run; add one such as runs = 50"
         )
@@ -40,6 +40,11 @@ def check_study(study: Study) -> dict[str, Any]:
     d = study.space.dimension
     summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {', '.join(stages)}"
     return {"valid": True, "summary": summary, **study.to_dict()}
+
+
+def _needs_no_design(study: Study) -> bool:
+    stages = (study.worst_case, study.layout, study.robust, study.robust_layout)
+    return any(table is not None for table in stages)
 
 
 def _check_layout_model(study: Study) -> None:

@@ -12,6 +12,7 @@ from workbench.failures import failure_document, failure_lines, where_runs_fail
 from workbench.planning import plan_study
 from workbench.space import Parameter, Space
 from workbench.summaries import robust_lines
+from workbench.validation import check_study
 from workbench.watching import page, state, state_lines, write_page
 
 STUDY = """
@@ -103,6 +104,16 @@ def test_no_more_is_screened_than_is_run(tmp_path):
 def test_robust_designs_that_do_not_fit(tmp_path, old, new, words):
     with pytest.raises(StudyError, match=words):
         open_study(tmp_path, ROBUST.replace(old, new))
+
+
+def test_a_study_that_only_compares_designs_is_valid(tmp_path):
+    with open_study(tmp_path, ROBUST) as campaign:
+        assert check_study(campaign.study)["summary"].endswith("stages robust")
+    with (
+        open_study(tmp_path) as campaign,
+        pytest.raises(StudyError, match=r"no \[design\] table, so there is nothing to run; add one"),
+    ):
+        check_study(campaign.study)
 
 
 def test_nothing_uncertain_and_nothing_to_run(tmp_path):
