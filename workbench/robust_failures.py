@@ -15,7 +15,7 @@ from workbench.robust_statistics import share
 __all__ = ["failure_warnings"]
 
 MANY = 0.05  # share of failed scenarios from which the design's own worst is in doubt
-CLEAR = 0.025  # level of the test that a design fails where another does badly
+CLEAR = 0.025  # level at which a design is said to fail where others do badly
 
 
 def failure_warnings(
@@ -57,7 +57,8 @@ def failure_warnings(
 
 def _where_others_are_bad(names: Sequence[str], drawn: np.ndarray, j: int, sign: float, unit: str) -> str:
     """ ", and fails where ..." when another design does clearly worse in the scenarios in which j fails."""
-    failed, best, words = np.isnan(drawn[:, j]), CLEAR, ""
+    failed, words = np.isnan(drawn[:, j]), ""
+    best = CLEAR / max(len(names) - 1, 1)  # of as many looks as there are other designs
     for i, other in enumerate(names):
         there = ~np.isnan(drawn[:, i])
         inside, outside = drawn[failed & there, i], drawn[~failed & there, i]

@@ -177,19 +177,19 @@ def robust_lines(document: Mapping[str, Any]) -> list[str]:
             "value",
             79,
         )
-        text += [_failed_line(s, document) for s in document["summaries"] if s["failed"]]
+        text += [line for s in document["summaries"] for line in _failed_lines(s, document)]
     for warning in document.get("warnings") or ():
         text += _wrapped(f"note: {warning}".replace(" %", "\u00a0%"), 79)
     return text
 
 
-def _failed_line(summary: Mapping[str, Any], document: Mapping[str, Any]) -> str:
+def _failed_lines(summary: Mapping[str, Any], document: Mapping[str, Any]) -> list[str]:
     part, low, high = (100 * v for v in summary["failed_share"])
-    text = f"  {summary['design']} failed in {part:.3g} % (95 %: {low:.3g} to {high:.3g} %)"
+    text = f"{summary['design']} failed in {part:.3g} % (95 %: {low:.3g} to {high:.3g} %)"
     risk = summary.get("beyond_or_failed")
     if risk is not None:
         text += f"; failed or beyond {format_number(document['limit'])}: {100 * risk[0]:.3g} %"
-    return text
+    return [f"  {line}" for line in _wrapped(text.replace(" %", "\u00a0%"), 77)]
 
 
 def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:

@@ -76,6 +76,7 @@ def test_failed_scenarios_are_counted(page):
     assert "After gave no value in 1 of 200 scenarios, and fails where before is bad." in text
     assert "are not failures; they were run for no design: before 0, after 7." in text
     assert "failed (95 % interval)" in text
+    assert "Worst of 199 scenarios; with before it was" in text
     assert "Runs failed and may hide something worse." in text
     assert "0.5 % (0.0 to 3.0 %)" in text
     assert "The numbers of this figure (199 rows)" in page

@@ -96,7 +96,8 @@ def _robust(robust: Mapping[str, Any]) -> Card:
     better = sign * (first["worst"] - last["worst"]) >= 0
     beyond = last.get("beyond_limit")
     before = quantity(first["worst"], unit)
-    detail = f"Worst of {robust['samples']} scenarios; with {first['design']} it was {before}."
+    met = int(robust["samples"]) - int(robust.get("left_out") or 0)
+    detail = f"Worst of {met} scenarios; with {first['design']} it was {before}."
     if beyond is not None:
         share, most = percent(beyond[0], 1), percent(beyond[2], 1)
         detail += f" {share} of scenarios exceed the limit (95 % interval up to {most})."
