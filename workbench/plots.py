@@ -18,7 +18,15 @@ from workbench.loop_plots import (
 )
 from workbench.run_plots import plot_failures, plot_percentiles, plot_response
 from workbench.screening_plots import plot_likelihood_path, plot_main_effect, plot_theta, plot_waterfall
-from workbench.worst_case_plots import plot_baselines, plot_parallel, plot_profile, plot_search, plot_surprise
+from workbench.worst_case_plots import (
+    plot_baselines,
+    plot_gap_share,
+    plot_gap_to_bound,
+    plot_parallel,
+    plot_profile,
+    plot_search,
+    plot_surprise,
+)
 
 __all__ = [
     "plot_baselines",
@@ -28,6 +36,8 @@ __all__ = [
     "plot_distributions",
     "plot_failures",
     "plot_front",
+    "plot_gap_share",
+    "plot_gap_to_bound",
     "plot_history",
     "plot_layout",
     "plot_layout_history",

@@ -10,6 +10,8 @@ import numpy as np
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome, Reading, response_reader
 from workbench.gain import accuracy_scale, noticeable_gain, runs_since_gain
+from workbench.gap import Gap
+from workbench.gap_history import GapLook, gap_look, with_look
 from workbench.search_space import SearchSpace
 from workbench.space import Space
 
@@ -49,6 +51,7 @@ class Ledger:
     slopes: dict[int, np.ndarray] = field(default_factory=dict)
     progress: Callable[[Run, float], None] | None = None
     runs: list[Run] = field(default_factory=list)
+    looks: list[GapLook] = field(default_factory=list)
     _u: list[np.ndarray] = field(default_factory=list)
 
     @classmethod
@@ -191,6 +194,12 @@ class Ledger:
     def since_improvement(self) -> int:
         """Runs made since the best value last rose by a noticeable amount."""
         return runs_since_gain(self.v, noticeable_gain(self.v)) if self.ok.any() else 0
+
+    def note(self, gap: Gap, *, full: bool) -> Gap:
+        """Put a gap that was stated on record; gives it back."""
+        look = gap_look(gap, v=self.v, sign=self.sign, runs=len(self.runs), iteration=self.spent, full=full)
+        self.looks = with_look(self.looks, look)
+        return gap
 
     def require_values(self, count: int) -> None:
         """Raise NotEnoughRuns unless `count` runs gave a value."""

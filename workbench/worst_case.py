@@ -254,7 +254,7 @@ def _gap(
 ) -> Gap:
     """The model-based gap; `full` with the roughest credible model and a climb, a cheap look without."""
     features = ledger.where.features(ledger.u_ok)
-    return remaining_gap(
+    gap = remaining_gap(
         ledger.where,
         model,
         u=ledger.u,
@@ -264,6 +264,7 @@ def _gap(
         rough=fit_rough_model(features, ledger.v, model, seed=seed) if full else None,
         polish=full,
     )
+    return ledger.note(gap, full=full)
 
 
 def _result(
@@ -298,7 +299,7 @@ def _result(
             )
         )
     if certificates:
-        gap = min(certificates, key=lambda certificate: certificate.width)
+        gap = ledger.note(min(certificates, key=lambda certificate: certificate.width), full=True)
     else:
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
         gap = _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=True)
@@ -317,6 +318,7 @@ def _result(
         budget=budget,
         seed=seed,
         runs=tuple(ledger.runs),
+        gap_history=tuple(ledger.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
         audit=audit_runs(
             where,

@@ -25,7 +25,15 @@ from workbench.figure_parts import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_baselines", "plot_parallel", "plot_profile", "plot_search", "plot_surprise"]
+__all__ = [
+    "plot_baselines",
+    "plot_gap_share",
+    "plot_gap_to_bound",
+    "plot_parallel",
+    "plot_profile",
+    "plot_search",
+    "plot_surprise",
+]
 
 
 MARKERS = {
@@ -73,6 +81,69 @@ def plot_search(
     ax.set(xlabel="run", ylabel=axis_label(label, unit))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax
+
+
+def plot_gap_to_bound(
+    looks: Sequence[Mapping[str, Any]],
+    *,
+    history: Sequence[Mapping[str, Any]],
+    label: str = "response",
+    unit: str = "1",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """The worst so far and, over the same runs, the bound that was stated, as stairs; the gap is shaded.
+
+    `looks` are `WorstCase.gap_history` as mappings, `history` the runs; quick looks are open dots.
+    """
+    ax = current_axes(ax)
+    begin = max(min(look["runs"] for look in looks), 1)
+    seen = [
+        (k, h["best"]) for k, h in enumerate(history, start=1) if k >= begin and h.get("best") is not None
+    ]
+    bound = [(look["runs"], look["upper"]) for look in looks]
+    best = dict(seen)
+    ax.fill_between(
+        [k for k, _ in bound], [u for _, u in bound], [best.get(k, u) for k, u in bound],
+        step="post", color=BLUE, alpha=0.15, lw=0,
+    )  # fmt: skip
+    ax.step(*zip(*bound, strict=True), where="post", color=BLUE, lw=0.9)
+    _looks(ax, looks, "upper")
+    ax.step(*zip(*seen, strict=True), where="post", color="#1b1f24", lw=1.1, label="worst so far", zorder=3)
+    ax.xaxis.set_major_locator(whole_numbers())
+    ax.set(xlabel="run", ylabel=axis_label(label, unit))
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+    return ax
+
+
+def plot_gap_share(looks: Sequence[Mapping[str, Any]], *, ax: "Axes | None" = None) -> "Axes":
+    """The stated gap as percent of the range of the values seen by then; a gap of nothing is a triangle."""
+    ax = current_axes(ax)
+    known = [{**look, "percent": 100.0 * look["share"]} for look in looks if look["share"] is not None]
+    open_ = [look for look in known if look["percent"] > 0]
+    ax.plot([look["runs"] for look in open_], [look["percent"] for look in open_], color=BLUE, lw=0.9)
+    _looks(ax, open_, "percent")
+    closed = [look["runs"] for look in known if look["percent"] <= 0]
+    if open_:
+        ax.set_yscale("log")
+    if closed:
+        ax.plot(
+            closed, [0.02] * len(closed), "v", color=GREEN, transform=ax.get_xaxis_transform(), label="closed"
+        )
+        ax.legend(loc="upper right")
+    ax.xaxis.set_major_locator(whole_numbers())
+    ax.set(xlabel="run", ylabel="gap, % of the range seen")
+    return ax
+
+
+def _looks(ax: "Axes", looks: Sequence[Mapping[str, Any]], value: str) -> None:
+    """Filled dots for full looks, open ones for quick looks."""
+    for full, name in ((True, "bound"), (False, "bound, quick look")):
+        some = [(look["runs"], look[value]) for look in looks if look["full"] == full]
+        if some:
+            ax.plot(
+                *zip(*some, strict=True), "o", color=BLUE, ms=5 if full else 3.5,
+                mfc=BLUE if full else "white", label=name, zorder=4,
+            )  # fmt: skip
 
 
 def plot_surprise(

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.audit import Audit
 from workbench.baselines import Baseline
 from workbench.gap import Gap
+from workbench.gap_history import GapLook
 from workbench.search_ledger import Ledger, Run
 from workbench.search_model import SearchModel
 
@@ -49,6 +50,7 @@ class WorstCase:
     audit: Audit
     profile: Mapping[str, Mapping[str, list[float]]] = field(default_factory=dict)
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
+    gap_history: tuple[GapLook, ...] = ()
 
     @property
     def label(self) -> str:
@@ -107,6 +109,7 @@ class WorstCase:
             "failures": self.failures,
             "history": history,
             "gap": self.gap.to_dict(),
+            "gap_history": [look.to_dict() for look in self.gap_history],
             "audit": self.audit.to_dict(),
             "profile": {name: dict(band) for name, band in self.profile.items()},
             "baselines": {name: baseline.to_dict() for name, baseline in self.baselines.items()},

@@ -74,3 +74,27 @@ def test_what_the_search_bought_stands_on_one_axis(ax):
         3.0, 3.5, 4.0,
     ]  # fmt: skip
     assert ax.get_xlabel() == "worst force found [N]"
+
+
+LOOKS = [
+    {"runs": 3, "upper": 6.0, "width": 3.0, "share": 1.0, "full": False},
+    {"runs": 4, "upper": 5.0, "width": 1.0, "share": 0.25, "full": False},
+    {"runs": 5, "upper": 4.0, "width": 0.0, "share": 0.0, "full": True},
+]
+
+
+def test_the_bound_comes_down_on_the_worst_so_far(ax):
+    history = [{"best": best} for best in (None, 2.0, 3.0, 4.0, 4.0)]
+    worst_case_plots.plot_gap_to_bound(LOOKS, history=history, label="force", unit="N", ax=ax)
+    lines = {line.get_label(): line for line in ax.lines}
+    assert lines["worst so far"].get_xydata().tolist() == [[3.0, 3.0], [4.0, 4.0], [5.0, 4.0]]
+    assert lines["bound"].get_xydata().tolist() == [[5.0, 4.0]]
+    assert lines["bound, quick look"].get_xydata().tolist() == [[3.0, 6.0], [4.0, 5.0]]
+    assert ax.get_ylabel() == "force [N]"
+
+
+def test_a_closed_gap_is_marked_on_a_logarithmic_axis(ax):
+    worst_case_plots.plot_gap_share(LOOKS, ax=ax)
+    assert ax.get_yscale() == "log"
+    closed = next(line for line in ax.lines if line.get_label() == "closed")
+    assert closed.get_xdata() == [5]

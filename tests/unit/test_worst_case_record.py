@@ -51,6 +51,29 @@ def test_the_document_is_plain_json_and_its_best_value_never_falls(found):
     assert {run["proposal"] for run in document["history"]} >= {"start"}
 
 
+@pytest.mark.parametrize("sense", ["max", "min"])
+def test_the_gap_is_on_record_from_the_start_design_to_the_end(sense):
+    found = worst_case(response, SPACE, sense=sense, budget=14, seed=3)
+    looks = found.to_dict()["gap_history"]
+    runs = [look["runs"] for look in looks]
+    assert runs == sorted(set(runs))
+    assert looks[-1]["runs"] == len(found.runs)
+    assert looks[-1]["full"]
+    assert (looks[-1]["upper"], looks[-1]["width"]) == (found.gap.upper, found.gap.width)
+    for look in looks:
+        values = [run.value for run in found.runs[: look["runs"]] if run.value is not None]
+        best = max(values) if sense == "max" else min(values)
+        assert abs(look["upper"] - best) == pytest.approx(look["width"], abs=1e-12)
+        assert look["share"] == pytest.approx(look["width"] / np.ptp(values))
+        assert look["iteration"] == look["runs"]
+
+
+def test_a_certificate_is_the_last_look():
+    found = worst_case(response, SPACE, budget=12, seed=3, lipschitz=40.0)
+    assert [look.kind for look in found.gap_history][-1] == "Lipschitz"
+    assert found.gap_history[-1].width == found.gap.width
+
+
 def test_the_best_value_of_a_minimum_never_rises():
     low = worst_case(lambda a, gear: (a - 0.5) ** 2 + gear, SPACE, sense="min", budget=12, seed=1)
     best = [run["best"] for run in low.to_dict()["history"]]

@@ -5,6 +5,7 @@ from typing import Any
 
 from workbench.report_sections.blocks import Block, Column, Note, Section, Table, number, percent, quantity
 from workbench.report_sections.folder import CampaignFolder
+from workbench.report_sections.gap_figure import gap_figure
 from workbench.report_sections.worst_case_figures import (
     baseline_figures,
     parallel_figure,
@@ -74,6 +75,8 @@ def worst_case_section(folder: CampaignFolder) -> Section | None:
     if history:
         blocks.append(_ranked(folder, worst, history, response, unit))
         blocks.append(search_figure(worst, history, response, unit))
+        closing = gap_figure(worst, history, response, unit)
+        blocks += [] if closing is None else [closing]
     if worst.get("profile"):
         blocks.append(profile_figure(folder, worst, history, response, unit))
     if any(h.get("predicted") is not None and h.get("value") is not None for h in history):
