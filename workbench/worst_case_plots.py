@@ -210,11 +210,18 @@ def plot_profile(
 
 
 def plot_parallel(
-    unit_points: np.ndarray, *, values: np.ndarray, names: Sequence[str], worst: int, ax: "Axes | None" = None
+    unit_points: np.ndarray,
+    *,
+    values: np.ndarray,
+    names: Sequence[str],
+    worst: int,
+    ticks: Sequence[Mapping[float, str]] = (),
+    ax: "Axes | None" = None,
 ) -> "Axes":
     """Runs (n, d) in the unit cube as lines over the inputs; the worst of the `values` (n,) in front.
 
-    The tenth of the runs nearest to the worst value is coloured, run `worst` is drawn thick.
+    The tenth of the runs nearest to the worst value is coloured, run `worst` is drawn thick. `ticks` are
+    words by their place in the unit interval, for every input.
     """
     ax = current_axes(ax)
     order = np.argsort(np.abs(values - values[worst]))
@@ -227,8 +234,17 @@ def plot_parallel(
     ax.plot([], [], color=PALE, label="all runs")
     ax.plot([], [], color=ORANGE, label=f"the {count} nearest to the worst")
     ax.plot([], [], "o-", color=VERMILLION, label="the worst case")
+    for j, words in enumerate(ticks):
+        ax.vlines(j, 0.0, 1.0, color=GREY, lw=0.8, zorder=1)
+        for place, word in words.items():
+            ax.plot(j, place, "_", color=GREY, ms=7, zorder=1)
+            ax.annotate(
+                word, (j, place), xytext=(5, 0), textcoords="offset points", va="center", fontsize=7,
+                zorder=5, bbox={"boxstyle": "square,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.8},
+            )  # fmt: skip
     ax.set_xticks(range(len(names)), names)
-    ax.set(ylim=(-0.03, 1.03), ylabel="lower (0) to upper (1) bound")
+    ax.set_xlim(-0.2, len(names) - 1 + (0.5 if ticks else 0.2))
+    ax.set(ylim=(-0.06, 1.06), ylabel="lower (0) to upper (1) bound")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return ax
 

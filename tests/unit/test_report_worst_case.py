@@ -1,9 +1,16 @@
 """What the report says about a worst case that the search has just found."""
 
+import json
+
+import matplotlib.pyplot as plt
 import pytest
 
+from workbench import stages
+from workbench.campaign import Campaign
+from workbench.report_sections.blocks import Figure, Note, Table
+from workbench.report_sections.folder import CampaignFolder
 from workbench.report_sections.gap_figure import gap_figure
-from workbench.report_sections.worst_case import gap_sentence
+from workbench.report_sections.worst_case import gap_sentence, worst_case_section
 from workbench.report_sections.worst_case_figures import baseline_figures
 from workbench.space import Parameter, Space
 from workbench.worst_case import worst_case
@@ -53,3 +60,139 @@ def test_the_gap_is_drawn_beside_the_worst_so_far(document):
 def test_a_gap_that_was_stated_once_has_no_history(document):
     assert gap_figure({**document, "gap_history": document["gap_history"][:1]}, [], "height", "m") is None
     assert gap_figure({"response": "height"}, [], "height", "m") is None  # of an earlier version
+
+
+MIXED = """
+[study]
+name = "mixed"
+[model]
+kind = "python"
+function = "m.py:f"
+[[parameter]]
+name = "mass"
+lower = 50
+upper = 110
+unit = "kg"
+[[parameter]]
+name = "road"
+kind = "categorical"
+levels = ["flat", "bump", "ice"]
+[[parameter]]
+name = "belt"
+kind = "binary"
+[[parameter]]
+name = "teeth"
+kind = "integer"
+lower = 10
+upper = 20
+[[parameter]]
+name = "ratio"
+baseline = 2.0
+factor = [0.5, 2.0]
+[[parameter]]
+name = "gear"
+kind = "discrete"
+levels = [1.0, 2.0, 5.0]
+[[response]]
+name = "force"
+unit = "N"
+[design]
+kind = "sobol"
+runs = 16
+[evaluate]
+engine = "inline"
+[worst_case]
+response = "force"
+budget = 8
+"""
+MODEL = """
+def f(mass, road, belt, teeth, ratio, gear):
+    if road == "ice" and mass < 60:
+        raise ValueError("slips")
+    return 0.02 * mass + {"flat": 0.0, "bump": 2.0, "ice": 1.0}[road] + belt + 0.1 * gear + 0.0 * teeth
+"""
+
+
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory):
+    """The folder of a search over every kind of parameter, some runs failed."""
+    place = tmp_path_factory.mktemp("mixed")
+    (place / "m.py").write_text(MODEL)
+    (place / "s.toml").write_text(MIXED)
+    with Campaign.from_file(place / "s.toml") as campaign:
+        stages.design(campaign)
+        stages.evaluate(campaign)
+        stages.worst_case(campaign)
+        return campaign.folder
+
+
+def block(folder, name):
+    section = worst_case_section(CampaignFolder.opened(folder))
+    return next((b for b in section.blocks if isinstance(b, (Figure, Table)) and b.id == name), None)
+
+
+NAMES = ["mass", "road", "belt", "teeth", "ratio", "gear"]
+
+
+def test_all_runs_of_the_search_come_with_their_parameters(mixed):
+    table = block(mixed, "search").table
+    assert [c.heading for c in table.columns][-6:] == ["mass [kg]", "road", "belt", "teeth", "ratio", "gear"]
+    history = json.loads((mixed / "worst_case.json").read_text())["history"]
+    assert [row[-6:] for row in table.rows] == [
+        tuple(h["parameters"][name] for name in NAMES) for h in history
+    ]
+    assert "failed" in {row[3] for row in table.rows}
+
+
+def test_ranked_runs_differ_in_a_column(mixed, tmp_path):
+    document = {"selected": ["mass", "belt"], "response": "force"}
+    folder = CampaignFolder.opened(mixed)
+    folder.documents["screening"] = document
+    section = worst_case_section(folder)
+    (table,) = (b for b in section.blocks if isinstance(b, Table) and b.id == "worst-runs")
+    names = [c.name for c in table.columns][7:]
+    assert names[:2] == ["mass", "belt"]
+    assert "ratio" == names[-1]  # a continuous input comes behind those with levels
+    inputs = [row[7:] for row in table.rows]
+    assert len(set(inputs)) == len(inputs)
+
+
+def test_many_differing_parameters_are_named_below_the_ranked_runs():
+    names = [f"p{k}" for k in range(15)]
+    history = [
+        {"run_key": str(i), "value": float(i), "parameters": dict.fromkeys(names, i)} for i in range(3)
+    ]
+    worst = {
+        "response": "y", "sense": "max", "value": 2.0, "confirmed": True, "label": "", "run_key": "2",
+        "parameters": history[2]["parameters"], "history": history,
+    }  # fmt: skip
+    folder = CampaignFolder(
+        path=None, runs=(), lock={},
+        documents=dict.fromkeys(("design", "screening", "layout"), None) | {"worst_case": worst},
+    )  # fmt: skip
+    section = worst_case_section(folder)
+    (note,) = (b for b in section.blocks if isinstance(b, Note))
+    assert note.text.startswith("These runs also differ in p12, p13 and p14: ")
+
+
+def test_parallel_axes_have_levels_with_words(mixed):
+    figure = block(mixed, "parallel")
+    assert [c.name for c in figure.table.columns][2:] == NAMES
+    picture, ax = plt.subplots()
+    figure.panels[0].draw(ax)
+    texts = [(note.get_text(), note.xy) for note in ax.texts]
+    plt.close(picture)
+    assert texts[2:7] == [("flat", (1, 0.0)), ("bump", (1, 0.5)), ("ice", (1, 1.0)), ("0", (2, 0.0)),
+                          ("1", (2, 1.0))]  # fmt: skip
+    assert texts[7:9] == [("10", (3, 0.0)), ("20", (3, 1.0))]
+    assert texts[9:11] == [("1", (4, 0.0)), ("4", (4, 1.0))]
+    assert [text for text, _ in texts[11:]] == ["1", "2", "5"]
+    assert [label.get_text() for label in ax.get_xticklabels()][:2] == ["mass\n[kg]", "road"]
+
+
+def test_parallel_axes_stay_when_one_parameter_was_selected(mixed):
+    folder = CampaignFolder.opened(mixed)
+    folder.documents["screening"] = {"selected": ["belt"], "response": "force"}
+    section = worst_case_section(folder)
+    (figure,) = (b for b in section.blocks if isinstance(b, Figure) and b.id == "parallel")
+    assert [c.name for c in figure.table.columns][2:4] == ["belt", "mass"]

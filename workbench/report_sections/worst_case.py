@@ -3,12 +3,22 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report_sections.blocks import Block, Column, Note, Section, Table, number, percent, quantity
+from workbench.report_sections.blocks import (
+    Block,
+    Column,
+    Note,
+    Section,
+    Table,
+    names_of,
+    number,
+    percent,
+    quantity,
+)
 from workbench.report_sections.folder import CampaignFolder
 from workbench.report_sections.gap_figure import gap_figure
+from workbench.report_sections.parallel_figure import parallel_figure
 from workbench.report_sections.worst_case_figures import (
     baseline_figures,
-    parallel_figure,
     profile_figure,
     search_figure,
     selected_names,
@@ -17,7 +27,7 @@ from workbench.report_sections.worst_case_figures import (
 
 __all__ = ["gap_sentence", "worst_case_section"]
 
-MOST_COLUMNS = 8
+MOST_COLUMNS = 12
 MOST_RANKED = 10
 
 
@@ -73,8 +83,8 @@ def worst_case_section(folder: CampaignFolder) -> Section | None:
     history = list(worst.get("history") or [])
     blocks.append(_where(folder, worst, unit))
     if history:
-        blocks.append(_ranked(folder, worst, history, response, unit))
-        blocks.append(search_figure(worst, history, response, unit))
+        blocks += _ranked(folder, worst, history, response, unit)
+        blocks.append(search_figure(folder, worst, history, response, unit))
         closing = gap_figure(worst, history, response, unit)
         blocks += [] if closing is None else [closing]
     if worst.get("profile"):
@@ -144,40 +154,60 @@ def _place(value: Any, p: Mapping[str, Any]) -> str:
 
 def _ranked(
     folder: CampaignFolder, worst: Mapping[str, Any], history: list[dict[str, Any]], response: str, unit: str
-) -> Table:
+) -> list[Block]:
     known = [h for h in history if h.get("value") is not None]
     sign = 1.0 if worst["sense"] == "max" else -1.0
     ranked = sorted(known, key=lambda h: -sign * h["value"])[:MOST_RANKED]
-    names = (selected_names(folder) or list(worst["parameters"]))[:MOST_COLUMNS]
+    wanted = _telling_names(folder, worst, ranked)
+    names, left_out = wanted[:MOST_COLUMNS], wanted[MOST_COLUMNS:]
     key = worst.get("run_key") if worst["confirmed"] else None
-    return Table(
+    table = Table(
         id="worst-runs",
         title=f"The {len(ranked)} worst true runs",
         columns=(
             Column(name="rank"),
             Column(name="run"),
+            Column(name="note"),  # before the parameters: a wide table scrolls
             Column(name=response, unit=unit),
             Column(name="predicted before", unit=unit),
             Column(name="standard deviation", unit=unit),
             Column(name="proposed by"),
             *(Column(name=name, unit=folder.unit_of(name)) for name in names),
-            Column(name="note"),
         ),
         rows=tuple(
             (
                 rank,
                 folder.run_name(h.get("run_key")),
+                "confirms the worst case" if key and h.get("run_key") == key else "",
                 h["value"],
                 h.get("predicted"),
                 h.get("predicted_std"),
                 h.get("proposal"),
                 *(h.get("parameters", {}).get(name) for name in names),
-                "confirms the worst case" if key and h.get("run_key") == key else "",
             )
             for rank, h in enumerate(ranked, start=1)
         ),
         marked=frozenset(k for k, h in enumerate(ranked) if key and h.get("run_key") == key),
     )
+    if not left_out:
+        return [table]
+    text = f"These runs also differ in {names_of(left_out)}: the table of all runs of the search has them."
+    return [table, Note(text=text)]
+
+
+def _telling_names(
+    folder: CampaignFolder, worst: Mapping[str, Any], ranked: list[dict[str, Any]]
+) -> list[str]:
+    """The parameters that screening selected, then others in which the ranked runs differ: levels first."""
+    selected = selected_names(folder)
+    differ = [
+        name
+        for name in folder.parameters or worst["parameters"]
+        if name not in selected and len({h.get("parameters", {}).get(name) for h in ranked}) > 1
+    ]
+    # a run in another gear is another run; a continuous input that does not matter differs in every run
+    differ.sort(key=lambda name: str(folder.parameters.get(name, {}).get("kind") or "") in ("", "continuous"))
+    return [*selected, *differ] or list(worst["parameters"])
 
 
 def _audit(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[Block]:

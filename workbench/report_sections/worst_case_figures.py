@@ -4,15 +4,12 @@ find."""
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from workbench.report_sections.blocks import Block, Column, Figure, Panel, Table, names_of, number
 from workbench.report_sections.folder import CampaignFolder
-from workbench.worst_case_plots import plot_baselines, plot_parallel, plot_profile, plot_search, plot_surprise
+from workbench.worst_case_plots import plot_baselines, plot_profile, plot_search, plot_surprise
 
 __all__ = [
     "baseline_figures",
-    "parallel_figure",
     "profile_figure",
     "search_figure",
     "selected_names",
@@ -20,8 +17,6 @@ __all__ = [
 ]
 
 MOST_PROFILES = 8
-MOST_AXES = 10
-FEWEST_FOR_PARALLEL = 10
 
 
 def selected_names(folder: CampaignFolder) -> list[str]:
@@ -31,10 +26,11 @@ def selected_names(folder: CampaignFolder) -> list[str]:
 
 
 def search_figure(
-    worst: Mapping[str, Any], history: list[dict[str, Any]], response: str, unit: str
+    folder: CampaignFolder, worst: Mapping[str, Any], history: list[dict[str, Any]], response: str, unit: str
 ) -> Figure:
     """Every run in order, marked by what proposed it, and the worst so far."""
     key = worst.get("run_key") if worst["confirmed"] else None
+    names = list(folder.parameters or worst["parameters"])
     searched = [h for h in history if h.get("iteration")]
     found = next((k for k, h in enumerate(searched, start=1) if h.get("run_key") == key), None)
     read_off = (
@@ -67,6 +63,7 @@ def search_figure(
                 Column(name="worst so far", unit=unit),
                 Column(name="predicted before", unit=unit),
                 Column(name="standard deviation", unit=unit),
+                *(Column(name=name, unit=folder.unit_of(name)) for name in names),
             ),
             rows=tuple(
                 (
@@ -78,6 +75,7 @@ def search_figure(
                     h.get("best"),
                     h.get("predicted"),
                     h.get("predicted_std"),
+                    *(h.get("parameters", {}).get(name) for name in names),
                 )
                 for h in history
             ),
@@ -187,58 +185,6 @@ def surprise_figure(
             rows=tuple(
                 (h.get("iteration"), h["predicted"], h.get("predicted_std"), h["value"]) for h in known
             ),
-        ),
-    )
-
-
-def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: str) -> Figure | None:
-    """All true runs over the parameters that matter; None when there are too few."""
-    names = [
-        name
-        for name in (selected_names(folder) or list(worst["parameters"]))
-        if folder.parameters.get(name, {}).get("lower") is not None
-    ][:MOST_AXES]
-    runs = [
-        run
-        for run in folder.runs
-        if run.status == "ok" and isinstance(run.outputs.get(response), (int, float))
-    ]
-    keys = [run.key for run in runs]
-    if len(runs) < FEWEST_FOR_PARALLEL or len(names) < 2 or worst.get("run_key") not in keys:
-        return None
-    p = folder.parameters
-    unit_points = np.array(
-        [
-            [(float(run.inputs[n]) - p[n]["lower"]) / ((p[n]["upper"] - p[n]["lower"]) or 1.0) for n in names]
-            for run in runs
-        ]
-    )
-    values = np.array([float(run.outputs[response]) for run in runs])
-    index = keys.index(str(worst["run_key"]))
-    return Figure(
-        id="parallel",
-        title="What the worst runs have in common",
-        alt=f"{len(runs)} runs as lines over {names_of(names)}; the worst tenth in colour.",
-        read_off="Where the coloured lines run together, that value makes things bad; where they fan out, "
-        "the "
-        "parameter does not decide.",
-        panels=(
-            Panel(
-                draw=lambda ax: plot_parallel(unit_points, values=values, names=names, worst=index, ax=ax),
-                width=6.4,
-                height=3.1,
-            ),
-        ),
-        table=Table(
-            id="parallel",
-            title="True runs over the parameters that matter",
-            columns=(
-                Column(name="run"),
-                Column(name=response, unit=str(worst.get("unit") or "1")),
-                *(Column(name=n, unit=folder.unit_of(n)) for n in names),
-            ),
-            rows=tuple((run.id, run.outputs[response], *(run.inputs[n] for n in names)) for run in runs),
-            marked=frozenset({index}),
         ),
     )
 
