@@ -41,6 +41,7 @@ KeepRuns = Annotated[bool, typer.Option(help="Keep stored runs although the mode
 Retry = Annotated[bool, typer.Option(help="Try failed runs again.")]
 
 OK, FAILED_RUNS, INTERRUPTED = 0, 3, 4
+STOPPED = "interrupted; the same command continues"
 
 
 @app.command()
@@ -361,10 +362,20 @@ def main() -> None:
     except HoldfastError as exc:
         _fail(str(exc), exc.exit_code)
     except KeyboardInterrupt:
-        _fail("interrupted; the same command continues", INTERRUPTED)
+        _fail(STOPPED, INTERRUPTED)
+    except SystemExit as exc:
+        if _was_interrupted(exc):
+            _fail(STOPPED, INTERRUPTED)
+        raise
     except BrokenPipeError:
         sys.stderr.close()
         raise SystemExit(OK) from None
+
+
+def _was_interrupted(exc: BaseException) -> bool:
+    """Whether Ctrl-C or SIGTERM stands behind it: typer takes a KeyboardInterrupt and leaves with a code."""
+    behind = exc.__context__
+    return behind is not None and (isinstance(behind, KeyboardInterrupt) or _was_interrupted(behind))
 
 
 def _fail(text: str, code: int) -> None:

@@ -106,6 +106,50 @@ def test_a_signal_is_four_and_nothing_is_repeated(tmp_path, signal_number):
     assert {key: after[key] for key in before} == before
 
 
+MODELLED = (
+    STUDY.replace("runs = {runs}", "runs = 60")
+    + """
+[[parameter]]
+name = "b"
+lower = 0
+upper = 1
+[screen]
+response = "y"
+[worst_case]
+response = "y"
+budget = 30
+"""
+)
+
+
+@pytest.mark.parametrize("stage", ["screen", "worst case"])
+@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_between_the_runs_is_four_too(tmp_path, signal_number, stage):
+    (tmp_path / "m.py").write_text(
+        "import math\ndef f(a, b):\n    return math.sin(9 * a) * math.cos(7 * b)\n"
+    )
+    study = tmp_path / "s.toml"
+    study.write_text(MODELLED)
+    process = start(study, in_background=signal_number == signal.SIGTERM)
+    for line in process.stderr:
+        if line.startswith(stage):
+            break
+    process.send_signal(signal_number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 4, err
+    assert err.endswith("the same command continues\n")
+    assert "Traceback" not in err
+    assert out == ""
+    before, running = answers(study)
+    assert (len(before) >= 60, running) == (True, 0)
+    if (stage, signal_number) == ("worst case", signal.SIGTERM):
+        process = start(study)
+        out, err = process.communicate(timeout=120)
+        assert process.returncode == 0, err
+        assert "60 runs, 60 of them known" in err
+        assert "report:" in out
+
+
 def test_a_full_disk_is_five_and_the_rest_follows_later(tmp_path):
     study = write_study(tmp_path, runs=600, pause=0)
     process = start(study, file_limit=150_000)
