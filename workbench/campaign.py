@@ -206,7 +206,7 @@ class Campaign:
 
     def ask(self, n: int | None = None) -> list[Asked]:
         """Up to `n` rows that wait for an answer, in the order they were asked for."""
-        waiting = [row for row in self.store.rows(version=self.spec.version) if row.status == "queued"]
+        waiting = [row for row in self.runs() if row.status == "queued"]
         return [Asked(row.key, row.inputs) for row in waiting[:n]]
 
     def tell(

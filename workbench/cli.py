@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from workbench.errors import HoldfastError, Interrupted
+from workbench.errors import HoldfastError, Interrupted, StudyError
 
 if TYPE_CHECKING:
     from workbench.campaign import Campaign
@@ -78,33 +78,40 @@ def design(
     ] = None,
     json_: Json = False,
 ) -> None:
-    """Make the design and put its rows in the queue."""
+    """Make the design and put its rows in the queue; list the rows that somebody else is to run."""
     from workbench.atomic import write_text
-    from workbench.design_stage import compared_designs
+    from workbench.design_stage import compared_designs, drawn_design
     from workbench.stages import design as stage
     from workbench.stages import queue_design
     from workbench.summaries import comparison_lines, design_lines
-    from workbench.telling import asked_csv
+    from workbench.telling import asked_csv, asked_lines, asked_rows
 
     with _campaign(study, folder) as campaign:
-        document = stage(campaign)
-        asked = queue_design(campaign, document)
+        document = stage(campaign) if campaign.study.has_points else None
+        if document is None and (quality or compare is not None):
+            raise StudyError("--quality and --compare look at a design; give the study a [design] table")
+        asked = asked_rows(campaign) if document is None else queue_design(campaign, document)
         if csv is not None:
             text = asked_csv(asked, campaign.study.space.names, list(campaign.study.reductions))
             write_text(csv, text)
         where = campaign.folder
-        others = None if compare is None else compared_designs(document, compare.split(","))
+        others = compared_designs(document, compare.split(",")) if document and compare else None
+        listed = (
+            asked_lines(asked, study=str(study), csv=csv) if campaign.study.model["kind"] == "ask" else []
+        )
+    if document is None:
+        rows = [{"key": run.key, "parameters": dict(run.parameters)} for run in asked]
+        lines = [f"no [design] table; {len(asked)} runs asked for by a search wait for their results"]
+        lines += [f"written to {csv}"] if csv else []
+        _finish({"asked": rows}, json_, lambda: _print([*lines, *listed]))
+        return
     what = f"{document['n']} runs of {document['d']} parameters ({document['algorithm']})"
     lines = [f"{what}, {len(asked)} without an answer"]
     lines += design_lines(document, whole=quality) if others is None else comparison_lines(others)
     if quality:
-        from workbench.design import Design
-        from workbench.design_plots import plot_design
-
-        plot_design(Design.from_dict(document)).savefig(where / "design_quality.png", dpi=120)
-        lines.append(f"pairs, correlations and distances drawn in {where / 'design_quality.png'}")
+        lines.append(f"pairs, correlations and distances drawn in {drawn_design(document, where)}")
     lines.append(f"written to {csv or where / 'design.json'}")
-    _finish(document, json_, lambda: _print(lines))
+    _finish(document, json_, lambda: _print([*lines, *listed]))
 
 
 @app.command()

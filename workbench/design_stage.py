@@ -1,6 +1,7 @@
 """The points of a study: from a kind of design, from a file, or from a table of runs made elsewhere."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.campaign import Campaign
@@ -10,7 +11,7 @@ from workbench.model_table import TableModel, read_table
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["compared_designs", "design_from_file", "design_of_kind", "design_of_table"]
+__all__ = ["compared_designs", "design_from_file", "design_of_kind", "design_of_table", "drawn_design"]
 
 
 def design_of_table(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
@@ -72,6 +73,16 @@ def design_of_kind(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, l
         options=DesignOptions(**options),
     )
     return made, made.rows()
+
+
+def drawn_design(document: Mapping[str, Any], folder: Path) -> Path:
+    """Draw the design of `design.json` into `folder`; gives the path of the picture."""
+    from workbench.design import Design
+    from workbench.design_plots import plot_design
+
+    path = folder / "design_quality.png"
+    plot_design(Design.from_dict(document)).savefig(path, dpi=120)
+    return path
 
 
 def compared_designs(document: Mapping[str, Any], kinds: Sequence[str]) -> "pd.DataFrame":

@@ -47,7 +47,7 @@ def run_all(campaign: Campaign) -> dict[str, Any]:
     """All stages of the study in order; their documents by name, and the path of the report."""
     study = campaign.study
     found: dict[str, Any] = {}
-    if study.design is not None or study.model["kind"] == "table":
+    if study.has_points:
         found["design"] = design(campaign)
         found["evaluate"] = evaluate(campaign)
     for name, stage, table in (
@@ -100,11 +100,16 @@ def design(campaign: Campaign) -> dict[str, Any]:
 
 
 def queue_design(campaign: Campaign, document: Mapping[str, Any]) -> list[Asked]:
-    """Put the design's rows in the queue; those that have no answer yet. A table answers its rows at once."""
+    """Put the design's rows in the queue; those that have no answer yet. A table answers its rows at once.
+
+    Of a model that others run, the rows that a search waits for are given behind the design's.
+    """
     if campaign.study.model["kind"] == "table":
         evaluate(campaign)
     keys = set(campaign.enqueue(_rows(campaign, document), batch="design"))
-    return [run for run in campaign.ask() if run.key in keys]
+    waiting = campaign.ask()
+    others = [run for run in waiting if run.key not in keys] if campaign.study.model["kind"] == "ask" else []
+    return [*(run for run in waiting if run.key in keys), *others]
 
 
 def evaluate(campaign: Campaign) -> dict[str, Any]:

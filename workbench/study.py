@@ -91,6 +91,11 @@ class Study:
         )
 
     @property
+    def has_points(self) -> bool:
+        """Whether the study says where to run the model, by a design or as a table of runs."""
+        return self.design is not None or self.model["kind"] == "table"
+
+    @property
     def memory_bytes(self) -> int | None:
         """The memory limit of one evaluation."""
         text = self.evaluate.get("memory")

@@ -13,7 +13,10 @@ from workbench.model import Answer, Reduction, settle
 if TYPE_CHECKING:
     from workbench.campaign import Asked, Campaign
 
-__all__ = ["Told", "asked_csv", "settled_answer", "tell_csv"]
+__all__ = ["Told", "asked_csv", "asked_lines", "asked_rows", "settled_answer", "tell_csv"]
+
+MOST_SHOWN = 20
+KEY_SHOWN = 10  # characters that tell runs of one campaign apart
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +51,52 @@ def asked_csv(asked: Sequence["Asked"], names: Sequence[str], responses: Sequenc
     for run in asked:
         writer.writerow([run.key, *(run.parameters[n] for n in names), *("" for _ in responses)])
     return out.getvalue()
+
+
+def asked_rows(campaign: "Campaign") -> list["Asked"]:
+    """The rows that wait in a study without a design: those that its searches asked for.
+
+    Raises:
+        StudyError: the model runs here, so that nobody is asked; or no stage of the study asks for rows.
+    """
+    study = campaign.study
+    if study.model["kind"] != "ask":
+        raise StudyError("the study has no [design] table; add one, such as [design] kind = 'ihs', runs = 50")
+    waiting = campaign.ask()
+    if not waiting and study.worst_case is None and study.robust is None:
+        raise StudyError(
+            "the study asks for no runs: give it a [design] table for points to run, or a [worst_case] "
+            "table, whose search then asks for its own"
+        )
+    return waiting
+
+
+def asked_lines(asked: Sequence["Asked"], *, study: str, csv: Path | None) -> list[str]:
+    """The waiting rows as a table, and how their results come back; `csv` is where they were written."""
+    from workbench.summaries import format_number, table_lines
+
+    if not asked:
+        return [f"no run waits for its result; `holdfast run {study}` goes on"]
+    rows = [
+        (
+            run.key[:KEY_SHOWN],
+            ", ".join(
+                # a parameter and its value stay on one line
+                f"{name}\u00a0=\u00a0{format_number(value, 6) if isinstance(value, float) else value}"
+                for name, value in run.parameters.items()
+            ),
+        )
+        for run in asked[:MOST_SHOWN]
+    ]
+    lines = table_lines(("key", "parameters"), rows)
+    if len(asked) > MOST_SHOWN:
+        lines.append(f"and {len(asked) - MOST_SHOWN} more")
+    if csv is None:
+        lines.append(f"`holdfast design {study} --csv ask.csv` writes them with all digits;")
+    lines.append(
+        f"fill in the responses in {csv or 'ask.csv'}, or in a column `error` why there are none, then"
+    )
+    return [*lines, f"`holdfast tell {study} {csv or 'ask.csv'}` and `holdfast run {study}`"]
 
 
 def tell_csv(campaign: "Campaign", path: Path) -> Told:

@@ -144,6 +144,82 @@ def test_design_tell_and_plan_on_a_model_of_somebody_else(tmp_path, capsys):
     assert json.loads(out)["stored"] == {"ok": 2, "queued": 1}
 
 
+def answered(path):
+    """Fill the empty responses of a CSV of asked rows: y = a (1 - a)."""
+    head, *rows = path.read_text().splitlines()
+    assert head == "key,a,y"
+    values = [float(row.split(",")[1]) for row in rows]
+    path.write_text("\n".join([head, *(f"{r}{a * (1 - a)}" for r, a in zip(rows, values, strict=True))]))
+    return len(rows)
+
+
+def test_a_search_asks_somebody_else_without_a_design(tmp_path, capsys):
+    path = write_study(tmp_path, kind="ask", model="", more='[worst_case]\nresponse = "y"\nbudget = 5')
+    code, out, _ = in_process("design", path, capsys=capsys)
+    assert code == 0
+    assert f"no run waits for its result; `holdfast run {path}` goes on" in out
+    csv, asked = tmp_path / "ask.csv", 0
+    for _ in range(5):
+        code, out, err = in_process("run", path, capsys=capsys)
+        if code == 0:
+            break
+        assert (code, "`holdfast design` lists them" in err) == (4, True)
+        code, out, _ = in_process("design", path, "--csv", csv, capsys=capsys)
+        assert code == 0
+        assert re.search(r"^[0-9a-f]{10}  a = \S+$", out, re.MULTILINE)
+        assert f"`holdfast tell {path} {csv}` and `holdfast run {path}`" in out
+        asked += answered(csv)
+        code, out, _ = in_process("tell", path, csv, capsys=capsys)
+        assert (code, out.endswith("0 failed; 0 still wait\n")) == (0, True)
+    assert code == 0
+    assert "Worst case (largest y): 0.25" in out
+    assert asked <= 5
+
+
+def test_rows_that_a_search_waits_for_stand_behind_those_of_the_design(tmp_path, capsys):
+    more = '[design]\nkind = "sobol"\nruns = 4\n[worst_case]\nresponse = "y"\nbudget = 2'
+    path = write_study(tmp_path, kind="ask", model="", more=more)
+    csv = tmp_path / "ask.csv"
+    for count in (4, 1):
+        code, out, _ = in_process("design", path, "--csv", csv, capsys=capsys)
+        assert (code, f"4 runs of 1 parameters (sobol), {count} without an answer" in out) == (0, True)
+        assert answered(csv) == count
+        assert in_process("tell", path, csv, capsys=capsys)[0] == 0
+        code, _, err = in_process("run", path, capsys=capsys)
+        assert (code, "1 runs wait for their results" in err) == (4, True)
+
+
+def test_many_asked_rows_are_not_all_listed(tmp_path, capsys):
+    path = write_study(tmp_path, kind="ask", model="", more='[design]\nkind = "sobol"\nruns = 32')
+    code, out, _ = in_process("design", path, capsys=capsys)
+    assert code == 0
+    assert "and 12 more" in out
+    assert f"`holdfast design {path} --csv ask.csv` writes them with all digits;" in out
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("ask", "the study asks for no runs: give it a [design] table for points to run, or a"),
+        ("python", "the study has no [design] table; add one, such as [design] kind = 'ihs', runs = 50"),
+    ],
+)
+def test_a_design_that_nobody_described(tmp_path, capsys, kind, words):
+    path = write_study(tmp_path, kind=kind, model="" if kind == "ask" else 'function = "m.py:f"')
+    code, _, err = in_process("design", path, capsys=capsys)
+    assert (code, words in err) == (2, True)
+
+
+def test_without_a_design_nothing_is_compared_or_drawn(tmp_path, capsys):
+    path = write_study(tmp_path, kind="ask", model="", more='[worst_case]\nresponse = "y"')
+    for option in (["--compare", "lhs"], ["--quality"]):
+        code, _, err = in_process("design", path, *option, capsys=capsys)
+        assert (code, "--quality and --compare look at a design; give the study a [design]" in err) == (
+            2,
+            True,
+        )
+
+
 def test_design_tells_its_quality_and_compares(tmp_path, capsys):
     (tmp_path / "m.py").write_text("def f(**k):\n    return 0.0\n")
     path = tmp_path / "study.toml"
