@@ -34,7 +34,7 @@ from workbench.report_sections.robust import robust_section
 from workbench.report_sections.robust_layout import robust_layout_section
 from workbench.report_sections.runs import runs_section
 from workbench.report_sections.screening import screening_section
-from workbench.report_sections.worst_case import worst_case_section
+from workbench.report_sections.worst_case import further_worst_cases, worst_case_section
 
 __all__ = ["report_numbers", "write_report"]
 
@@ -99,13 +99,14 @@ def _sections(campaign: CampaignFolder) -> tuple[list[Section], list[tuple[str, 
     for name, (make, title, command) in SECTIONS.items():
         try:
             section = make(campaign)
+            further = further_worst_cases(campaign) if name == "worst-case" else []
         except (KeyError, TypeError, IndexError, AttributeError) as exc:
             raise StoreError(
                 f"the section {title!r} cannot be made from the documents in {campaign.path}: "
                 f"{type(exc).__name__} {exc}. `{command}` writes them anew"
             ) from exc
         if section is not None:
-            sections.append(_trimmed(section))
+            sections += [_trimmed(each) for each in (section, *further)]
         elif name not in OPTIONAL or asked.get(name):
             missing.append((title, command))
     return [*sections, reproduce_section(campaign)], missing

@@ -206,9 +206,12 @@ class Ledger:
         n_ok = int(self.ok.sum())
         if n_ok < count:
             statuses = dict(Counter(run.status for run in self.runs if run.value is None))
+            cure = "mend the model or narrow the space"
+            if "excluded" in statuses:
+                cure = "loosen the limits of `within`, which exclude runs, or give more runs to start from"
             raise NotEnoughRuns(
                 f"{n_ok} of {len(self.runs)} runs gave a value and {count} are needed; failures by status: "
-                f"{statuses}. See the failure table, mend the model or narrow the space"
+                f"{statuses}. See the failure table, {cure}"
             )
 
 

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from hashlib import blake2b
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from workbench.atomic import read_json, write_json
 from workbench.campaign import Asked, Campaign, outcome
@@ -18,9 +18,7 @@ from workbench.errors import NotEnoughRuns, StudyError
 from workbench.store import Evaluation
 from workbench.streams import stream
 from workbench.thinning import spread_runs
-
-if TYPE_CHECKING:
-    from workbench.enclosure import Enclosure
+from workbench.worst_case_targets import targets
 
 __all__ = [
     "design",
@@ -159,63 +157,20 @@ def screen(campaign: Campaign) -> dict[str, Any]:
 
 def worst_case(campaign: Campaign) -> dict[str, Any]:
     """The worst case, confirmed by true runs where the model can be run: `worst_case.json`."""
-    study = campaign.study
-    table = _required(study.worst_case, "worst_case")
-    from workbench.worst_case import search_worst_case, surrogate_worst_case
+    table = _required(campaign.study.worst_case, "worst_case")
+    from workbench.worst_case_stage import worst_case_document
 
-    response = study.response(table["response"])
-    runs = _thinned(campaign, screening_runs(campaign), response.name, MOST_SEARCHED)
-    start = [outcome(row) for row in runs]
-    campaign.progress.stage("worst_case", f"{table['sense']} {response.name} from {len(runs)} runs")
-    if study.model["kind"] == "table":
-        _enough(runs, response.name)
-        result = surrogate_worst_case(
-            study.space,
-            start,
-            response=response.name,
-            unit=response.unit,
-            sense=table["sense"],
-            seed=study.seed,
-        )
-    else:
-        options = {key: table[key] for key in ("tolerance", "lipschitz") if key in table}
-        if "enclosure" in table:
-            options["enclosure"] = _enclosure(campaign, table)
-        workers, batch = study.evaluate.get("workers", 1), table.get("batch", 1)
-        if workers > batch:
-            campaign.progress.note(
-                f"{workers} workers, but [worst_case] batch = {batch}: the search proposes {batch} at a time"
-            )
-        result = search_worst_case(
-            campaign.outcomes_of_search,
-            study.space,
-            response=response.name,
-            unit=response.unit,
-            sense=table["sense"],
-            budget=table["budget"],
-            seed=study.seed,
-            start=start,
-            workers=batch,
-            progress=_search_progress(campaign, response.name, response.unit, table["budget"]),
-            **options,
-        )
-        if study.model.get("gradient") and not result.audit.gradient_runs:
-            errors = (run.error for run in campaign.runs() if run.status == "ok" and run.error)
-            campaign.progress.note(
-                f"the model's gradient was of no use: {next(errors, 'not all derivatives')}"
-            )
-    document = result.to_dict()
+    wanted = targets(campaign.study)
+    reads = dict.fromkeys(name for target in wanted for name in target.reads)
+    runs = _thinned(campaign, screening_runs(campaign), next(iter(reads)), MOST_SEARCHED)
+    if campaign.study.model["kind"] == "table":
+        for name in reads:
+            _enough(runs, name)
+    sought = ", ".join(f"{target.sense} {target.name}" for target in wanted)
+    campaign.progress.stage("worst_case", f"{sought} from {len(runs)} runs")
+    document = worst_case_document(campaign, table, wanted, runs)
     _write(campaign, "worst_case", document, _stage_fingerprint(campaign, table), file="worst_case.json")
     return _as_document(document)
-
-
-def _enclosure(campaign: Campaign, table: Mapping[str, Any]) -> "Enclosure":
-    """The function that bounds the response over a box, from its reference."""
-    from workbench.enclosure import Enclosure
-    from workbench.model_python import load_function
-
-    function = load_function(table["enclosure"], campaign.study.folder)
-    return Enclosure(function, calls=table["enclosure_calls"])
 
 
 def layout(campaign: Campaign) -> dict[str, Any]:
@@ -306,13 +261,6 @@ def _required(table: Mapping[str, Any] | None, name: str) -> Mapping[str, Any]:
     return table
 
 
-def _search_progress(campaign: Campaign, name: str, unit: str, budget: int) -> Callable[[Any, float], None]:
-    def tell(run: Any, best: float) -> None:
-        campaign.progress.search(run.number, budget, run.proposal, run.value, best, name, unit)
-
-    return tell
-
-
 def _unless_current(
     campaign: Campaign, name: str, table: Mapping[str, Any], stage: Callable[[Campaign], dict[str, Any]]
 ) -> dict[str, Any]:
@@ -358,6 +306,8 @@ def _loop_fingerprint(campaign: Campaign) -> str:
 
 def _stage_fingerprint(campaign: Campaign, table: Mapping[str, Any]) -> str:
     rows = [[row.key, row.status, row.outputs] for row in screening_runs(campaign)]
+    if "responses" in table:
+        table = {**table, "responses": list(table["responses"].items())}  # their order decides
     return _fingerprint(campaign, table, json.dumps(rows))
 
 

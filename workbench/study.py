@@ -17,6 +17,7 @@ from workbench.reading_rules import checked_rule
 from workbench.robust_table import check_robust
 from workbench.space import Parameter, Response, Space
 from workbench.study_messages import placed, validated
+from workbench.worst_case_targets import CHECKS
 
 __all__ = ["Study", "json_schema", "load_study", "parse_study"]
 
@@ -220,11 +221,15 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
             _check_robust_layout(study)
     if study.robust is not None:
         check_robust(study.space, study.robust, kind=study.model["kind"], text=text, where=where)
-    for stage in ("screen", "worst_case", "robust"):
+    for stage in ("screen", "robust"):
         table = getattr(study, stage)
         if table is not None:
             with placed(text, where, (stage, "response")):
                 study.response(table["response"])
+    if study.worst_case is not None:
+        for key, check in CHECKS.items():
+            with placed(text, where, ("worst_case", key)):
+                check(study, study.worst_case)
     return study
 
 

@@ -4,9 +4,10 @@
 Nothing else of the workbench imports this module, because building the models takes a third of a second.
 """
 
+from math import isinf, isnan
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 __all__ = ["StudySchema"]
 
@@ -14,6 +15,21 @@ Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 Reduce = Literal["max", "min", "max_abs", "final", "mean", "at", "norm"]
+
+
+def _number(limit: float) -> float:
+    if isnan(limit):
+        raise ValueError("a number, -inf or inf")
+    return limit
+
+
+def _open_side(limit: float) -> float | None:
+    """Infinity leaves a side of a pair of limits open."""
+    return None if isinf(limit) else limit
+
+
+Limit = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_number), AfterValidator(_open_side)]
+Limits = Annotated[list[Limit], Field(min_length=2, max_length=2)]
 
 
 class Table(BaseModel):
@@ -169,11 +185,15 @@ class ScreenTable(Table):
 
 
 class WorstCaseTable(Table):
-    """`[worst_case]`; `batch` is how many runs the search proposes at once, whoever runs them; `enclosure`
+    """`[worst_case]` of one `response`, of several `responses` or of a sum with `weights`; `within` limits
+    other responses. `batch` is how many runs the search proposes at once, whoever runs them; `enclosure`
     names a function that bounds the response over a box."""
 
-    response: Text
-    sense: Literal["max", "min"] = "max"
+    response: Text | None = None
+    responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None
+    weights: Annotated[dict[str, float], Field(min_length=1)] | None = None
+    within: Annotated[dict[str, Limits], Field(min_length=1)] | None = None
+    sense: Literal["max", "min"] | None = None
     budget: Count = 60
     batch: Annotated[int, Field(ge=1, le=1024)] = 1
     tolerance: Positive | None = None

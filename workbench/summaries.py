@@ -13,6 +13,7 @@ __all__ = [
     "design_lines",
     "format_number",
     "layout_lines",
+    "limits_text",
     "robust_layout_lines",
     "robust_lines",
     "screening_lines",
@@ -104,10 +105,32 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
 
 
 def worst_case_lines(document: Mapping[str, Any]) -> list[str]:
-    """The worst case, what it rests on, and what remains open."""
+    """The worst case, what it rests on, and what remains open; then those of other responses."""
+    lines = _one_worst_case(document)
+    for other in document.get("others") or ():
+        lines += ["", *_one_worst_case(other)]
+    return lines
+
+
+def limits_text(limits: Mapping[str, Sequence[float | None]]) -> str:
+    """What keeps to its limits, as a person says it.
+
+    >>> limits_text({"travel": [None, 0.6], "load": [1.0, 2.0]})
+    'travel <= 0.6 and 1 <= load <= 2'
+    """
+    parts = []
+    for name, (low, high) in limits.items():
+        left = "" if low is None else f"{format_number(low)} <= "
+        parts.append(left + name + ("" if high is None else f" <= {format_number(high)}"))
+    return " and ".join(parts)
+
+
+def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     unit = unit_suffix(document["unit"])
     word = {"max": "largest", "min": "smallest"}[document["sense"]]
     text = [f"Worst case ({word} {document['response']}): {format_number(document['value'], 6)}{unit}"]
+    if document.get("within"):
+        text.append(f"  of the runs with {limits_text(document['within'])}")
     runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
     text.append(f"  {document['label']}{runs}")
     if document.get("status"):

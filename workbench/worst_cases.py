@@ -14,7 +14,7 @@ from typing import Any
 from workbench.errors import StudyError
 from workbench.evaluator import Evaluator, Outcome, evaluator_of
 from workbench.space import Space
-from workbench.worst_case import WorstCase, search_worst_case
+from workbench.worst_case import Progress, WorstCase, search_worst_case
 
 __all__ = ["worst_cases"]
 
@@ -43,6 +43,7 @@ def worst_cases(
     workers: int = 1,
     tolerance: float = 1e-3,
     evaluator: Evaluator | None = None,
+    progress: Callable[[str], Progress] | None = None,
 ) -> dict[str, WorstCase]:
     """Search the worst case of every response of `function(**parameters)`.
 
@@ -51,6 +52,7 @@ def worst_cases(
         responses: name -> "max" or "min", the most important first.
         budget: true runs for all responses together; for the others see `worst_case`.
         evaluator: runs rows and stores them, in place of `function`, which may be None then.
+        progress: given the name of a response, what its search calls with every run and the best value.
 
     Returns: a `WorstCase` by response. Runs made for another response are among its `runs`, with number 0.
 
@@ -79,5 +81,6 @@ def worst_cases(
             start=[*start, *recorder.outcomes],
             workers=workers,
             tolerance=tolerance,
+            progress=None if progress is None else progress(name),
         )
     return found

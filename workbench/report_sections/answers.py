@@ -22,14 +22,19 @@ def question(folder: CampaignFolder) -> str:
     asked = f"Which of {what} drive {response}"
     if worst is None:
         return f"{asked}?"
-    return f"{asked}, and how {'large' if worst['sense'] == 'max' else 'small'} can it get?"
+    what = "it" if worst["response"] == response else worst["response"]
+    return f"{asked}, and how {'large' if worst['sense'] == 'max' else 'small'} can {what} get?"
 
 
 def answer_cards(folder: CampaignFolder) -> list[Card]:
     """One card per stage that has run."""
     cards = []
     if (worst := folder["worst_case"]) is not None:
-        cards.append(_worst(folder, worst))
+        cards.append(_worst(folder, worst, section="worst-case"))
+        cards += [
+            _worst(folder, other, section=f"worst-case-{other['response']}")
+            for other in worst.get("others") or ()
+        ]
     if (layout := folder["layout"]) is not None:
         cards.append(_layout(layout))
     if (robust := folder["robust"]) is not None:
@@ -54,7 +59,7 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
     return cards
 
 
-def _worst(folder: CampaignFolder, worst: Mapping[str, Any]) -> Card:
+def _worst(folder: CampaignFolder, worst: Mapping[str, Any], *, section: str) -> Card:
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     confirmed = bool(worst["confirmed"])
     if confirmed:
@@ -71,7 +76,7 @@ def _worst(folder: CampaignFolder, worst: Mapping[str, Any]) -> Card:
         question=f"How {'large' if worst['sense'] == 'max' else 'small'} can {response} get?",
         answer=f"{response} = {quantity(worst['value'], unit)}",
         detail=detail,
-        section="worst-case",
+        section=section,
         level="good" if confirmed else "fair",
     )
 

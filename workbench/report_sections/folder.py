@@ -98,7 +98,7 @@ class CampaignFolder:
         found = {str(r["name"]): str(r.get("unit") or "1") for r in given}
         for name in ("screening", "worst_case"):
             document = self[name]
-            if document is not None:
+            if document is not None and not document.get("weights"):
                 found.setdefault(str(document["response"]), str(document.get("unit") or "1"))
         return found
 
@@ -107,7 +107,7 @@ class CampaignFolder:
         """The response that the study is about."""
         for name in ("worst_case", "screening"):
             document = self[name]
-            if document is not None:
+            if document is not None and not document.get("weights"):  # a sum is no response
                 return str(document["response"])
         return next(iter(self.responses), None)
 

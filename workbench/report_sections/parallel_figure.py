@@ -28,12 +28,8 @@ FEWEST_AXES = 2
 def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: str) -> Figure | None:
     """All true runs over the parameters that matter; None when there are too few."""
     axes = _axes(folder)
-    runs = [
-        run
-        for run in folder.runs
-        if run.status == "ok" and isinstance(run.outputs.get(response), (int, float))
-        and all(axis.name in run.inputs for axis in axes)
-    ]  # fmt: skip
+    value = _values(folder, worst, response)
+    runs = [run for run in folder.runs if run.key in value and all(axis.name in run.inputs for axis in axes)]
     keys = [run.key for run in runs]
     if len(runs) < FEWEST_RUNS or len(axes) < FEWEST_AXES or worst.get("run_key") not in keys:
         return None
@@ -41,7 +37,7 @@ def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: 
     if points is None:
         return None
     names = [axis.name for axis in axes]
-    values = np.array([float(run.outputs[response]) for run in runs])
+    values = np.array([value[run.key] for run in runs])
     index = keys.index(str(worst["run_key"]))
     labels = [axis_label(axis.name, axis.unit).replace(" [", "\n[") for axis in axes]
     ticks = [_ticks(axis) for axis in axes]
@@ -64,10 +60,25 @@ def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: 
                 Column(name=response, unit=str(worst.get("unit") or "1")),
                 *(Column(name=n, unit=folder.unit_of(n)) for n in names),
             ),
-            rows=tuple((run.id, run.outputs[response], *(run.inputs[n] for n in names)) for run in runs),
+            rows=tuple((run.id, value[run.key], *(run.inputs[n] for n in names)) for run in runs),
             marked=frozenset({index}),
         ),
     )
+
+
+def _values(folder: CampaignFolder, worst: Mapping[str, Any], response: str) -> dict[str, float]:
+    """What was searched, by the keys of the runs that gave it."""
+    if worst.get("weights") or worst.get("within"):  # no output of a run, but the search read it
+        return {
+            str(h["run_key"]): float(h["value"])
+            for h in worst.get("history") or []
+            if h.get("value") is not None
+        }
+    return {
+        run.key: float(run.outputs[response])
+        for run in folder.runs
+        if run.status == "ok" and isinstance(run.outputs.get(response), (int, float))
+    }
 
 
 def _axes(folder: CampaignFolder) -> list[Parameter]:

@@ -1,11 +1,13 @@
 """The worst case: where it lies, which run confirms it, how it was found, and how much worse it could be."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from workbench.report_sections.blocks import (
     Block,
     Column,
+    Figure,
     Note,
     Section,
     Table,
@@ -24,8 +26,9 @@ from workbench.report_sections.worst_case_figures import (
     selected_names,
     surprise_figure,
 )
+from workbench.summaries import limits_text
 
-__all__ = ["gap_sentence", "worst_case_section"]
+__all__ = ["further_worst_cases", "gap_sentence", "worst_case_section"]
 
 MOST_COLUMNS = 12
 MOST_RANKED = 10
@@ -52,8 +55,37 @@ def gap_sentence(worst: Mapping[str, Any]) -> str:
 def worst_case_section(folder: CampaignFolder) -> Section | None:
     """None without `worst_case.json`."""
     worst = folder["worst_case"]
-    if worst is None:
-        return None
+    return None if worst is None else _section(folder, worst)
+
+
+def further_worst_cases(folder: CampaignFolder) -> list[Section]:
+    """A section for every other response of the study whose worst was searched; ids end with its name."""
+    sections = []
+    for other in (folder["worst_case"] or {}).get("others") or ():
+        response = str(other["response"])
+        section = _section(folder, other)
+        sections.append(
+            replace(
+                section,
+                id=f"{section.id}-{response}",
+                title=f"The worst case of {response}",
+                blocks=tuple(_renamed(block, response) for block in section.blocks),
+            )
+        )
+    return sections
+
+
+def _renamed(block: Block, response: str) -> Block:
+    if isinstance(block, Note):
+        return block
+    if isinstance(block, Figure):
+        return replace(
+            block, id=f"{block.id}-{response}", table=replace(block.table, id=f"{block.table.id}-{response}")
+        )
+    return replace(block, id=f"{block.id}-{response}")
+
+
+def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     side = "largest" if worst["sense"] == "max" else "smallest"
     confirmed = bool(worst["confirmed"])
@@ -61,6 +93,8 @@ def worst_case_section(folder: CampaignFolder) -> Section | None:
         f"The {side} {response} is {quantity(worst['value'], unit)}, {worst['label']}"
         + (f": {folder.run_name(worst.get('run_key'))}." if confirmed else ".")
     ]
+    if worst.get("within"):
+        sentences.append(f"Only runs with {limits_text(worst['within'])} count; others are called excluded.")
     if confirmed:
         sentences.append(gap_sentence(worst))
     if worst.get("status"):
