@@ -1,7 +1,7 @@
 """A table of runs made elsewhere as a model: a CSV with one column per parameter and response.
 
 Nothing can be run; a row of the table is looked up. Every cell is checked when the table is opened, and what
-is wrong is named by row and column.
+is wrong is named by row and column. A response that is empty, nan or infinite is a run that failed.
 """
 
 import csv
@@ -23,10 +23,11 @@ LARGEST_FILE = 500_000_000  # bytes
 
 @dataclass(frozen=True, slots=True)
 class TableModel:
-    """`rows` in the order of the file: parameters and responses by name."""
+    """`rows` in the order of the file: parameters and responses by name, None for a response not there."""
 
     rows: tuple[dict[str, Any], ...]
     names: tuple[str, ...]
+    file: str
     _place: dict[tuple[Any, ...], int]
 
     @classmethod
@@ -38,7 +39,7 @@ class TableModel:
             path, spec.names, tuple(spec.responses), columns=spec.options.get("columns", {}), words=words
         )
         place = {tuple(row[name] for name in spec.names): k for k, row in enumerate(rows)}
-        return cls(tuple(rows), spec.names, place)
+        return cls(tuple(rows), spec.names, path.name, place)
 
     @property
     def inputs(self) -> list[dict[str, Any]]:
@@ -50,7 +51,11 @@ class TableModel:
         k = self._place.get(tuple(row[name] for name in self.names))
         if k is None:
             raise EvaluationFailed("the table holds no such run; a table cannot run anything new")
-        return {name: value for name, value in self.rows[k].items() if name not in self.names}
+        values = {name: value for name, value in self.rows[k].items() if name not in self.names}
+        absent = [name for name, value in values.items() if value is None]
+        if absent:
+            raise EvaluationFailed(f"{self.file} has no value of {', '.join(absent)} for this run")
+        return values
 
     def close(self) -> None:
         """Nothing to release."""
@@ -75,11 +80,13 @@ def read_table(
 ) -> list[dict[str, Any]]:
     """Rows of a CSV as mappings of parameters and responses; numbers as floats, `words` as text.
 
-    `complete`: refuse fewer than three rows, duplicate rows and constant responses.
+    A response with an empty cell is None, one with nan or inf is that number.
+    `complete`: refuse fewer than three rows with values, repeated rows and constant responses.
 
     Raises:
-        StudyError: columns are missing, a cell holds no finite number, rows repeat, a response is constant.
-        NotEnoughRuns: fewer than three rows.
+        StudyError: columns are missing, a parameter's cell holds no finite number or a response's something
+            else than a number, rows repeat, a response is constant.
+        NotEnoughRuns: fewer than three rows with values.
     """
     columns = columns or {}
     header, lines = read_cells(path)
@@ -96,12 +103,13 @@ def read_table(
         where = f"{path.name}, line {line}"
         if len(cells) != len(header):
             raise StudyError(f"{where}: {len(cells)} cells where the header has {len(header)}")
-        rows.append(
-            {
-                name: cells[k].strip() if name in words else _number(cells[k], where, wanted[name])
-                for name, k in place.items()
-            }
-        )
+        row: dict[str, Any] = {}
+        for name in parameters:
+            cell = cells[place[name]].strip()
+            row[name] = cell if name in words else _number(cell, where, wanted[name])
+        for name in responses:
+            row[name] = _value(cells[place[name]].strip(), where, wanted[name])
+        rows.append(row)
     if complete:
         _check_rows(path.name, rows, [line for line, _ in lines], parameters, responses)
     return rows
@@ -134,13 +142,23 @@ def _number(cell: str, where: str, column: str) -> float:
     try:
         value = float(cell)
     except ValueError:
-        came = repr(cell) if cell.strip() else "an empty cell"
-        raise StudyError(f"{where}: column {column!r} needs a number, got {came}") from None
-    if not math.isfinite(value):
+        came = f"{cell!r}" if cell else "an empty cell"
         raise StudyError(
-            f"{where}: column {column!r} needs a finite number, got {cell.strip()}. Remove the row"
-        )
+            f"{where}: column {column!r} needs a number, got {came}. Fill it in or remove the row"
+        ) from None
+    if not math.isfinite(value):
+        raise StudyError(f"{where}: column {column!r} needs a finite number, got {cell}. Remove the row")
     return value
+
+
+def _value(cell: str, where: str, column: str) -> float | None:
+    """A response: None where the cell is empty."""
+    try:
+        return float(cell) if cell else None
+    except ValueError:
+        raise StudyError(
+            f"{where}: column {column!r} needs a number, got {cell!r}. Leave the cell empty for a failed run"
+        ) from None
 
 
 def _check_rows(
@@ -150,19 +168,30 @@ def _check_rows(
     parameters: Sequence[str],
     responses: Sequence[str],
 ) -> None:
-    if len(rows) < FEWEST_RUNS:
-        raise NotEnoughRuns(f"{name} has {len(rows)} runs, at least {FEWEST_RUNS} are needed")
+    good = [row for row in rows if all(row[r] is not None and math.isfinite(row[r]) for r in responses)]
+    if len(good) < FEWEST_RUNS:
+        failed = f", {len(rows) - len(good)} of them failed" if len(good) < len(rows) else ""
+        raise NotEnoughRuns(f"{name} has {len(rows)} runs{failed}; at least {FEWEST_RUNS} are needed")
     seen: dict[tuple[Any, ...], int] = {}
+    repeated: list[tuple[int, int]] = []
     for row, line in zip(rows, lines, strict=True):
-        address = tuple(row[p] for p in parameters)
-        if address in seen:
-            raise StudyError(
-                f"{name}: lines {seen[address]} and {line} hold the same parameters. Remove one; "
-                "runs of a deterministic model are not repeated"
+        first = seen.setdefault(tuple(row[p] for p in parameters), line)
+        if first != line:
+            repeated.append((first, line))
+    if repeated:
+        cure = "Remove one"
+        if responses:
+            cure = (
+                "A campaign knows a run by its parameters: put the mean of the responses in one row, or "
+                "screen the rows as they are with workbench.screen, which reads the noise off repeated runs"
             )
-        seen[address] = line
+        others = f", and {len(repeated) - 1} more pairs" if len(repeated) > 1 else ""
+        raise StudyError(
+            f"{name}: lines {repeated[0][0]} and {repeated[0][1]} hold the same parameters{others}. {cure}"
+        )
     for response in responses:
-        if len({row[response] for row in rows}) == 1:
+        if len({row[response] for row in good}) == 1:
             raise StudyError(
-                f"{name}: response {response!r} is {rows[0][response]:g} in every row; nothing to explain"
+                f"{name}: response {response!r} is {good[0][response]:g} in every row; nothing to explain. "
+                "Leave that [[response]] out, or add runs in which it changes"
             )

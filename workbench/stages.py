@@ -239,7 +239,8 @@ def _enough(runs: list[Evaluation], response: str) -> list[Evaluation]:
         )
     if len(set(values)) == 1:
         raise StudyError(
-            f"response {response!r} is {values[0]:g} in all {len(values)} runs; there is nothing to explain"
+            f"response {response!r} is {values[0]:g} in all {len(values)} runs; there is nothing to explain. "
+            "Take another response, or parameters or wider ranges in which it changes"
         )
     return runs
 

@@ -229,6 +229,25 @@ def test_a_table_is_a_campaign_of_runs_made_elsewhere(tmp_path):
     check_study(campaign.study)
 
 
+def test_failed_runs_of_a_table_are_runs(tmp_path):
+    rows = [f"{k},{(k * k) % 7},{0.1 * k * k}" for k in range(8)]
+    rows[2], rows[5] = "2,4,", "5,4,nan"
+    (tmp_path / "runs.csv").write_text("\n".join(["a,b,y", *rows]))
+    path = study(
+        tmp_path,
+        'kind = "table"\nfile = "runs.csv"',
+        '[screen]\nresponse = "y"\n[worst_case]\nresponse = "y"',
+    )
+    with Campaign.from_file(path) as campaign:
+        found = campaign.run()
+        assert found["evaluate"]["counts"] == {"ok": 6, "failed": 1, "nonfinite": 1}
+        assert campaign.failures() == found["failures"] == {"failed": 1, "nonfinite": 1}
+        assert campaign.runs()[2].error == "runs.csv has no value of y for this run"
+        assert (found["screen"]["n_runs"], found["screen"]["n_left_out"]) == (6, 2)
+        assert found["worst_case"]["failures"] == {"failed": 1, "nonfinite": 1}
+    check_study(campaign.study)
+
+
 def test_tables_that_do_not_fit(tmp_path):
     (tmp_path / "runs.csv").write_text("a,b,y\n1,2,3\n2,2,4.5\n3,2,5\n")
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"', '[design]\nkind = "table"\nruns = 9')
@@ -282,7 +301,9 @@ def test_stages_refuse_what_they_cannot_use(tmp_path):
             stages.worst_case(campaign)
         for k in range(4):
             campaign.tell(None, 5.0, parameters={"a": k, "b": 1})
-        with pytest.raises(StudyError, match="response 'y' is 5 in all 4 runs; there is nothing to explain"):
+        with pytest.raises(
+            StudyError, match=r"response 'y' is 5 in all 4 runs; there is nothing to explain\. Take"
+        ):
             stages.screen(campaign)
 
 

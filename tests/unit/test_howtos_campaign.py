@@ -6,6 +6,7 @@ from pathlib import Path
 from workbench import stages
 from workbench.campaign import Campaign
 from workbench.study import parse_study
+from workbench.worst_case_targets import targets
 
 HOWTO = Path(__file__).parent.parent.parent / "docs" / "howto"
 
@@ -30,11 +31,24 @@ def test_the_study_file_of_the_how_to_loads():
         parse_study(head + "\n".join(part for part in row if part))
 
 
+def test_the_searches_of_the_how_to_load():
+    rows = re.findall(
+        r"^\| the worst .*? \| (.*?) \|$", (HOWTO / "write-a-study-file.md").read_text(), re.MULTILINE
+    )
+    assert len(rows) == 3
+    head = '[study]\nname = "s"\n[model]\nkind = "ask"\n[[response]]\nname = "y"\n'
+    head += '[[response]]\nname = "travel"\n'
+    head += '[[parameter]]\nname = "p"\nlower = 0\nupper = 1\n[worst_case]\n'
+    for row in rows:
+        keys = [code for code in re.findall("`(.*?)`", row) if " = " in code]
+        assert targets(parse_study(head + "\n".join(keys)))
+
+
 def test_the_models_of_the_how_to_load():
     rest = '[study]\nname = "s"\n[[parameter]]\nname = "stiffness"\nlower = 1\nupper = 2\n'
     response = '[[response]]\nname = "peak"\n'
     texts = snippets("bring-your-own-simulator.md", "toml")
-    assert len(texts) == 4
+    assert len(texts) == 5
     for text in texts:
         parse_study(rest + text + ("" if "[[response]]" in text else response))
 

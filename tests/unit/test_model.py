@@ -201,12 +201,16 @@ def test_a_table_is_read_by_name(tmp_path):
     [
         ("a,y\n1,3\n", r"runs.csv has no column 'b'; it has a, y. Rename"),
         (HEADER + "1,two,3\n" + ROWS, "runs.csv, line 2: column 'b' needs a number, got 'two'"),
-        (HEADER + ROWS + "4,,3\n", "line 5: column 'b' needs a number, got an empty cell"),
-        (HEADER + "1,nan,3\n" + ROWS, "line 2: column 'b' needs a finite number, got nan"),
-        (HEADER + "1,2,inf\n" + ROWS, "line 2: column 'y' needs a finite number, got inf"),
+        (HEADER + ROWS + "4,,3\n", "line 5: column 'b' needs a number, got an empty cell. Fill it in or rem"),
+        (HEADER + "1,nan,3\n" + ROWS, "line 2: column 'b' needs a finite number, got nan. Remove the row"),
+        (HEADER + "4,2,n/a\n" + ROWS, "line 2: column 'y' needs a number, got 'n/a'. Leave the cell empty"),
         (HEADER + "1,2\n" + ROWS, "line 2: 2 cells where the header has 3"),
-        (HEADER + ROWS + "1,2,9\n", "lines 2 and 5 hold the same parameters"),
-        (HEADER + "1,2,3\n2,2,3\n3,2,3\n", "response 'y' is 3 in every row; nothing to explain"),
+        (HEADER + ROWS + "1,2,9\n", r"lines 2 and 5 hold the same parameters\. .* put the mean of the resp"),
+        (HEADER + ROWS + ROWS, "lines 2 and 5 hold the same parameters, and 2 more pairs"),
+        (
+            HEADER + "1,2,3\n2,2,3\n3,2,3\n",
+            r"is 3 in every row; .*\. Leave that \[\[response\]\] out, or add",
+        ),
         ("a,b,b,y\n", "has the column 'b' twice"),
         ("", "is empty; its first line names the columns"),
     ],
@@ -216,8 +220,22 @@ def test_what_a_table_refuses(tmp_path, text, words):
         table(tmp_path, text)
 
 
+def test_points_that_repeat_need_no_mean(tmp_path):
+    (tmp_path / "points.csv").write_text("a,b\n1,2\n2,2\n3,2\n1,2\n")
+    with pytest.raises(StudyError, match=r"lines 2 and 5 hold the same parameters\. Remove one$"):
+        read_table(tmp_path / "points.csv", ("a", "b"), ())
+
+
+def test_a_response_without_a_number_is_a_failed_run(tmp_path):
+    rows = table(tmp_path, HEADER + ROWS + "4,2,\n5,2,NaN\n6,2,-inf\n")
+    assert rows[3] == {"a": 4.0, "b": 2.0, "y": None}
+    assert not any(np.isfinite(row["y"]) for row in rows[4:])
+
+
 def test_tables_need_three_runs_and_a_file(tmp_path):
-    with pytest.raises(NotEnoughRuns, match=r"runs.csv has 2 runs, at least 3 are needed"):
+    with pytest.raises(NotEnoughRuns, match=r"runs.csv has 4 runs, 2 of them failed; at least 3 are needed"):
+        table(tmp_path, HEADER + "1,2,3\n2,2,4\n3,2,\n4,2,nan\n")
+    with pytest.raises(NotEnoughRuns, match=r"runs.csv has 2 runs; at least 3 are needed"):
         table(tmp_path, HEADER + "1,2,3\n2,2,4\n")
     with pytest.raises(StudyError, match=r"no table .*gone.csv"):
         read_table(tmp_path / "gone.csv", ("a",), ("y",))
