@@ -198,6 +198,8 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
                 )
             responses.append(response)
     dumped = schema.model_dump(by_alias=True)
+    if dumped["worst_case"] is not None and dumped["worst_case"]["responses"] is None:
+        dumped["worst_case"]["sense"] = dumped["worst_case"]["sense"] or "max"
     study = Study(
         name=schema.study.name,
         seed=schema.study.seed,

@@ -186,8 +186,9 @@ class ScreenTable(Table):
 
 class WorstCaseTable(Table):
     """`[worst_case]` of one `response`, of several `responses` or of a sum with `weights`; `within` limits
-    other responses. `batch` is how many runs the search proposes at once, whoever runs them; `enclosure`
-    names a function that bounds the response over a box."""
+    other responses; `quantile` asks for the value that is kept to with that chance, too. `batch` is how many
+    runs the search proposes at once, whoever runs them; `enclosure` names a function that bounds the response
+    over a box."""
 
     response: Text | None = None
     responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None
@@ -195,6 +196,8 @@ class WorstCaseTable(Table):
     within: Annotated[dict[str, Limits], Field(min_length=1)] | None = None
     sense: Literal["max", "min"] | None = None
     budget: Count = 60
+    quantile: Annotated[float, Field(ge=0.5, le=0.99)] | None = None
+    quantile_budget: Count | None = None
     batch: Annotated[int, Field(ge=1, le=1024)] = 1
     tolerance: Positive | None = None
     lipschitz: Positive | None = None

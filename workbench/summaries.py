@@ -14,6 +14,7 @@ __all__ = [
     "format_number",
     "layout_lines",
     "limits_text",
+    "quantile_text",
     "robust_layout_lines",
     "robust_lines",
     "screening_lines",
@@ -125,6 +126,18 @@ def limits_text(limits: Mapping[str, Sequence[float | None]]) -> str:
     return " and ".join(parts)
 
 
+def quantile_text(quantile: Mapping[str, Any]) -> str:
+    """What is exceeded with a small chance only, in a sentence without its full stop."""
+    unit = unit_suffix(quantile["unit"])
+    side = "above" if quantile["sense"] == "max" else "below"
+    return (
+        f"in {100 * (1 - quantile['share']):.3g} % of all cases {quantile['response']} lies {side} "
+        f"{format_number(quantile['value'])}{unit} (between {format_number(quantile['lower'])} and "
+        f"{format_number(quantile['upper'])}{unit}, by the Kriging of "
+        f"{quantile['known'] + quantile['evaluations']} runs)"
+    )
+
+
 def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     unit = unit_suffix(document["unit"])
     word = {"max": "largest", "min": "smallest"}[document["sense"]]
@@ -139,6 +152,8 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     if gap.get("upper") is not None:
         what = "model-based bound, not a proof" if gap["kind"] == "model-based" else gap["kind"]
         text.append(f"  could be as far as {format_number(gap['upper'], 6)}{unit} ({what})")
+    if document.get("quantile"):
+        text += [f"  {line}" for line in _wrapped(quantile_text(document["quantile"]), 77)]
     failures = document.get("failures") or {}
     if failures:
         text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["worst_case_document"]
 
+QUANTILE_BUDGET = 40
+
 
 def worst_case_document(
     campaign: Campaign, table: Mapping[str, Any], wanted: Sequence[Target], runs: Sequence[Evaluation]
@@ -31,6 +33,8 @@ def worst_case_document(
         replace(result, response=target.name, unit=target.unit).to_dict() | dict(target.notes)
         for result, target in zip(found, wanted, strict=True)
     )
+    if "quantile" in table:
+        first["quantile"] = _quantile(campaign, table, wanted[0], found[0])
     return first | ({"others": others} if others else {})
 
 
@@ -93,6 +97,32 @@ def _all_searched(
         **({"tolerance": table["tolerance"]} if "tolerance" in table else {}),
     )
     return [found[target.name] for target in wanted]
+
+
+def _quantile(
+    campaign: Campaign, table: Mapping[str, Any], target: Target, worst: "WorstCase"
+) -> dict[str, Any]:
+    """The worst quantile, from the runs of the search and up to `quantile_budget` more."""
+    from workbench.worst_quantile import worst_quantile
+
+    share = table["quantile"]
+    campaign.progress.stage("worst_case", f"quantile {share:g} of {target.name} from {len(worst.runs)} runs")
+    known = campaign.store.rows(keys=[run.key for run in worst.runs])
+    found = worst_quantile(
+        None,
+        campaign.study.space,
+        share=share,
+        response=target.reading,
+        sense=target.sense,
+        budget=table.get("quantile_budget", QUANTILE_BUDGET),
+        seed=campaign.study.seed,
+        start=[outcome(row) for row in known],
+        workers=_batch(campaign, table),
+        evaluator=campaign.outcomes_of_search,
+    )
+    plain = replace(found, response=target.name).to_dict()
+    del plain["sentence"]  # it knows nothing of the runs of the search, nor of the unit
+    return plain | {"unit": target.unit, "known": len(known)}
 
 
 def _batch(campaign: Campaign, table: Mapping[str, Any]) -> int:

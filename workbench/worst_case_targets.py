@@ -121,10 +121,27 @@ def _check_within(study: "Study", table: Mapping[str, Any]) -> None:
             raise StudyError(f"[worst_case] within.{name} needs [low, high], got [{low:g}, {high:g}]")
 
 
+def _check_quantile(study: "Study", table: Mapping[str, Any]) -> None:
+    if "quantile" not in table:
+        if "quantile_budget" in table:
+            raise StudyError("[worst_case] quantile_budget goes with quantile, such as quantile = 0.95")
+        return
+    stray = next((key for key in ("responses", "within") if key in table), None)
+    if stray is not None:
+        raise StudyError(
+            f"[worst_case] quantile does not go with {stray}: it is that of one number over all uncertainty"
+        )
+    if study.model["kind"] == "table":
+        raise StudyError(
+            "[worst_case] quantile needs a model that can be run; a table cannot run anything new"
+        )
+
+
 # by the key at whose line a refusal is placed
 CHECKS = {
     "response": _check_choice,
     "responses": _check_responses,
     "weights": _check_weights,
     "within": _check_within,
+    "quantile": _check_quantile,
 }

@@ -35,7 +35,7 @@ def test_the_searches_of_the_how_to_load():
     rows = re.findall(
         r"^\| the worst .*? \| (.*?) \|$", (HOWTO / "write-a-study-file.md").read_text(), re.MULTILINE
     )
-    assert len(rows) == 3
+    assert len(rows) == 4
     head = '[study]\nname = "s"\n[model]\nkind = "ask"\n[[response]]\nname = "y"\n'
     head += '[[response]]\nname = "travel"\n'
     head += '[[parameter]]\nname = "p"\nlower = 0\nupper = 1\n[worst_case]\n'

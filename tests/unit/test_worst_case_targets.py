@@ -101,6 +101,28 @@ def test_the_worst_within_limits_of_another_response(tmp_path):
     assert "Only runs with travel &lt;= 0 count" in write_report(folder).read_text()
 
 
+def test_the_quantile_beside_the_worst_case(tmp_path):
+    worst = 'response = "load"\nbudget = 8\nquantile = 0.9\nquantile_budget = 6'
+    folder, document = found(tmp_path, worst)
+    quantile = document["quantile"]
+    # P(a + 0.2 b > t) = 0.1 for uniform a, b: t = 1 lies there exactly
+    assert quantile["value"] == pytest.approx(1.0, abs=0.01)
+    assert quantile["lower"] <= quantile["value"] <= quantile["upper"] < document["value"]
+    assert quantile["evaluations"] <= 6
+    lines = worst_case_lines(document)
+    start = next(
+        k for k, line in enumerate(lines) if line.startswith("  in 10 % of all cases load lies above")
+    )
+    assert "by the" in lines[start] + lines[start + 1]
+    assert max(map(len, lines)) < 80
+    page = write_report(folder).read_text()
+    assert "In 10 % of all cases load lies above" in page
+    assert (
+        (folder / "tables" / "quantile.csv").read_text().startswith("chance of no worse,load [N],lower [N]")
+    )
+    assert report_numbers(folder)["sections"]["worst-case"]["quantile"] == quantile
+
+
 def test_limits_that_nothing_keeps_are_named(tmp_path):
     with pytest.raises(
         NotEnoughRuns, match="loosen the limits of `within`, which exclude runs, or give more"
@@ -127,6 +149,15 @@ def test_the_order_of_the_responses_is_part_of_the_stage(tmp_path):
     )
     with Campaign.from_file(tmp_path / "s.toml") as campaign:
         assert stages.run_all(campaign)["worst_case"]["response"] == "travel"
+
+
+def test_a_table_has_no_quantile():
+    with pytest.raises(
+        StudyError, match=r"line 26: .* quantile needs a model that can be run; a table cannot"
+    ):
+        parse_study(
+            STUDY.format(model='kind = "table"\nfile = "r.csv"', worst='response = "load"\n\nquantile = 0.9')
+        )
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from workbench.report_sections.worst_case_figures import (
     selected_names,
     surprise_figure,
 )
-from workbench.summaries import limits_text
+from workbench.summaries import limits_text, quantile_text
 
 __all__ = ["further_worst_cases", "gap_sentence", "worst_case_section"]
 
@@ -97,6 +97,9 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
         sentences.append(f"Only runs with {limits_text(worst['within'])} count; others are called excluded.")
     if confirmed:
         sentences.append(gap_sentence(worst))
+    if worst.get("quantile"):
+        said = quantile_text(worst["quantile"])
+        sentences.append(f"{said[0].upper()}{said[1:]}.")
     if worst.get("status"):
         sentences.append(f"Why the search ended: {str(worst['status']).rstrip('.')}.")
     failures = {k: n for k, n in (worst.get("failures") or {}).items() if n}
@@ -116,6 +119,8 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
         )
     history = list(worst.get("history") or [])
     blocks.append(_where(folder, worst, unit))
+    if worst.get("quantile"):
+        blocks.append(_quantile(folder, worst["quantile"], response, unit))
     if history:
         blocks += _ranked(folder, worst, history, response, unit)
         blocks.append(search_figure(folder, worst, history, response, unit))
@@ -139,6 +144,7 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
             for key in (
                 "response", "unit", "sense", "value", "parameters", "confirmed", "label", "run_key",
                 "predicted", "predicted_std", "evaluations", "budget", "failures", "gap", "baselines",
+                "quantile",
             )
         },
     )  # fmt: skip
@@ -175,6 +181,34 @@ def _where(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> Table
             Column(name="selected by screening"),
         ),
         rows=tuple(rows),
+    )
+
+
+def _quantile(folder: CampaignFolder, quantile: Mapping[str, Any], response: str, unit: str) -> Table:
+    names = list(folder.parameters or quantile["parameters"])
+    return Table(
+        id="quantile",
+        title="The value that is exceeded with a small chance only",
+        columns=(
+            Column(name="chance of no worse"),
+            Column(name=response, unit=unit),
+            Column(name="lower", unit=unit),
+            Column(name="upper", unit=unit),
+            Column(name="nearest true run"),
+            Column(name=f"{response} there", unit=unit),
+            *(Column(name=name, unit=folder.unit_of(name)) for name in names),
+        ),
+        rows=(
+            (
+                quantile["share"],
+                quantile["value"],
+                quantile["lower"],
+                quantile["upper"],
+                folder.run_name(quantile["run_key"]),
+                quantile["run_value"],
+                *(quantile["parameters"][name] for name in names),
+            ),
+        ),
     )
 
 
