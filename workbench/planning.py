@@ -9,6 +9,7 @@ from workbench.robust_table import comparison_of
 from workbench.store import Store
 from workbench.study import Study
 from workbench.validation import STAGES
+from workbench.worst_case_targets import QUANTILE_BUDGET
 
 __all__ = ["plan_lines", "plan_study"]
 
@@ -33,7 +34,9 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
         document = read_json(place / "design.json")
         runs["design"] = document["n"] if document else study.design.get("runs")
     if study.worst_case is not None and study.model["kind"] != "table":
-        runs["worst_case"] = study.worst_case["budget"]
+        table = study.worst_case
+        more = table.get("quantile_budget", QUANTILE_BUDGET) if "quantile" in table else 0
+        runs["worst_case"] = table["budget"] + more
     if study.robust is not None:
         at_nominal = comparison_of(study.space, study.robust).nominal is not None
         runs["robust"] = len(study.robust["design"]) * (study.robust["samples"] + at_nominal)

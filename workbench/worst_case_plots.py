@@ -46,6 +46,7 @@ MARKERS = {
     "trust": ("v", ORANGE),
 }
 OTHER_MARKERS = "Pp*hX<>"
+MOST_LEVELS = 7  # of an input that are told one by one on its axis
 
 
 def plot_search(
@@ -198,13 +199,15 @@ def plot_profile(
         ax.plot([at(v) for v, _ in runs], [y for _, y in runs], "o", color=PALE, ms=3, zorder=1)
     line = [at(v) for v in x]
     ax.fill_between(line, profile["lower"], profile["upper"], color=BLUE, alpha=0.18, lw=0)
-    ax.plot(line, profile["mean"], "o-" if words else "-", color=BLUE)
+    ax.plot(line, profile["mean"], "o-" if words or len(x) <= MOST_LEVELS else "-", color=BLUE)
     ax.plot(
         at(worst), value, "o", ms=9, mew=1.8, mec=VERMILLION, mfc=VERMILLION if confirmed else "white",
         zorder=4, clip_on=False,
     )  # fmt: skip
     if words:
         ax.set_xticks(range(len(x)), [str(v) for v in x])
+    elif len(x) <= MOST_LEVELS:
+        ax.set_xticks(x)
     ax.set(xlabel=axis_label(name, unit), ylabel=axis_label(response, response_unit))
     return ax
 

@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, Any
 from workbench.campaign import Campaign, outcome
 from workbench.evaluator import Outcome
 from workbench.store import Evaluation
-from workbench.worst_case_targets import Target
+from workbench.worst_case_targets import QUANTILE_BUDGET, Target
 
 if TYPE_CHECKING:
     from workbench.enclosure import Enclosure
     from workbench.worst_case import WorstCase
 
 __all__ = ["worst_case_document"]
-
-QUANTILE_BUDGET = 40
 
 
 def worst_case_document(

@@ -19,8 +19,9 @@ from workbench.readings import weighted, within
 if TYPE_CHECKING:
     from workbench.study import Study
 
-__all__ = ["CHECKS", "Target", "targets"]
+__all__ = ["CHECKS", "QUANTILE_BUDGET", "Target", "targets"]
 
+QUANTILE_BUDGET = 40  # runs, where the study says none
 CHOICE = ("response", "responses", "weights")
 OF_ONE = ("lipschitz", "enclosure")
 

@@ -93,6 +93,12 @@ def test_the_bound_comes_down_on_the_worst_so_far(ax):
     assert ax.get_ylabel() == "force [N]"
 
 
+def test_a_profile_over_few_levels_has_them_as_ticks(ax):
+    profile = {"x": [0, 1], "mean": [1.0, 2.0], "lower": [0.5, 1.5], "upper": [1.5, 2.5]}
+    worst_case_plots.plot_profile(profile, name="belt", worst=1, value=2.0, confirmed=True, ax=ax)
+    assert ax.get_xticks().tolist() == [0, 1]
+
+
 def test_a_closed_gap_is_marked_on_a_logarithmic_axis(ax):
     worst_case_plots.plot_gap_share(LOOKS, ax=ax)
     assert ax.get_yscale() == "log"

@@ -7,6 +7,7 @@ import pytest
 from workbench import stages
 from workbench.campaign import Campaign
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.planning import plan_study
 from workbench.report import report_numbers, write_report
 from workbench.study import parse_study
 from workbench.summaries import worst_case_lines
@@ -149,6 +150,13 @@ def test_the_order_of_the_responses_is_part_of_the_stage(tmp_path):
     )
     with Campaign.from_file(tmp_path / "s.toml") as campaign:
         assert stages.run_all(campaign)["worst_case"]["response"] == "travel"
+
+
+def test_the_plan_counts_the_runs_of_the_quantile(tmp_path):
+    for more, runs in (("", 50), ("quantile_budget = 6", 16)):
+        worst = f'response = "load"\nbudget = 10\nquantile = 0.9\n{more}'
+        study = parse_study(STUDY.format(model=CALLED, worst=worst))
+        assert plan_study(study, tmp_path)["runs"] == {"worst_case": runs}
 
 
 def test_a_table_has_no_quantile():
