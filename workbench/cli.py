@@ -433,28 +433,9 @@ def _finish(
 
 
 def _tell_run(found: dict[str, Any]) -> None:
-    from workbench.summaries import (
-        design_lines,
-        layout_lines,
-        robust_layout_lines,
-        robust_lines,
-        screening_lines,
-        worst_case_lines,
-    )
+    from workbench.summaries import run_lines
 
-    if "design" in found:
-        _print(design_lines(found["design"]))
-    if "screen" in found:
-        _print(["", *screening_lines(found["screen"])])
-    if "worst_case" in found:
-        _print(["", *worst_case_lines(found["worst_case"])])
-    if "layout" in found:
-        _print(["", *layout_lines(found["layout"])])
-    if "robust" in found:
-        _print(["", *robust_lines(found["robust"])])
-    if "robust_layout" in found:
-        _print(["", *robust_layout_lines(found["robust_layout"])])
-    _print(["", f"report: {found['report']}"])
+    _print(run_lines(found))
 
 
 def _print(lines: list[str]) -> None:

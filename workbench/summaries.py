@@ -17,6 +17,7 @@ __all__ = [
     "quantile_text",
     "robust_layout_lines",
     "robust_lines",
+    "run_lines",
     "screening_lines",
     "table_lines",
     "unit_suffix",
@@ -160,6 +161,21 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     width = max(len(name) for name in document["parameters"])
     text += [f"  {name:<{width}} = {_value(value)}" for name, value in document["parameters"].items()]
     return text
+
+
+def run_lines(found: Mapping[str, Any]) -> list[str]:
+    """What all stages of a study found, and where the report is."""
+    text = design_lines(found["design"]) if "design" in found else []
+    for stage, lines in (
+        ("screen", screening_lines),
+        ("worst_case", worst_case_lines),
+        ("layout", layout_lines),
+        ("robust", robust_lines),
+        ("robust_layout", robust_layout_lines),
+    ):
+        if stage in found:
+            text += ["", *lines(found[stage])]
+    return [*text, "", f"report: {found['report']}"]
 
 
 def layout_lines(document: Mapping[str, Any]) -> list[str]:
