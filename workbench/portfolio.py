@@ -19,7 +19,7 @@ turns are shared out among all proposals.
 
 Every proposal is multiplied with the chance that the run succeeds, and none lies closer than a thousandth
 of the cube to a run already made. After each point of a batch the models believe their own prediction
-there, so that the next one goes where it teaches something.
+there, so that the next one goes where it teaches something, a twentieth of the cube away at least.
 """
 
 from dataclasses import dataclass, replace
@@ -90,6 +90,7 @@ def propose(
         finishing=finishing,
         pool=start_pool(where, incumbent, rng),
         rng=rng,
+        under_way=np.empty((0, where.dimension)),
     )
     chosen: list[np.ndarray] = []
     names: list[str] = []
@@ -139,6 +140,7 @@ class _State:
     finishing: bool
     pool: np.ndarray
     rng: np.random.Generator
+    under_way: np.ndarray
 
     def promising(self, name: str) -> np.ndarray | None:
         """The point (d,) of a proposal, None where it has none or promises no noticeable gain."""
@@ -157,6 +159,7 @@ class _State:
                 incumbent=self.incumbent,
                 feasibility=self.feasibility,
                 pool=self.pool,
+                under_way=self.under_way,
             )
         if point is None or self.finishing:
             return point
@@ -176,6 +179,7 @@ class _State:
             u_ok=u_ok,
             v=v,
             finishing=False,
+            under_way=np.vstack([self.under_way, point]),
         )
 
     @property

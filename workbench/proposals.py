@@ -16,6 +16,7 @@ from workbench.search_space import SearchSpace
 __all__ = ["best_point", "box_levels", "start_pool"]
 
 CLOSEST = 1e-3  # of the unit cube, largest coordinate: closer points tell a Kriging nothing but rounding
+APART = 0.05  # the same between the points of one batch, whose values do not guide each other
 RANDOM_POINTS = 2000
 STARTS = 6
 EVEN = 0.49
@@ -36,10 +37,12 @@ def best_point(
     pool: np.ndarray,
     target: float | None = None,
     levels: list[np.ndarray | None] | None = None,
+    under_way: np.ndarray | None = None,
 ) -> np.ndarray | None:
     """The admissible point of the highest score of the proposal `name` on the given levels, or None.
 
-    `target`: what an expected improvement counts from, the best run by default.
+    `target`: what an expected improvement counts from, the best run by default. `under_way`: the points
+    (k, d) of the batch so far, which `taken` holds, too.
     """
     levels = list(where.levels) if levels is None else levels
     judge = (model.cautious or model) if name in ("cautious", "combination") else model
@@ -60,6 +63,8 @@ def best_point(
         free = where.allowed(points)
         if len(taken):
             free &= cdist(points, taken, "chebyshev").min(axis=1) > CLOSEST
+        if under_way is not None and len(under_way):
+            free &= cdist(points, under_way, "chebyshev").min(axis=1) > APART
         return np.where(free, value, -np.inf)
 
     scores = score(start)

@@ -9,7 +9,7 @@ from scipy.spatial.distance import cdist
 from workbench import Parameter, Space
 from workbench.feasibility import Feasibility
 from workbench.portfolio import Batch, predicted_worst, propose
-from workbench.proposals import LEAN
+from workbench.proposals import APART, LEAN
 from workbench.search_model import SearchModel, believing, fit_search_model
 from workbench.search_space import SearchSpace
 
@@ -87,7 +87,7 @@ def test_the_points_of_a_batch_lie_apart_and_the_first_is_that_of_a_search_run_b
     assert batch.u[0].tolist() == alone.u[0].tolist()
     assert len(batch.u) == 5
     apart = cdist(batch.u, batch.u, "chebyshev")[np.triu_indices(5, 1)]
-    assert apart.min() > 0.01
+    assert apart.min() > APART - 1e-12
     if finishing:
         assert batch.proposals.count("predicted") == 1
 
