@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .diagnosis import varying
+
 __all__ = ["CanonicalRuns", "canonical_runs"]
 
 Array = NDArray[np.float64]
@@ -82,8 +84,7 @@ def canonical_runs(
     """
     d = x.shape[1]
     low, high = x.min(axis=0), x.max(axis=0)
-    # a spread of rounding size is no spread: 1e9 + 1e-7 is a constant column
-    varies = high - low > 1e-12 * np.maximum(np.abs(low), np.abs(high))
+    varies = varying(x)
     kept = np.flatnonzero(varies)
     label = np.zeros(d, dtype=bool)
     label[list(labels)] = True

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Diagnosis", "advise", "close_pairs", "constant_columns", "repeated_columns"]
+__all__ = ["Diagnosis", "advise", "close_pairs", "constant_columns", "repeated_columns", "varying"]
 
 Array = NDArray[np.float64]
 Pair = tuple[Hashable, Hashable]
@@ -90,9 +90,20 @@ def close_pairs(x: Array, *, near: float = NEAR) -> tuple[list[tuple[int, int]],
     return sorted(equal), sorted(nearly)
 
 
+def varying(x: Array) -> NDArray[np.bool_]:
+    """(d,) which columns of x (n, d) change; a spread of rounding size is none: 1e9 + 1e-7 does not change.
+
+    >>> import numpy as np
+    >>> varying(np.array([[0.3, 0.0], [0.1 + 0.2, 1e-9]]))
+    array([False,  True])
+    """
+    low, high = x.min(axis=0), x.max(axis=0)
+    return np.asarray(high - low > 1e-12 * np.maximum(np.abs(low), np.abs(high)))
+
+
 def constant_columns(x: Array) -> tuple[int, ...]:
     """Columns of x that never change."""
-    return tuple(int(k) for k in np.flatnonzero(np.ptp(x, axis=0) == 0.0))
+    return tuple(int(k) for k in np.flatnonzero(~varying(x)))
 
 
 def repeated_columns(x: Array) -> tuple[tuple[int, int], ...]:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .ascent import ascend
 from .correlation import CORRELATIONS, Correlation
+from .diagnosis import varying
 from .fitting import MANY_RUNS, Search, bounds, search
 from .likelihood import Likelihood, Parameters, Workspace
 from .posterior import Scaling
@@ -126,7 +127,7 @@ def estimate(
     units = theta_units(runs.scaling, likelihood.correlation)
     fixed = None if theta is None else _per_input("theta", theta, d) * units
     if runs.degenerate:
-        return _plain(likelihood, np.full(d, INERT) if fixed is None else fixed)
+        return _plain(likelihood, np.where(varying(runs.u), INERT, 0.0) if fixed is None else fixed)
     warm = limits = None
     if fixed is not None:
         if (
@@ -158,7 +159,10 @@ def estimate(
     if best is None:
         raise not_positive_definite(runs, likelihood.nugget or 0.0)
     found, rung = _between_rungs(*best, limits) if ladder else best
-    return Estimate(parameters=rung.unpack(found.vector), likelihood=rung, search=found)
+    parameters = rung.unpack(found.vector)
+    if fixed is None:  # an input that never changes takes no part, wherever its theta was held
+        parameters = replace(parameters, theta=np.where(varying(runs.u), parameters.theta, 0.0))
+    return Estimate(parameters=parameters, likelihood=rung, search=found)
 
 
 def _between_rungs(found: Search, rung: Likelihood, limits: Array | None) -> tuple[Search, Likelihood]:
@@ -179,7 +183,7 @@ def _between_rungs(found: Search, rung: Likelihood, limits: Array | None) -> tup
         vector=end.parameters[kept],
         value=end.value,
         at_lower=(end.parameters <= lower + 1e-9)[kept],
-        at_upper=(end.parameters >= upper - 1e-9)[kept],
+        at_upper=((end.parameters >= upper - 1e-9) & (lower < upper))[kept],
         evaluations=found.evaluations + end.evaluations,
         converged=end.converged,
     )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ascent import Ascent, ascend
+from .diagnosis import varying
 from .likelihood import Likelihood, Workspace
 from .starts import LADDER, canonical_columns, canonical_rows, draw
 
@@ -51,13 +52,16 @@ def bounds(likelihood: Likelihood, theta: Array | None) -> tuple[Array, Array]:
     """Bounds of the parameter vector; `theta` (g, 2) replaces the default ones of theta.
 
     By default an input of width 1 may lose between 6e-6 and all of its correlation over the distance of
-    neighbours: exp(-theta h^2) with theta up to 400, or n^2 when there are one or two inputs.
+    neighbours: exp(-theta h^2) with theta up to 400, or n^2 when there are one or two inputs. The likelihood
+    says nothing about a theta whose inputs never change: it is held at its lower bound.
     """
     n, d = likelihood.x.shape
     g = likelihood.n_groups
     lower, upper = np.full(g, -12.0), np.full(g, np.log(max(400.0, n**2 if d < 3 else 0.0)))
     if theta is not None:
         lower, upper = np.log(theta[:, 0]), np.log(theta[:, 1])
+    known = np.isin(np.arange(g), likelihood.groups[varying(likelihood.x)])
+    upper = np.where(known, upper, lower)
     more = []
     if likelihood.eta_free:
         more.append(ETA_BOUNDS)
@@ -165,7 +169,7 @@ def search(
         n_agree=int(agree.sum()),
         gap=float(reference - others.max()) if len(others) else float("nan"),
         at_lower=best.parameters <= lower + 1e-9,
-        at_upper=best.parameters >= upper - 1e-9,
+        at_upper=(best.parameters >= upper - 1e-9) & (lower < upper),
         evaluations=evaluations,
         converged=best.converged,
     )

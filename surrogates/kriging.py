@@ -59,7 +59,8 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         seed: of the starts. Same seed, same result.
 
     Attributes:
-        theta_: (d,) in the coordinates of X: exp(-theta_k h^2) for the Gaussian correlation.
+        theta_: (d,) in the coordinates of X: exp(-theta_k h^2) for the Gaussian correlation. 0 for an input
+            that never changes, unless `theta` is given: the runs say nothing about it.
         eta_: exponent of the power-exponential correlation (2 for the Gaussian one).
         sigma2_: process variance, unit of y squared.   nugget_: relative to sigma2_.
         beta_: (p,) coefficients of `trend_terms_`, in the coordinates of X.

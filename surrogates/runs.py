@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .diagnosis import varying
 from .errors import NotPositiveDefinite, TooFewRuns
 from .posterior import Scaling, TrendBasis
 from .trend import TrendFunction, independent, term_name, terms
@@ -124,6 +125,8 @@ def prepare(
         raise TooFewRuns(f"kriging needs at least 2 runs, got n_samples = {n}: add runs")
     scaling = _box(x, labels)
     u = scaling(x)
+    still = ~varying(x)
+    u[:, still] = u[0, still]  # digits of rounding size are no values
     basis, f, back, names, dropped = _trend(trend, u, x, labels)
     if n <= f.shape[1]:
         what = repr(trend) if isinstance(trend, str) else "function"
@@ -153,8 +156,7 @@ def prepare(
 
 
 def _box(x: Array, labels: tuple[int, ...]) -> Scaling:
-    low, width = x.min(axis=0), np.ptp(x, axis=0)
-    width = np.where(width > 0.0, width, 1.0)
+    low, width = x.min(axis=0), np.where(varying(x), np.ptp(x, axis=0), 1.0)
     low[list(labels)], width[list(labels)] = -0.5, 1.0
     return Scaling(low=low, width=width)
 

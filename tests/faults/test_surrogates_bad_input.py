@@ -4,7 +4,9 @@ suite."""
 import numpy as np
 import pytest
 
-from surrogates import Kriging, NotPositiveDefinite, TooFewRuns
+from surrogates import Kriging, NotPositiveDefinite, TooFewRuns, sobol_indices
+
+NO_SHARE = 1e-3  # the weights of the runs are large and of both signs: their rounding shows
 
 RNG = np.random.default_rng(0)
 X = RNG.random((25, 3))
@@ -82,6 +84,32 @@ def test_fewer_runs_than_inputs():
 def test_the_advice_says_it(case, words):
     x, y = CASES[case]
     assert words.lower() in Kriging(nugget=1e-8).fit(x, y).diagnosis_.advice.lower()
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+@pytest.mark.parametrize("last", [0.3, 0.1 + 0.2], ids=["equal", "up to rounding"])
+def test_a_constant_column_takes_no_part(settings, last):
+    still = np.r_[np.full(24, 0.3), last]
+    k = Kriging(**settings).fit(np.c_[X, still], Y)
+    assert k.theta_[3] == 0.0
+    assert 3 not in k.diagnosis_.at_upper_bound
+    points = np.random.default_rng(1).random((9, 3))
+    here, far = (k.predict(np.c_[points, np.full(9, v)], return_std=True) for v in (0.3, -40.0))
+    assert np.array_equal(here, far)
+    assert sobol_indices(k, draws=4, rng=np.random.default_rng(0)).total.upper[3] < NO_SHARE
+
+
+@pytest.mark.parametrize(
+    "settings", [{"theta_bounds": (0.5, 8.0)}, {"groups": [0, 1, 1, 1]}, {"categorical": [3]}]
+)
+def test_a_constant_column_takes_no_part_whatever_else_is_asked(settings):
+    k = Kriging(**settings).fit(np.c_[X, np.ones(25)], Y)
+    assert k.theta_[3] == 0.0
+    assert (k.theta_[:3] > 0.0).all()
+
+
+def test_a_fixed_theta_is_left_as_given():
+    assert Kriging(theta=[1.0, 2.0, 3.0, 4.0]).fit(np.c_[X, np.ones(25)], Y).theta_[3] == 4.0
 
 
 def test_pure_noise_is_not_trusted():
