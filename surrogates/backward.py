@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .landscape import Landscape, Optimum, Partition
+from .landscape import Landscape, Optimum, Partition, log_reach
 from .search import ALIVE
 
 __all__ = ["Chain", "alone", "most_active", "shorten"]
@@ -54,7 +54,7 @@ def alone(selected: tuple[int, ...]) -> Partition:
 
 def most_active(landscape: Landscape, optimum: Optimum, number: int) -> tuple[int, ...]:
     """The units with the largest theta times reach, most active first."""
-    effect = optimum.log_theta(landscape.n_units) + np.log(landscape.reach)
+    effect = optimum.log_effect(landscape.reach)
     return tuple(int(k) for k in np.argsort(-effect, kind="stable")[:number])
 
 
@@ -96,7 +96,7 @@ def _lose_one(
     valued: int,
     tolerance: float,
 ) -> tuple[Optimum, tuple[int, ...]]:
-    effect = here.phi[:-1] + np.log(landscape.reach[list(selected)])
+    effect = here.phi[:-1] + log_reach(landscape.reach[list(selected)])
     order = np.argsort(effect, kind="stable")
     among = 1 if effect[order[0]] <= ALIVE else valued
     candidates = []

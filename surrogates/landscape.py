@@ -29,6 +29,7 @@ __all__ = [
     "PackedLandscape",
     "landscape_of",
     "left_out_q2",
+    "log_reach",
     "packed_distances",
     "standard_scores",
 ]
@@ -67,10 +68,20 @@ class Optimum:
             out[list(group)] = value
         return out
 
+    def log_effect(self, reach: Array) -> Array:
+        """(u,) log of theta times the `reach` of every unit of a landscape, -inf where that is 0."""
+        return self.log_theta(len(reach)) + log_reach(reach)
+
     def theta(self, n_units: int) -> Array:
         """(u,) theta of every unit, 0 on the lower bound."""
         log_theta = self.log_theta(n_units)
         return np.where(log_theta <= LOWEST, 0.0, np.exp(log_theta))
+
+
+def log_reach(reach: Array) -> Array:
+    """Logarithm of the reach of units, -inf for those that are constant."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(reach))
 
 
 class Landscape(Protocol):
@@ -80,7 +91,8 @@ class Landscape(Protocol):
     n_runs: int
     y: Array
     reach: Array
-    """(u,) mean distance of each unit: theta times reach says how far a unit lowers the mean correlation."""
+    """(u,) mean distance of each unit: theta times reach says how far a unit lowers the mean correlation. 0
+    for one that a part of the runs leaves constant: it has no effect there."""
 
     def climb(
         self,

@@ -31,7 +31,7 @@ def promising(landscape: Landscape, search: Search, margins: Array) -> tuple[int
     votes = np.zeros(landscape.n_units)
     votes[np.argsort(-margins, kind="stable")[:BY_MARGIN]] = 1.0
     for place, optimum in enumerate(search.optima[:LOOKED_AT]):
-        effect = optimum.log_theta(landscape.n_units) + np.log(landscape.reach)
+        effect = optimum.log_effect(landscape.reach)
         votes[effect > ALIVE] += 1.0 / (1 + place)
     for place, optimum in enumerate(search.optima[:2]):
         scores = standard_scores(landscape, optimum)

@@ -54,7 +54,7 @@ def kick(landscape: Landscape, optimum: Optimum, rng: np.random.Generator) -> Ar
     """A start near a maximum: some of its active units are dropped, some random others join."""
     _, high, low = SPARSE[0]
     log_theta = optimum.log_theta(landscape.n_units)
-    alive = (log_theta + np.log(landscape.reach) > ALIVE) & (rng.random(landscape.n_units) < KEPT)
+    alive = (optimum.log_effect(landscape.reach) > ALIVE) & (rng.random(landscape.n_units) < KEPT)
     phi = np.append(np.where(alive, np.clip(log_theta, -4.0, 1.5), low), optimum.phi[-1])
     phi[rng.choice(landscape.n_units, min(JOINING, landscape.n_units), replace=False)] = high
     return phi
@@ -62,8 +62,7 @@ def kick(landscape: Landscape, optimum: Optimum, rng: np.random.Generator) -> Ar
 
 def n_alive(landscape: Landscape, optimum: Optimum) -> int:
     """Units whose theta lowers the correlation between runs noticeably."""
-    log_effect = optimum.log_theta(landscape.n_units) + np.log(landscape.reach)
-    return int((log_effect > ALIVE).sum())
+    return int((optimum.log_effect(landscape.reach) > ALIVE).sum())
 
 
 def multi_start(

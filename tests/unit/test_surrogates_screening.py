@@ -6,7 +6,7 @@ from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from surrogates import KrigingScreener, restricted_log_likelihood
+from surrogates import KrigingScreener, restricted_log_likelihood, selection_stability
 from surrogates.errors import TooFewRuns
 from surrogates.rules import threshold_for
 
@@ -211,6 +211,15 @@ def test_mess_is_taken_in(method, change):
     assert sorted(screener.ranking_) == list(range(x.shape[1]))
     assert np.isfinite(screener.theta_).all()
     assert screener.diagnosis_.verdict
+
+
+@pytest.mark.parametrize("categorical", [(), (3,)])
+def test_a_rare_level_may_be_left_out_of_a_resample(categorical):
+    rng = np.random.default_rng(0)
+    x = np.c_[rng.random((20, 3)), np.arange(20) < 2]
+    screener = KrigingScreener(categorical=categorical).fit(x, x[:, 0] + 5 * x[:, 3])
+    assert list(screener.selected_) == [3, 0]
+    assert selection_stability(screener, resamples=20, rng=rng)[0] == pytest.approx(1.0)
 
 
 def test_bad_input_is_refused_with_a_cure():

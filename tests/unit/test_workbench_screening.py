@@ -111,6 +111,12 @@ def test_nothing_selected_is_said():
     json.dumps(empty.to_dict(), allow_nan=False)
 
 
+@pytest.mark.parametrize("n", [4, 5, 6, 8])
+def test_hardly_any_runs_are_screened_without_a_warning(n):
+    for seed in range(3):
+        assert not screen(runs(n, seed), SPACE, "head", effects=False).diagnosis["resolved"]
+
+
 def test_groups_and_number_by_name():
     fixed = screen(runs(), SPACE, "head", n_selected=1, effects=False)
     assert len(fixed.selected) == 1
