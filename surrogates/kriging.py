@@ -19,9 +19,10 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from .calibration import interval_factor
 from .diagnosis import Diagnosis, advise, close_pairs, constant_columns, repeated_columns
 from .estimation import Estimate, check_choices, estimate, likelihood_of, theta_units
+from .given_runs import LabelCodes, check_finite, check_response, refuse_text
 from .likelihood import Factor, Likelihood
 from .posterior import Posterior
-from .runs import LabelCodes, Runs, check_finite, not_positive_definite, prepare, refuse_text
+from .runs import Runs, not_positive_definite, prepare
 from .trend import TRENDS, TrendFunction
 from .validation import LeaveOneOut, leave_one_out
 
@@ -162,14 +163,16 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             X = self._codes(X)
         else:
             refuse_text(X)
-        response = np.asarray(y)
-        if (
-            response.dtype.kind == "f" and response.ndim > 0
-        ):  # before scikit-learn says so without naming the run
-            names = _names(run_ids, len(response))
-            check_finite(np.zeros((len(response), 0)), response, names)
+        check_response(y, None if run_ids is None else _names(run_ids, len(np.asarray(y))))
         x, target = validate_data(
-            self, X, y, dtype=np.float64, order="C", y_numeric=True, ensure_all_finite=False
+            self,
+            X,
+            y,
+            dtype=np.float64,
+            order="C",
+            y_numeric=True,
+            ensure_all_finite=False,
+            ensure_min_samples=0,
         )
         n, d = x.shape
         ids = _names(run_ids, n)

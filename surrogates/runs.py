@@ -1,18 +1,17 @@
-"""Runs as a fit sees them: checked, labels coded, inputs in a box of width 1, responses of unit spread."""
+"""Runs as a fit sees them: inputs in a box of width 1, responses of unit spread."""
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .diagnosis import varying
 from .errors import NotPositiveDefinite, TooFewRuns
 from .posterior import Scaling, TrendBasis
 from .trend import TrendFunction, independent, term_name, terms
 
-__all__ = ["LabelCodes", "Runs", "check_finite", "not_positive_definite", "prepare"]
+__all__ = ["Runs", "not_positive_definite", "prepare"]
 
 Array = NDArray[np.float64]
 
@@ -47,68 +46,6 @@ class Runs:
     shift: float
     scale: float
     degenerate: bool
-
-
-class LabelCodes:
-    """Codes of the labels in categorical columns; a label never seen gets a code that no run has."""
-
-    def __init__(self, columns: Sequence[int], X: ArrayLike) -> None:
-        self.codes: dict[int, dict[Any, float]] = {}
-        table = np.array(X, dtype=object)
-        for k in columns if table.ndim == 2 else ():
-            if not -table.shape[1] <= k < table.shape[1]:
-                raise ValueError(f"categorical needs columns below {table.shape[1]}, got {k}")
-            found = sorted(set(table[:, k].tolist()), key=lambda label: (str(type(label)), label))
-            self.codes[k % table.shape[1]] = {label: float(code) for code, label in enumerate(found)}
-
-    def __call__(self, X: ArrayLike) -> NDArray[Any]:
-        """X with codes in place of labels."""
-        table = np.array(X, dtype=object)
-        if table.ndim != 2:
-            return np.asarray(X)
-        for k, codes in self.codes.items():
-            if k < table.shape[1]:
-                new = [label for label in dict.fromkeys(table[:, k].tolist()) if label not in codes]
-                unseen = {label: -1.0 - i for i, label in enumerate(new)}
-                table[:, k] = [codes[v] if v in codes else unseen[v] for v in table[:, k].tolist()]
-        refuse_text(table)
-        return table
-
-
-def refuse_text(X: Any) -> None:
-    """Say which column holds text; arrays that are not of object or string type pass."""
-    table = np.asarray(X)
-    if table.ndim != 2 or table.dtype.kind not in "OUS":
-        return
-    for k in range(table.shape[1]):
-        for i, value in enumerate(table[:, k].tolist()):
-            if isinstance(value, str) and not _is_number(value):
-                raise ValueError(
-                    f"column {k} holds text ({value!r} in row {i}): name it in categorical=[{k}] or encode it"
-                )
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def check_finite(x: Array, y: Array, names: Iterable[Hashable]) -> None:
-    """Raise a ValueError that names the first run with a NaN or an infinity."""
-    for name, values in (("X", x), ("y", y.reshape(len(y), -1))):
-        bad = np.argwhere(~np.isfinite(values))
-        if len(bad):
-            i, k = bad[0]
-            what = "NaN" if np.isnan(values[i, k]) else "infinity"
-            where = f" in column {k}" if name == "X" else ""
-            rows = len(set(bad[:, 0].tolist()))
-            raise ValueError(
-                f"{name} holds {what} in run {list(names)[i]}{where} ({rows} of {len(values)} runs are not "
-                "finite): leave failed runs out"
-            )
 
 
 def prepare(

@@ -20,9 +20,9 @@ from sklearn.utils.validation import _check_feature_names_in, check_is_fitted, v
 from .canonical import CanonicalRuns, canonical_runs
 from .diagnosis import close_pairs
 from .errors import TooFewRuns
+from .given_runs import LabelCodes, check_finite, check_response, refuse_text
 from .landscape import landscape_of, left_out_q2, standard_scores
 from .rules import Rules, threshold_for
-from .runs import LabelCodes, check_finite, refuse_text
 from .screening_methods import METHODS, Found, find_sets
 from .screening_path import ScreeningStep, screening_path, told
 from .verdict import ScreeningDiagnosis, judge
@@ -110,10 +110,9 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             X = self._codes(X)
         else:
             refuse_text(X)
-        if isinstance(y, np.ndarray | list | tuple) and np.asarray(y).dtype.kind == "f" and np.ndim(X) == 2:
-            check_finite(np.zeros((len(y), 0)), np.asarray(y), range(len(y)))  # scikit-learn names no run
+        check_response(y)
         X, y = validate_data(
-            self, X, y, y_numeric=True, ensure_all_finite=False, dtype=np.float64, ensure_min_samples=1
+            self, X, y, y_numeric=True, ensure_all_finite=False, dtype=np.float64, ensure_min_samples=0
         )
         x, y = np.asarray(X, dtype=float), np.asarray(y, dtype=float)
         check_finite(x, y, range(len(y)))

@@ -145,7 +145,7 @@ def screen(
     if unknown:
         raise StudyError(f"groups name parameter {unknown[0]!r}, which the study does not have")
     ids, inputs, values, left_out = _usable(_as_outcomes(rows, space, response.name), space, response.name)
-    x, labels = _columns(space, inputs), _labels(space)
+    x, labels = _columns(space, ids, inputs), _labels(space)
     y = np.array(values)
     screener = KrigingScreener(
         method=method,
@@ -302,8 +302,15 @@ def _as_outcomes(rows: Rows, space: Space, response: str) -> list[Outcome]:
 
 def _outcome(row: Mapping[Any, Any], space: Space, response: str, key: str) -> Outcome:
     value = row[response]
-    status = "ok" if value is not None and isfinite(float(value)) else "nonfinite"
-    outputs = {response: float(value)} if status == "ok" else {}
+    try:
+        number = float("nan") if value is None or value is pd.NA else float(value)
+    except (TypeError, ValueError):
+        raise StudyError(
+            f"run {key} has {value!r} where a number of {response!r} should be: leave the run out, or give "
+            "it None or NaN to have it counted as failed"
+        ) from None
+    status = "ok" if isfinite(number) else "nonfinite"
+    outputs = {response: number} if status == "ok" else {}
     return Outcome(parameters={n: row[n] for n in space.names}, status=status, outputs=outputs, key=key)
 
 
@@ -328,8 +335,16 @@ def _usable(
     return ids, inputs, values, len(outcomes) - len(values)
 
 
-def _columns(space: Space, inputs: Sequence[Mapping[str, Any]]) -> np.ndarray:
-    return np.asarray(space.unit(inputs), dtype=float)
+def _columns(space: Space, ids: Sequence[str], inputs: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    try:
+        return np.asarray(space.unit(inputs), dtype=float)
+    except StudyError as error:
+        for key, row in zip(ids, inputs, strict=True):
+            try:
+                space.unit([row])
+            except StudyError as single:
+                raise StudyError(f"run {key}: {single}. Correct it, or leave the run out") from error
+        raise
 
 
 def _labels(space: Space) -> tuple[int, ...]:

@@ -2,9 +2,10 @@
 suite."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from surrogates import Kriging, NotPositiveDefinite, TooFewRuns, sobol_indices
+from surrogates import Kriging, KrigingScreener, NotPositiveDefinite, TooFewRuns, sobol_indices
 
 NO_SHARE = 1e-3  # the weights of the runs are large and of both signs: their rounding shows
 
@@ -153,6 +154,66 @@ def test_the_run_id_of_a_failed_run_is_named():
         Kriging().fit(X, y, run_ids=[f"r{i}" for i in range(25)])
 
 
+@pytest.mark.parametrize("estimator", [Kriging, KrigingScreener])
+@pytest.mark.parametrize("container", [np.array, list, tuple, pd.Series], ids=lambda c: c.__name__)
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (np.nan, r"y holds NaN in run 7 \(1 of 25 runs are not finite\): leave failed runs out"),
+        (-np.inf, "y holds infinity in run 7"),
+        ("crash", "y holds 'crash' in run 7, not a number: leave failed runs out"),
+        (None, r"y holds (None|NaN) in run 7"),
+    ],
+)
+def test_the_run_without_a_response_is_named(estimator, container, value, message):
+    y = Y.tolist()
+    y[7] = value
+    with pytest.raises(ValueError, match=message):
+        estimator().fit(X, container(y))
+    with pytest.raises(ValueError, match=message):
+        estimator().fit(pd.DataFrame(X, columns=list("abc")), container(y))
+
+
+@pytest.mark.parametrize("estimator", [Kriging, KrigingScreener])
+@pytest.mark.parametrize("missing", [None, np.nan, np.inf, np.float32("nan"), pd.NA, pd.NaT], ids=repr)
+def test_what_is_missing_is_no_label(estimator, missing):
+    x = X.astype(object)
+    x[:, 2] = np.where(X[:, 2] > 0.5, "oak", "ash")
+    fitted = estimator(categorical=[2]).fit(x, Y)
+    x[4, 2] = missing
+    message = (
+        "column 2 holds .* in run 4 where a label should be: leave the run out, or give what is missing a"
+    )
+    for given in (x, pd.DataFrame(x)):
+        with pytest.raises(ValueError, match=message):
+            estimator(categorical=[-1]).fit(given, Y)
+    with pytest.raises(ValueError, match=message):
+        fitted.predict(x) if estimator is Kriging else fitted.transform(x)
+
+
+@pytest.mark.parametrize("estimator", [Kriging, KrigingScreener])
+def test_labels_in_a_table_keep_the_names_of_its_columns(estimator):
+    table = pd.DataFrame(X, columns=["force", "length", "wood"])
+    table["wood"] = np.where(X[:, 2] > 0.5, "oak", "ash")
+    fitted = estimator(categorical=[2]).fit(table, Y)
+    assert fitted.feature_names_in_.tolist() == ["force", "length", "wood"]
+    plain = estimator(categorical=[2]).fit(table.to_numpy(dtype=object), Y)
+    if estimator is Kriging:
+        assert np.array_equal(fitted.predict(table), plain.predict(table.to_numpy(dtype=object)))
+        with pytest.raises(ValueError, match="feature names should match"):
+            fitted.predict(table.rename(columns={"force": "mass"}))
+    else:
+        assert set(fitted.get_feature_names_out()) <= {"force", "length", "wood"}
+        assert fitted.log_likelihood_ == plain.log_likelihood_
+
+
+@pytest.mark.parametrize("estimator", [Kriging, KrigingScreener])
+@pytest.mark.parametrize("column", ["wood", 1.0, True, None], ids=repr)
+def test_label_columns_are_numbers(estimator, column):
+    with pytest.raises(ValueError, match=f"categorical needs column numbers from 0 to 2, got {column!r}"):
+        estimator(categorical=[column]).fit(X, Y)
+
+
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
@@ -184,6 +245,10 @@ def test_settings_that_are_refused(settings, message):
 def test_runs_that_are_refused():
     with pytest.raises(TooFewRuns, match="at least 2 runs, got n_samples = 1: add runs"):
         Kriging().fit(X[:1], Y[:1])
+    with pytest.raises(TooFewRuns, match="at least 2 runs, got n_samples = 0: add runs"):
+        Kriging().fit(X[:0], Y[:0])
+    with pytest.raises(TooFewRuns, match="at least 3 runs, got n_samples = 0: add runs"):
+        KrigingScreener().fit(X[:0], Y[:0])
     with pytest.raises(TooFewRuns, match="trend 'quadratic' has 10 terms and needs at least 11 runs, got 10"):
         Kriging(trend="quadratic").fit(X[:10], Y[:10])
     with pytest.raises(ValueError, match="run_ids needs one entry per run, got 2 for 25 runs"):

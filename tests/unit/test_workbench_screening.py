@@ -141,6 +141,39 @@ def test_bad_input_is_refused_with_a_cure():
         screen(runs(), SPACE, "head", groups=[("k", "mass")])
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("k", np.nan, r"run 7: parameter 'k' lies between .*, got nan\. Correct it, or leave the run out"),
+        ("k", 9e9, r"run 7: parameter 'k' lies between .*, got 9e\+09\. Correct it"),
+        ("seat", "far", r"run 7: parameter 'seat' needs numbers, got 'far'\. Correct it"),
+        ("belt", None, r"run 7: parameter 'belt' takes \['none', 'lap', 'full'\], got None\. Correct it"),
+        (
+            "head",
+            "crash",
+            r"run 7 has 'crash' where a number of 'head' should be: leave the run out, or give",
+        ),
+    ],
+)
+def test_the_run_that_holds_no_number_is_named(name, value, message):
+    rows = [{**run.parameters, "head": run.outputs["head"]} for run in runs()]
+    rows[7] = {**rows[7], name: value}
+    for given in (rows, pd.DataFrame(rows)):
+        with pytest.raises(StudyError, match=message.replace("None", "(None|nan)")):
+            screen(given, SPACE, "head", effects=False)
+    if name != "head":
+        outcomes = [Outcome(parameters=row, status="ok", outputs={"head": row["head"]}) for row in rows]
+        with pytest.raises(StudyError, match=message):
+            screen(outcomes, SPACE, "head", effects=False)
+
+
+def test_a_missing_response_is_counted():
+    frame = pd.DataFrame([{**run.parameters, "head": run.outputs["head"]} for run in runs()])
+    frame["head"] = frame["head"].astype(object)
+    frame.loc[[3, 4, 5], "head"] = [None, pd.NA, "nan"]
+    assert screen(frame, SPACE, "head", effects=False).n_left_out == 3
+
+
 def test_by_ranks_any_rising_scale_of_the_response_selects_the_same():
     rows = runs()
     stretched = [replace(o, outputs={"head": float(np.exp(o.outputs["head"]))}) for o in rows]
