@@ -39,10 +39,17 @@ def hybrid_screening(
     y: ArrayLike,
     *,
     screener: KrigingScreener | None = None,
+    run_at: ArrayLike | None = None,
     more_points: ArrayLike | None = None,
     more_y: ArrayLike | None = None,
 ) -> HybridScreening:
     """Screen runs on `morris_points`, and further runs if there are any.
+
+    Args:
+        points, y: whole trajectories (n, d), and their responses.
+        screener: what screens; say there which columns are `categorical`.
+        run_at: (n, d) where the runs were made, where levels or labels move them away from `points`.
+        more_points, more_y: further runs, in the coordinates of `run_at`.
 
     >>> from surrogates.morris import morris_points
     >>> x = morris_points(5, 4, rng=np.random.default_rng(0))
@@ -51,6 +58,10 @@ def hybrid_screening(
     """
     x, y = np.asarray(points, dtype=float), np.asarray(y, dtype=float)
     effects = morris_effects(x, y)
+    if run_at is not None:
+        x, given = np.asarray(run_at, dtype=float), x.shape
+        if x.shape != given:
+            raise ValueError(f"run_at needs the shape of points, {given}, got {x.shape}")
     if (more_points is None) != (more_y is None):
         raise ValueError("more_points and more_y belong together: give both or none")
     if more_points is not None and more_y is not None:

@@ -4,6 +4,7 @@
     quadratic   the same over all linear, square and product terms
     forest      permutation importance of a random forest                             Breiman 2001
     sobol       total Sobol' indices of a Kriging with one theta per input
+    welch       the screening of surrogates.welch                                     Welch et al. 1992
 
 A user will ask for them, so they are one call away and run on the same data. Scores of different methods
 are not comparable; rankings are.
@@ -19,8 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.ensemble import RandomForestRegressor
 from sklearn.inspection import permutation_importance
 from sklearn.linear_model import LassoLarsCV
-from sklearn.preprocessing import PolynomialFeatures, StandardScaler
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, PolynomialFeatures, StandardScaler
 
+from .diagnosis import varying
+from .errors import TooFewRuns
+from .given_runs import LabelCodes, check_finite, check_response, refuse_text
 from .kriging import Kriging
 from .screening import KrigingScreener
 from .sobol import sobol_indices
@@ -31,6 +36,8 @@ Array = NDArray[np.float64]
 
 TREES = 200
 MOST_QUADRATIC_TERMS = 6000
+MOST_WELCH_RUNS = 300
+FEWEST_RUNS = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,8 +57,24 @@ class Ranking:
     cpu_seconds: float
 
 
+def _columns(x: Array, labels: tuple[int, ...]) -> tuple[Array, list[tuple[int, ...]]]:
+    """A column per number and per label, 1 where a run has it; the input of each column. Labels have no order
+    that a regression or a tree could use."""
+    parts: list[Array] = []
+    owners: list[tuple[int, ...]] = []
+    for k in range(x.shape[1]):
+        found = np.unique(x[:, k]) if k in labels else None
+        # of two labels one column tells both
+        part = x[:, [k]] if found is None else (x[:, [k]] == found[len(found) == 2 :]).astype(float)
+        parts.append(part)
+        owners += [(k,)] * part.shape[1]
+    return np.hstack(parts), owners
+
+
 def _lars(x: Array, y: Array, owners: list[tuple[int, ...]], d: int) -> tuple[Array, tuple[int, ...]]:
     """Each input's largest standardised coefficient over the terms that it is part of."""
+    if not varying(x).any():
+        return np.zeros(d), ()
     folds = min(5, len(y))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # LARS drops degenerate regressors one warning at a time
@@ -63,36 +86,37 @@ def _lars(x: Array, y: Array, owners: list[tuple[int, ...]], d: int) -> tuple[Ar
     return score, tuple(int(k) for k in np.flatnonzero(score))
 
 
-def _linear(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, tuple[int, ...] | None]:
-    d = x.shape[1]
-    return _lars(x, y, [(k,) for k in range(d)], d)
+def _linear(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generator) -> "Scores":
+    columns, owners = _columns(x, labels)
+    return _lars(columns, y, owners, x.shape[1])
 
 
-def _quadratic(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, tuple[int, ...] | None]:
-    d = x.shape[1]
-    if d * (d + 3) // 2 > MOST_QUADRATIC_TERMS:
-        raise ValueError(f"method 'quadratic' takes at most 108 inputs, got {d}")
+def _quadratic(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generator) -> "Scores":
+    columns, owners = _columns(x, labels)
     terms = PolynomialFeatures(2, include_bias=False)
-    z = terms.fit_transform(x - x.mean(axis=0))
-    owners = [tuple(int(k) for k in np.flatnonzero(p)) for p in terms.powers_]
-    return _lars(z, y, owners, d)
+    z = terms.fit_transform(columns - columns.mean(axis=0))
+    inputs = [tuple(sorted({owners[int(c)][0] for c in np.flatnonzero(p)})) for p in terms.powers_]
+    return _lars(z, y, inputs, x.shape[1])
 
 
-def _forest(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, tuple[int, ...] | None]:
+def _forest(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generator) -> "Scores":
     seed = int(rng.integers(2**31))
-    forest = RandomForestRegressor(TREES, random_state=seed).fit(x, y)
+    trees = RandomForestRegressor(TREES, random_state=seed)
+    # permuting a label moves all of its columns
+    forest = make_pipeline(FunctionTransformer(lambda given: _columns(given, labels)[0]), trees).fit(x, y)
     found = permutation_importance(forest, x, y, n_repeats=5, random_state=seed)
     return np.asarray(found.importances_mean), None
 
 
-def _sobol(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, tuple[int, ...] | None]:
-    kriging = Kriging(correlation="gaussian", nugget="ladder").fit(x, y)
+def _sobol(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generator) -> "Scores":
+    kriging = Kriging(correlation="gaussian", nugget="ladder", categorical=labels or None).fit(x, y)
     return np.asarray(sobol_indices(kriging, draws=30, rng=rng).total.mean), None
 
 
 def _likelihood(method: str) -> "Rival":
-    def rank(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, tuple[int, ...] | None]:
-        screener = KrigingScreener(method=method, seed=int(rng.integers(2**31))).fit(x, y)
+    def rank(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generator) -> "Scores":
+        screener = KrigingScreener(method=method, categorical=labels, seed=int(rng.integers(2**31)))
+        screener.fit(x, y)
         score = np.zeros(x.shape[1])
         score[screener.ranking_] = np.arange(x.shape[1], 0, -1)
         return score, tuple(int(k) for k in screener.selected_)
@@ -100,7 +124,8 @@ def _likelihood(method: str) -> "Rival":
     return rank
 
 
-Rival = Callable[[Array, Array, np.random.Generator], tuple[Array, tuple[int, ...] | None]]
+Scores = tuple[Array, tuple[int, ...] | None]
+Rival = Callable[[Array, Array, tuple[int, ...], np.random.Generator], Scores]
 
 RIVALS: dict[str, Rival] = {
     "default": _likelihood("default"),
@@ -109,14 +134,30 @@ RIVALS: dict[str, Rival] = {
     "quadratic": _quadratic,
     "forest": _forest,
     "sobol": _sobol,
+    "welch": _likelihood("welch"),
 }
+
+
+def _quadratic_terms(x: Array, labels: tuple[int, ...]) -> int:
+    p = _columns(x, labels)[0].shape[1]
+    return p * (p + 3) // 2
+
+
+def _in_reach(x: Array, labels: tuple[int, ...]) -> tuple[str, ...]:
+    """The methods that take these runs in seconds."""
+    dear = {
+        "quadratic": _quadratic_terms(x, labels) > MOST_QUADRATIC_TERMS,
+        "welch": len(x) > MOST_WELCH_RUNS,
+    }
+    return tuple(m for m in RIVALS if not dear.get(m, False))
 
 
 def compare_rankings(
     X: ArrayLike,
     y: ArrayLike,
     *,
-    methods: Sequence[str] = tuple(RIVALS),
+    methods: Sequence[str] | None = None,
+    categorical: Sequence[int] = (),
     rng: np.random.Generator,
 ) -> list[Ranking]:
     """Rank the inputs of runs X (n, d), y (n,) by several methods.
@@ -127,15 +168,31 @@ def compare_rankings(
     ...     print(r.method, r.ranking[:2])
     default [1 3]
     linear [1 3]
+
+    Args:
+        methods: names out of RIVALS. None takes all, but "quadratic" where it has more than 6000 terms and
+            "welch" above 300 runs, which would take minutes. Elementary effects and the hybrid of them and
+            the likelihood need runs on trajectories: see `morris_points` and `hybrid_screening`.
+        categorical: columns that hold labels (numbers or strings), which no method takes as ordered.
+
+    Raises:
+        TooFewRuns: fewer than five runs.
+        ValueError: an unknown method, or text, NaN or infinity in a run, which is named; a response that is
+            the same in all runs.
     """
-    unknown = [m for m in methods if m not in RIVALS]
+    unknown = [m for m in methods or () if m not in RIVALS]
     if unknown:
         raise ValueError(f"methods needs names out of {', '.join(RIVALS)}, got {unknown[0]!r}")
-    x, y = np.asarray(X, dtype=float), np.asarray(y, dtype=float)
+    x, target, labels = _checked(X, y, categorical)
+    chosen = _in_reach(x, labels) if methods is None else methods
+    if "quadratic" in chosen and _quadratic_terms(x, labels) > MOST_QUADRATIC_TERMS:
+        raise ValueError(
+            f"method 'quadratic' takes at most 108 inputs, got {_columns(x, labels)[0].shape[1]}"
+        )
     found = []
-    for method in methods:
+    for method in chosen:
         start = process_time()
-        score, selected = RIVALS[method](x, y, rng)
+        score, selected = RIVALS[method](x, target, labels, rng)
         found.append(
             Ranking(
                 method=method,
@@ -146,3 +203,24 @@ def compare_rankings(
             )
         )
     return found
+
+
+def _checked(X: ArrayLike, y: ArrayLike, categorical: Sequence[int]) -> tuple[Array, Array, tuple[int, ...]]:
+    """X with codes for labels, y, and the label columns."""
+    if len(categorical):
+        X = LabelCodes(categorical, X)(X)
+    else:
+        refuse_text(X)
+    check_response(y)
+    x, target = np.asarray(X, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    if x.ndim != 2 or x.shape[1] == 0 or target.shape != x.shape[:1]:
+        raise ValueError(f"rankings need X (n, d) and y (n,), got shapes {x.shape} and {target.shape}")
+    if len(x) < FEWEST_RUNS:
+        raise TooFewRuns(f"rankings need at least {FEWEST_RUNS} runs, got {len(x)}: add runs")
+    check_finite(x, target, range(len(x)))
+    if not varying(target[:, None])[0]:
+        raise ValueError(
+            f"y is {target[0]:g} in all {len(target)} runs, so there is nothing to rank: check the response, "
+            "or widen the bounds"
+        )
+    return x, target, tuple(sorted({int(k) % x.shape[1] for k in categorical}))

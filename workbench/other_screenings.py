@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from surrogates import compare_rankings, hybrid_screening, morris_effects, morris_points
+from surrogates import KrigingScreener, compare_rankings, hybrid_screening, morris_effects, morris_points
 from workbench.campaign import Campaign, outcome
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome
 from workbench.parameter import Response
 from workbench.screening import METHODS, screen
+from workbench.space import Space
 from workbench.stages import screening_runs
 from workbench.streams import stream
 from workbench.summaries import format_number, screening_lines, unit_suffix
@@ -65,6 +66,10 @@ def _usable(campaign: Campaign, outcomes: list[Outcome], response: str) -> tuple
     return points, np.array([_value(run, response) for run in good]), len(outcomes) - len(good)
 
 
+def _labels(space: Space) -> tuple[int, ...]:
+    return tuple(k for k, p in enumerate(space.parameters) if p.kind == "categorical")
+
+
 def _value(run: Outcome, response: str) -> float:
     return float(run.outputs.get(response, np.nan)) if run.status == "ok" else float("nan")
 
@@ -75,7 +80,12 @@ def _rivals(campaign: Campaign, response: Response) -> dict[str, Any]:
     if len(y) < 5:
         raise NotEnoughRuns(f"rivals need at least 5 runs with a value of {response.name!r}, got {len(y)}")
     names = campaign.study.space.names
-    found = compare_rankings(x, y, rng=stream(campaign.study.seed, "rivals"))
+    try:
+        found = compare_rankings(
+            x, y, categorical=_labels(campaign.study.space), rng=stream(campaign.study.seed, "rivals")
+        )
+    except ValueError as error:  # the same response in every run
+        raise StudyError(f"rivals cannot rank {response.name!r}: {error}") from error
     return {
         "method": "rivals",
         "response": response.name,
@@ -126,6 +136,8 @@ def _morris(campaign: Campaign, response: Response, trajectories: int, *, hybrid
     both = hybrid_screening(
         points[rows],
         values[whole].ravel(),
+        screener=KrigingScreener(categorical=_labels(study.space)),
+        run_at=study.space.unit([run.parameters for run, kept in zip(made, rows, strict=True) if kept]),
         more_points=x if len(y) else None,
         more_y=y if len(y) else None,
     )

@@ -117,6 +117,49 @@ def test_a_failed_run_takes_its_trajectory_with_it(tmp_path):
     assert document["n_left_out"] % 5 == 0
 
 
+LABELLED = STUDY.replace(
+    """[[response]]""",
+    """[[parameter]]
+name = "wood"
+kind = "categorical"
+levels = ["ash", "elm", "fir", "oak"]
+
+[[parameter]]
+name = "bolts"
+kind = "integer"
+lower = 2
+upper = 5
+
+[[response]]""",
+)
+
+
+@pytest.mark.parametrize("method", ["rivals", "hybrid"])
+def test_labels_stay_labels(tmp_path, method):
+    model = """
+def deflection(force, length, paint, grease, wood, bolts):
+    return {"ash": 0, "elm": 6, "fir": 1, "oak": 5}[wood] + force + 0.5 * bolts
+"""
+    (tmp_path / "bracket.py").write_text(model)
+    (tmp_path / "study.toml").write_text(LABELLED.replace("runs = 24", "runs = 48"))
+    with Campaign.from_file(tmp_path / "study.toml") as campaign:
+        design(campaign)
+        evaluate(campaign)
+        document = other_screening(campaign, method)
+    if method == "hybrid":
+        assert set(document["selected"]) == {"wood", "force", "bolts"}
+        return
+    for one in document["rankings"]:
+        if one["method"] not in ("forward", "welch"):
+            assert one["ranking"][0] == "wood", one["method"]
+
+
+def test_a_constant_response_is_refused_by_name(tmp_path):
+    with campaign_of(tmp_path, "return 3.0\n    ") as campaign:
+        with pytest.raises(StudyError, match=r"rivals cannot rank 'deflection': y is 3 in all 24 runs"):
+            other_screening(campaign, "rivals")
+
+
 def test_bad_requests_are_refused_with_a_cure(campaign):
     with pytest.raises(StudyError, match=r"one of default, forward, .*hybrid, got 'magic'"):
         other_screening(campaign, "magic")
