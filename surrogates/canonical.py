@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .diagnosis import varying
 
-__all__ = ["CanonicalRuns", "canonical_runs"]
+__all__ = ["CanonicalRuns", "about_unit_wide", "canonical_runs"]
 
 Array = NDArray[np.float64]
 
@@ -65,6 +65,21 @@ def _standardised(v: Array) -> tuple[Array, float]:
     sd = float(np.sqrt(np.mean((ordered - mean) ** 2)))
     factor = max(abs(v.min()), abs(v.max()), np.finfo(float).tiny)
     return (scaled - mean) / (sd or 1.0), sd * float(factor)
+
+
+def about_unit_wide(x: Array, *, labels: Sequence[int] = ()) -> bool:
+    """Whether the ranges of all inputs that vary lie between a tenth and ten: the bounds of theta are made
+    for widths near one, and a theta that inputs share has a meaning.
+
+    >>> import numpy as np
+    >>> x = np.array([[0.0, 5.0], [0.8, 9.0]])
+    >>> about_unit_wide(x), about_unit_wide(1e9 * x)
+    (True, False)
+    """
+    numbers = varying(x)
+    numbers[list(labels)] = False
+    width = np.ptp(x, axis=0)[numbers]
+    return bool(((width >= 0.1) & (width <= 10.0)).all())
 
 
 def canonical_runs(

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,13 +44,13 @@ def check_choices(*, criterion: str, correlation: str, eta: float | str, nugget:
     if isinstance(nugget, str):
         if nugget not in NUGGETS:
             raise ValueError(f"nugget needs a number or one of {', '.join(NUGGETS)}, got {nugget!r}")
-    elif not 0.0 <= nugget < np.inf:
-        raise ValueError(f"nugget needs a number >= 0, got {nugget}")
+    elif not (isinstance(nugget, Real) and 0.0 <= nugget < np.inf):
+        raise ValueError(f"nugget needs a number >= 0 or one of {', '.join(NUGGETS)}, got {nugget!r}")
     if isinstance(eta, str):
         if eta != "free":
             raise ValueError(f"eta needs a number in [1, 2] or 'free', got {eta!r}")
-    elif not 1.0 <= eta <= 2.0:
-        raise ValueError(f"eta needs a number in [1, 2] or 'free', got {eta}")
+    elif not (isinstance(eta, Real) and 1.0 <= eta <= 2.0):
+        raise ValueError(f"eta needs a number in [1, 2] or 'free', got {eta!r}")
 
 
 def theta_units(scaling: Scaling, correlation: Correlation) -> Array:

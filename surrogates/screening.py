@@ -10,6 +10,7 @@ criterion is the restricted log-likelihood l of eq. (3.13): l, not 2 l, constant
 """
 
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any, Self
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import _check_feature_names_in, check_is_fitted, validate_data
 
-from .canonical import CanonicalRuns, canonical_runs
+from .canonical import CanonicalRuns, about_unit_wide, canonical_runs
 from .diagnosis import close_pairs
 from .errors import TooFewRuns
 from .given_runs import LabelCodes, check_finite, check_response, refuse_text
@@ -42,7 +43,9 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     """Select the inputs that a response depends on.
 
     Args:
-        method: "default", "forward" (as published) or "welch" (the maximum-likelihood original).
+        method: "default", "forward" (as published) or "welch" (the maximum-likelihood original). The inputs
+            are scaled to [0, 1] by their ranges; the last two take them as given where all ranges lie between
+            0.1 and 10.
         criterion: "reml" (eq. 3.13) or "ml" (eq. 3.11); "welch" always takes "ml".
         threshold: gain in l that an input must bring. By default 1.92 for "forward" and "welch"; else the
             gain that the inert inputs together exceed with probability 0.05 (3.94 for 20 inputs).
@@ -120,15 +123,15 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         if n < FEWEST_RUNS:
             raise TooFewRuns(f"a screening needs at least {FEWEST_RUNS} runs, got n_samples = {n}: add runs")
         self._check_columns(d)
-        literal = self.method != "default"
         labels = tuple(int(k) % d for k in self.categorical)
-        runs = canonical_runs(x, y, labels=labels, groups=self.groups, scaled=not literal)
+        scaled = self.method == "default" or not about_unit_wide(x, labels=labels)
+        runs = canonical_runs(x, y, labels=labels, groups=self.groups, scaled=scaled)
         threshold = self._threshold(len(runs.units))
         bounds = self._nugget_bounds(runs)
         # a response whose spread is rounding of its mean is constant
-        constant = runs.scale <= 1e-13 * float(np.abs(y).max()) or not runs.units
+        constant = runs.scale <= 1e-13 * float(np.abs(y).max())
         found = None
-        if not constant:
+        if not constant and runs.units:
             rules = Rules(
                 restricted=self.criterion == "reml",
                 eta=self.eta,
@@ -142,7 +145,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         # what a later look at the stability starts from
         self._runs = runs if found is not None else None
         self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
-        self._record(runs, found, threshold, bounds, x)
+        self._record(runs, found, threshold, bounds, x, constant)
         return self
 
     def _record(
@@ -152,6 +155,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         threshold: float,
         bounds: tuple[float, float],
         x: Array,
+        constant: bool,
     ) -> None:
         n, d = x.shape
         q2, margin, base = float("nan"), float("inf"), float("nan")
@@ -191,7 +195,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             n_runs=n,
             n_inputs=len(runs.units),
             n_selected=len(accepted),
-            constant_response=found is None,
+            constant_response=constant,
+            pool_gain=found.pool_gain if found else float("nan"),
             margin=margin if self.method == "default" else None,
             rest_gain=found.rest_gain if found else float("nan"),
             q2=q2,
@@ -287,17 +292,25 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             raise ValueError(f"method needs one of {', '.join(METHODS)}, got {self.method!r}")
         if self.criterion not in ("reml", "ml"):
             raise ValueError(f"criterion needs 'reml' or 'ml', got {self.criterion!r}")
-        if not 1.0 <= self.eta <= 2.0:
-            raise ValueError(f"eta needs 1 <= eta <= 2, got {self.eta}")
+        if not (isinstance(self.eta, Real) and 1.0 <= self.eta <= 2.0):
+            raise ValueError(f"eta needs a number with 1 <= eta <= 2, got {self.eta!r}")
+        if self.threshold is not None and not (isinstance(self.threshold, Real) and self.threshold >= 0.0):
+            raise ValueError(f"threshold needs a number >= 0, or None, got {self.threshold!r}")
         if self.n_features is not None and self.n_features < 1:
             raise ValueError(f"n_features needs at least 1, got {self.n_features}")
         if self.n_starts < 1 or self.enough < 1:
             raise ValueError(
                 f"n_starts and enough need at least 1, got n_starts={self.n_starts} and enough={self.enough}"
             )
+        if self.nugget is None:
+            return
         pair = self.nugget if isinstance(self.nugget, tuple) else (self.nugget, self.nugget)
-        if pair[0] is not None and pair[1] is not None and not 0.0 < pair[0] <= pair[1]:
-            raise ValueError(f"nugget needs a positive number or a pair 0 < low <= high, got {self.nugget}")
+        numbers = len(pair) == 2 and all(isinstance(v, Real) for v in pair)
+        if not (numbers and 0.0 < pair[0] <= pair[1] < np.inf):
+            raise ValueError(
+                "nugget needs a positive number or a pair (low, high) with 0 < low <= high, or None to have it "
+                f"estimated, got {self.nugget!r}"
+            )
 
     def _check_columns(self, d: int) -> None:
         flat = [int(k) for group in self.groups for k in group]

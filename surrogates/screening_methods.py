@@ -21,7 +21,8 @@ METHODS = ("default", "forward", "welch")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """What a method hands back: nested optima from the empty set on, and its search."""
+    """What a method hands back: nested optima from the empty set on, and its search. `pool_gain`: what one
+    theta for all units adds to l, over a response that depends on none (greedy methods)."""
 
     sets: list[tuple[int, ...]]
     optima: list[Optimum]
@@ -33,6 +34,7 @@ class Found:
     evaluations: int = 0
     margin: float = float("inf")
     rest_gain: float = float("nan")
+    pool_gain: float = float("nan")
     ranked: tuple[int, ...] = ()
     rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
 
@@ -54,7 +56,25 @@ def find_sets(runs: CanonicalRuns, method: str, rules: Rules, rng: np.random.Gen
     accepted = len(path) if rules.size is not None else sum(s.gain >= threshold for s in path)
     optima = [base, *(s.optimum for s in path)]
     # a greedy path ranks by entering
-    return Found(sets=sets, optima=optima, accepted=accepted, etas=etas, ranked=sets[accepted])
+    noise = _noise_likelihood(len(runs.y), restricted=rules.restricted and method == "forward")
+    return Found(
+        sets=sets,
+        optima=optima,
+        accepted=accepted,
+        etas=etas,
+        ranked=sets[accepted],
+        pool_gain=base.value - noise,
+    )
+
+
+def _noise_likelihood(n: int, *, restricted: bool) -> float:
+    """l of n standardised responses that depend on no input: sigma^2 R = sigma^2 I.
+
+    >>> round(_noise_likelihood(40, restricted=False), 9)
+    -20.0
+    """
+    m = n - 1 if restricted else n
+    return float(-0.5 * (m * np.log(n / m) + (np.log(n) if restricted else 0.0) + m))
 
 
 def _default(runs: CanonicalRuns, rules: Rules, rng: np.random.Generator) -> Found:

@@ -72,6 +72,7 @@ def judge(
     n_inputs: int,
     n_selected: int,
     constant_response: bool,
+    pool_gain: float = float("nan"),
     margin: float | None,
     rest_gain: float,
     q2: float,
@@ -80,7 +81,8 @@ def judge(
 ) -> tuple[bool, str, str]:
     """Whether the screening is resolved, the verdict in a sentence, and what to do.
 
-    `margin` is None for a greedy method, which knows no rival sets and therefore cannot be resolved.
+    `margin` is None for a greedy method, which knows no rival sets and therefore cannot be resolved;
+    `pool_gain` is what one theta for all inputs adds to l there, over a response that depends on none.
 
     >>> facts = {"n_runs": 50, "n_inputs": 20, "n_selected": 3, "constant_response": False, "repeated": ()}
     >>> print(judge(**facts, margin=9.0, rest_gain=0.2, q2=0.99, starts_at_best=8)[1])
@@ -88,6 +90,19 @@ def judge(
     """
     if constant_response:
         return False, "nothing to screen: the response is constant", "check the response; widen the bounds"
+    if n_inputs == 0:
+        return (
+            False,
+            "nothing to screen: no input varies",
+            "vary the inputs: each has the same value in all runs",
+        )
+    if n_selected == 0 and pool_gain >= CLEAR_MARGIN:
+        return (
+            False,
+            f"not judged: one theta shared by all inputs raises l by {pool_gain:.1f} over noise, and no input "
+            "gains by a theta of its own",
+            "compare with method='default', which gives the inputs that do not act no theta",
+        )
     if n_selected == 0:
         return (
             False,

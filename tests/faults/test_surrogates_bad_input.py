@@ -113,6 +113,21 @@ def test_a_fixed_theta_is_left_as_given():
     assert Kriging(theta=[1.0, 2.0, 3.0, 4.0]).fit(np.c_[X, np.ones(25)], Y).theta_[3] == 4.0
 
 
+@pytest.mark.parametrize("n", [8, 12, 20])
+def test_leave_one_out_of_few_runs_is_called_flattering(n):
+    rng = np.random.default_rng(n)
+    x = np.c_[rng.random((n, 10)), np.ones(n)]
+    k = Kriging().fit(x, np.sin(4 * x[:, 0]) + x[:, 1] * x[:, 2])
+    said = f"{n} runs are few for 10 thetas that were fitted to them, so leave-one-out flatters"
+    assert said in k.diagnosis_.advice
+    assert "come to 30 runs, screen the inputs first" in k.diagnosis_.advice
+
+
+def test_leave_one_out_is_not_doubted_where_nothing_was_fitted_or_the_runs_are_enough():
+    assert "flatters" not in Kriging().fit(X, Y).diagnosis_.advice
+    assert "flatters" not in Kriging(theta=1.0).fit(X[:5], Y[:5]).diagnosis_.advice
+
+
 def test_pure_noise_is_not_trusted():
     k = Kriging().fit(X, np.random.default_rng(3).normal(size=25))
     assert k.diagnosis_.q2 < 0.5
@@ -220,7 +235,10 @@ def test_label_columns_are_numbers(estimator, column):
         ({"criterion": "map"}, "criterion needs 'reml' or 'ml', got 'map'"),
         ({"trend": "cubic"}, "trend needs one of constant, linear, interactions, quadratic or a function"),
         ({"correlation": "rbf"}, "correlation needs one of gaussian, power_exponential"),
-        ({"nugget": -1}, "nugget needs a number >= 0, got -1"),
+        ({"nugget": -1}, "nugget needs a number >= 0 or one of auto, estimate, ladder, got -1"),
+        ({"nugget": [1e-4, 1e-2]}, r"nugget needs a number >= 0 or one of .*, got \[0.0001, 0.01\]"),
+        ({"nugget": None}, "nugget needs a number >= 0 or one of .*, got None"),
+        ({"eta": None}, r"eta needs a number in \[1, 2\] or 'free', got None"),
         ({"nugget": "free"}, "nugget needs a number or one of auto, estimate, ladder, got 'free'"),
         ({"eta": 2.5}, r"eta needs a number in \[1, 2\] or 'free', got 2.5"),
         ({"eta": "any"}, r"eta needs a number in \[1, 2\] or 'free', got 'any'"),

@@ -222,6 +222,33 @@ def test_a_rare_level_may_be_left_out_of_a_resample(categorical):
     assert selection_stability(screener, resamples=20, rng=rng)[0] == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_inputs_without_spread_are_not_blamed_on_the_response(method):
+    diagnosis = KrigingScreener(method=method).fit(np.ones((20, 3)), np.arange(20.0)).diagnosis_
+    assert diagnosis.verdict == "nothing to screen: no input varies"
+    assert diagnosis.advice == "vary the inputs: each has the same value in all runs"
+
+
+@pytest.mark.parametrize("method", ["forward", "welch"])
+def test_a_pool_that_explains_all_is_not_called_noise(method):
+    x = np.random.default_rng(0).random((40, 1))
+    diagnosis = KrigingScreener(method=method).fit(x, np.sin(5 * x[:, 0])).diagnosis_
+    assert diagnosis.verdict.startswith("not judged: one theta shared by all inputs raises l by 32")
+    assert "method='default'" in diagnosis.advice
+    noise = KrigingScreener(method=method).fit(x, np.random.default_rng(1).random(40)).diagnosis_
+    assert noise.verdict == "not resolved: no input explains the response better than noise does"
+
+
+@pytest.mark.parametrize("method", ["forward", "welch"])
+@pytest.mark.parametrize("widths", [np.full(6, 1e9), np.full(6, 1e-9), 10.0 ** np.arange(-9, 9, 3)], ids=str)
+def test_greedy_methods_do_not_depend_on_the_units(method, widths):
+    x, y = data()
+    box = (x - x.min(axis=0)) / np.ptp(x, axis=0)
+    one, other = (KrigingScreener(method=method).fit(z, y) for z in (box, x * widths))
+    assert list(one.selected_) == list(other.selected_)
+    assert one.log_likelihood_ == pytest.approx(other.log_likelihood_, abs=1e-6)
+
+
 def test_bad_input_is_refused_with_a_cure():
     x, y = data()
     broken = x.copy()
@@ -239,11 +266,18 @@ def test_bad_input_is_refused_with_a_cure():
     [
         ({"method": "best"}, "method needs one of default, forward, welch, got 'best'"),
         ({"criterion": "aic"}, "criterion needs 'reml' or 'ml', got 'aic'"),
-        ({"eta": 3.0}, "eta needs 1 <= eta <= 2, got 3.0"),
+        ({"eta": 3.0}, "eta needs a number with 1 <= eta <= 2, got 3.0"),
+        ({"eta": "free"}, "eta needs a number with 1 <= eta <= 2, got 'free'"),
+        ({"threshold": np.nan}, "threshold needs a number >= 0, or None, got nan"),
+        ({"threshold": -1.0}, "threshold needs a number >= 0, or None, got -1.0"),
+        ({"threshold": "auto"}, "threshold needs a number >= 0, or None, got 'auto'"),
         ({"n_features": 0}, "n_features needs at least 1, got 0"),
         ({"n_starts": 0}, "n_starts and enough need at least 1, got n_starts=0 and enough=8"),
-        ({"nugget": 0.0}, "nugget needs a positive number or a pair 0 < low <= high, got 0.0"),
+        ({"nugget": 0.0}, r"nugget needs a positive number or a pair \(low, high\) with 0 < low .*got 0.0"),
         ({"nugget": (0.1, 0.01)}, r"nugget needs a positive number or a pair .*got \(0.1, 0.01\)"),
+        ({"nugget": (0.1, None)}, r"nugget needs a positive number or a pair .*got \(0.1, None\)"),
+        ({"nugget": [0.01, 0.1]}, r"nugget needs a positive number or a pair .*got \[0.01, 0.1\]"),
+        ({"nugget": "estimate"}, r"nugget needs .*, or None to have it estimated, got 'estimate'"),
         ({"groups": [(0, 9)]}, "groups need columns 0 to 5, got 9"),
         ({"groups": [(0, 1), (1, 2)]}, "groups need each column at most once, got column 1 twice"),
     ],
