@@ -24,6 +24,7 @@ _PUBLIC: dict[str, str] = {
     "selected_kriging": "surrogates.metamodel",
     "selection_stability": "surrogates.stability",
     "ScreeningDiagnosis": "surrogates.verdict",
+    "fewest_runs": "surrogates.verdict",
     "ScreeningStep": "surrogates.screening",
     "restricted_log_likelihood": "surrogates.reml",
     "profiled_log_likelihood": "surrogates.reml",

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["ScreeningDiagnosis", "judge"]
+__all__ = ["ScreeningDiagnosis", "fewest_runs", "judge"]
 
 FEW_RUNS, FEW_RUNS_PER_INPUT = 10, 2.0  # with fewer, weaker inputs are missed without a sign
 CLEAR_MARGIN = 2.0  # in l: the rival set is e^2 = 7 times less likely
@@ -64,6 +64,15 @@ class ScreeningDiagnosis:
     resolved: bool
     verdict: str
     advice: str
+
+
+def fewest_runs(n_inputs: int) -> int:
+    """The runs from which on a screening of so many inputs may be called resolved: 10 and 2 per input.
+
+    >>> fewest_runs(20)
+    50
+    """
+    return int(np.ceil(FEW_RUNS + FEW_RUNS_PER_INPUT * n_inputs))
 
 
 def judge(
@@ -129,7 +138,7 @@ def judge(
             f"the inputs that were not selected still act together: l rises by {rest_gain:.1f} if they may"
         )
         cures.append(f"add about {max(8, n_runs // 2)} runs to tell which of them")
-    needed = int(np.ceil(FEW_RUNS + FEW_RUNS_PER_INPUT * n_inputs))
+    needed = fewest_runs(n_inputs)
     if n_runs < needed:
         reasons.append(f"{n_runs} runs are few for {n_inputs} inputs: weaker ones may be missed")
         cures.append(f"come to {needed} runs")

@@ -1,13 +1,14 @@
 """How many runs: simulated recovery, its interval, and the advice."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from surrogates.planning import random_function, recovery, wilson_interval
 from workbench.errors import StudyError
-from workbench.run_planning import plan_runs
+from workbench.run_planning import MEASURED, plan_runs, run_plan_lines
 
 
 def uniform(n, d, rng):
@@ -63,7 +64,44 @@ def test_plan_stops_at_the_target_and_says_so():
     assert "8 runs are not enough" in short.advice
 
 
+def test_the_advice_is_not_below_what_the_verdict_needs():
+    plan = plan_runs(8, 2, trials=4)
+    assert plan.needed == 26
+    assert plan.runs >= plan.needed > plan.found_from
+    assert plan.table[0].resolved == 0.0
+    assert f"plan {plan.runs} runs" in plan.advice
+    assert "with fewer than 26 runs (10, and 2 per parameter) no screening is called resolved" in plan.advice
+    few = plan_runs(8, 2, runs=[20], trials=4)
+    assert (few.runs, few.found_from) == (None, 20)
+    assert few.advice.startswith("20 runs find them for 8 parameters with about 2 that matter: ")
+    assert few.advice.endswith("no screening is called resolved: plan at least 26")
+    assert "plan 30 or more" in plan_runs(10, 6, runs=[8], trials=2).advice
+
+
+def test_the_rates_measured_on_welchs_function_are_those_of_the_documentation():
+    page = (Path(__file__).parents[2] / "docs/explanation/sampler-question.md").read_text()
+    for n, found, tried in MEASURED:
+        sampler = "IHS" if n == 40 else "LHS"
+        row = next(
+            line for line in page.splitlines() if line.startswith(f"| {sampler} | {n} | ") and "200" in line
+        )
+        assert row.split("|")[4].startswith(f" {found} of {tried} ")
+    plan = plan_runs(20, 6, runs=[50], trials=1)
+    assert "194 of 200 samples of 50 runs" in plan.measured
+    assert plan.measured in run_plan_lines(plan.to_dict())
+    assert plan_runs(5, 2, runs=[20], trials=1).measured == ""
+
+
 def test_impossible_plans_are_refused():
+    for noise in (np.inf, np.nan, -0.1):
+        with pytest.raises(
+            StudyError, match=r"noise needs a finite number >= 0, relative to the response, got"
+        ):
+            plan_runs(4, 2, noise=noise)
+    with pytest.raises(StudyError, match=r"plan needs at least 1 trial, got 0"):
+        plan_runs(4, 2, trials=0)
+    with pytest.raises(StudyError, match=r"a screening needs at least 3 runs, got 2 to try"):
+        plan_runs(4, 2, runs=[20, 2])
     with pytest.raises(StudyError, match=r"1 <= active <= inputs, got active=9 and inputs=4"):
         plan_runs(4, 9)
     with pytest.raises(StudyError, match=r"at most 60 inputs, got 200"):
