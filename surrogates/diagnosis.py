@@ -143,8 +143,8 @@ def advise(d: Diagnosis) -> str:
     varied = d.n_inputs - len(d.constant_inputs)
     if d.n_starts and np.isfinite(d.q2) and d.n_runs < TRUSTED_RUNS_PER_INPUT * varied:
         said.append(
-            f"{d.n_runs} runs are few for {varied} thetas that were fitted to them, so leave-one-out flatters "
-            f"(Q2 {d.q2:.2f}) and new points may be predicted far worse: come to "
+            f"{d.n_runs} runs are few for {varied} thetas that were fitted to them, so leave-one-out "
+            f"flatters (Q2 {d.q2:.2f}) and new points may be predicted far worse: come to "
             f"{TRUSTED_RUNS_PER_INPUT * varied} runs, screen the inputs first, give theta_prior, or judge by "
             "runs that were not used"
         )

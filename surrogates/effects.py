@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
+from sklearn.utils.validation import check_is_fitted
 
 from .kriging import Kriging
 from .measure import Measure, resolve
@@ -112,6 +113,17 @@ def _product(arrays: Sequence[Array], *, without: int | None = None) -> Array:
     return np.asarray(np.prod(np.stack(kept), axis=0)) if kept else np.ones_like(arrays[0])
 
 
+def column(k: int, d: int, name: str) -> int:
+    """k as an input of d, counted from the end where it is negative.
+
+    >>> column(-1, 4, "k")
+    3
+    """
+    if not -d <= k < d:
+        raise ValueError(f"{name} needs inputs from 0 to {d - 1}, got {k}")
+    return int(k) % d
+
+
 def main_effects(
     kriging: Kriging,
     *,
@@ -134,10 +146,12 @@ def main_effects(
     >>> print(effects[0].mean.round(2), effects[1].mean.round(2))
     [0.  1.5 3. ] [1.5 1.5 1.5]
     """
+    check_is_fitted(kriging)
     posterior = kriging.posterior_
     resolved = resolve(posterior, measures)
     averages = _Averages(posterior, resolved)
-    chosen = range(posterior.u.shape[1]) if inputs is None else inputs
+    d = posterior.u.shape[1]
+    chosen = range(d) if inputs is None else [column(k, d, "inputs") for k in inputs]
     overall_c, overall_g = _product(averages.to_runs), _product(averages.trend)
     effects = []
     for k in chosen:
@@ -173,8 +187,8 @@ def partial_dependence(
 
     Unlike `main_effects` the other inputs keep the joint distribution of X (m, d).
     """
-    posterior, sample = kriging.posterior_, kriging._points(X)
-    k = range(sample.shape[1])[k]
+    sample, posterior = kriging._points(X), kriging.posterior_
+    k = column(k, sample.shape[1], "k")
     x = _values(sample, k, points, posterior)
     u = posterior.scaling(sample)
     c = np.empty((len(x), len(posterior.u)))
@@ -199,8 +213,8 @@ def accumulated_local_effect(
     In each of `bins` quantile bins the mean change of the response across the bin, summed up: Apley and Zhu
     (2020), Journal of the Royal Statistical Society B 82, 1059-1086. Right where inputs are correlated.
     """
-    posterior, sample = kriging.posterior_, kriging._points(X)
-    k = range(sample.shape[1])[k]
+    sample, posterior = kriging._points(X), kriging.posterior_
+    k = column(k, sample.shape[1], "k")
     if k in posterior.correlation.labels:
         raise ValueError(f"input {k} holds labels, which have no order to accumulate along")
     edges = np.unique(np.quantile(sample[:, k], np.linspace(0.0, 1.0, bins + 1)))

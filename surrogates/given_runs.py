@@ -14,6 +14,8 @@ __all__ = ["LabelCodes", "check_finite", "check_response", "refuse_text"]
 
 Array = NDArray[np.float64]
 
+LARGEST = 1e150  # a variance is the square of it
+
 
 class LabelCodes:
     """Codes of the labels in categorical columns; a label never seen gets a code that no run has.
@@ -113,6 +115,13 @@ def check_response(y: Any, names: Sequence[Hashable] | None = None) -> None:
         except (TypeError, ValueError):
             return  # nothing a response could be: scikit-learn says so
     check_finite(np.zeros((len(values), 0)), values, called)
+    size = np.abs(values.reshape(len(values), -1)).max(axis=1, initial=0.0)
+    if size.max() > LARGEST:
+        i = int(size.argmax())
+        raise ValueError(
+            f"y holds a number of the size {size[i]:.0e} in run {list(called)[i]}, whose variance overflows: "
+            f"give the response in a larger unit, so that it stays below {LARGEST:.0e}"
+        )
 
 
 def check_finite(x: Array, y: Array, names: Iterable[Hashable]) -> None:

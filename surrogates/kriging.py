@@ -163,6 +163,13 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             X = self._codes(X)
         else:
             refuse_text(X)
+        shape = np.asarray(X).shape
+        if len(shape) == 2 and shape[1] == 0:  # scikit-learn's words, and the cure
+            raise ValueError(
+                f"Found array with 0 feature(s) (shape={shape}) while a minimum of 1 is required. Behind a "
+                "screener this means that it selected no input: read its diagnosis_.advice, or set its "
+                "n_features"
+            )
         check_response(y, None if run_ids is None else _names(run_ids, len(np.asarray(y))))
         x, target = validate_data(
             self,

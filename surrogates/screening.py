@@ -308,8 +308,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         numbers = len(pair) == 2 and all(isinstance(v, Real) for v in pair)
         if not (numbers and 0.0 < pair[0] <= pair[1] < np.inf):
             raise ValueError(
-                "nugget needs a positive number or a pair (low, high) with 0 < low <= high, or None to have it "
-                f"estimated, got {self.nugget!r}"
+                "nugget needs a positive number or a pair (low, high) with 0 < low <= high, or None to have "
+                f"it estimated, got {self.nugget!r}"
             )
 
     def _check_columns(self, d: int) -> None:

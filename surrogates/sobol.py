@@ -16,9 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.utils.validation import check_is_fitted
 
 from .correlation import Correlation
-from .effects import _Averages
+from .effects import _Averages, column
 from .kriging import Kriging
 from .likelihood import _solve
 from .measure import Measure, resolve
@@ -84,6 +85,7 @@ def sobol_indices(
     """
     if draws < 2:
         raise ValueError(f"draws needs at least 2, got {draws}")
+    check_is_fitted(kriging)
     posterior = kriging.posterior_
     averages = _Averages(posterior, resolve(posterior, measures))
     paths = _Paths(posterior, averages, kriging._diagonal, draws=draws, features=features, rng=rng)
@@ -97,7 +99,7 @@ def sobol_indices(
         rest = paths.quadratic(without, paths.means[k])
         total[k] = everything - rest
     positive = np.where(variance > 1e-14 * np.maximum(mean**2, 1e-300), variance, np.inf)
-    named = tuple((int(i) % d, int(j) % d) for i, j in pairs)
+    named = tuple((column(i, d, "pairs"), column(j, d, "pairs")) for i, j in pairs)
     interaction = np.empty((len(named), draws))
     for at, (i, j) in enumerate(named):
         if i == j:

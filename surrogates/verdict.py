@@ -108,8 +108,8 @@ def judge(
     if n_selected == 0 and pool_gain >= CLEAR_MARGIN:
         return (
             False,
-            f"not judged: one theta shared by all inputs raises l by {pool_gain:.1f} over noise, and no input "
-            "gains by a theta of its own",
+            f"not judged: one theta shared by all inputs raises l by {pool_gain:.1f} over noise, and no "
+            "input gains by a theta of its own",
             "compare with method='default', which gives the inputs that do not act no theta",
         )
     if n_selected == 0:

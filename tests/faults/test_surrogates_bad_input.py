@@ -190,6 +190,16 @@ def test_the_run_without_a_response_is_named(estimator, container, value, messag
 
 
 @pytest.mark.parametrize("estimator", [Kriging, KrigingScreener])
+def test_a_response_whose_variance_overflows_is_refused(estimator):
+    estimator().fit(X, 1e149 * Y)
+    for size in (1e151, 1e155, -1e308):
+        with pytest.raises(
+            ValueError, match=r"y holds a number of the size .* in run \d+, whose variance overflows"
+        ):
+            estimator().fit(X, size * Y)
+
+
+@pytest.mark.parametrize("estimator", [Kriging, KrigingScreener])
 @pytest.mark.parametrize("missing", [None, np.nan, np.inf, np.float32("nan"), pd.NA, pd.NaT], ids=repr)
 def test_what_is_missing_is_no_label(estimator, missing):
     x = X.astype(object)

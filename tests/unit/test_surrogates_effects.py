@@ -3,6 +3,7 @@ form."""
 
 import numpy as np
 import pytest
+from sklearn.exceptions import NotFittedError
 
 from surrogates import (
     Kriging,
@@ -162,6 +163,22 @@ def test_bad_requests_are_refused():
         sobol_indices(k, draws=1, rng=rng)
     with pytest.raises(ValueError, match="pairs needs two different inputs"):
         sobol_indices(k, pairs=[(1, 1)], rng=rng)
+    with pytest.raises(ValueError, match="pairs needs inputs from 0 to 1, got 9"):
+        sobol_indices(k, pairs=[(0, 9)], rng=rng)
+    with pytest.raises(ValueError, match="inputs needs inputs from 0 to 1, got 2"):
+        main_effects(k, inputs=[2])
+    for effect in (accumulated_local_effect, partial_dependence):
+        with pytest.raises(ValueError, match="k needs inputs from 0 to 1, got -3"):
+            effect(k, rng.random((5, 2)), -3)
+    assert sobol_indices(k, draws=2, pairs=[(-1, 0)], rng=rng).pairs == ((1, 0),)
+    for ask in (
+        lambda raw: sobol_indices(raw, rng=rng),
+        main_effects,
+        lambda raw: partial_dependence(raw, np.ones((5, 2)), 0),
+        lambda raw: accumulated_local_effect(raw, np.ones((5, 2)), 0),
+    ):
+        with pytest.raises(NotFittedError, match="This Kriging instance is not fitted yet"):
+            ask(Kriging())
     with pytest.raises(ValueError, match="measures needs one entry per input, got 1 for 2"):
         main_effects(k, measures=[None])
     with pytest.raises(ValueError, match="level needs a probability"):

@@ -6,7 +6,7 @@ from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from surrogates import KrigingScreener, restricted_log_likelihood, selection_stability
+from surrogates import Kriging, KrigingScreener, restricted_log_likelihood, selection_stability
 from surrogates.errors import TooFewRuns
 from surrogates.rules import threshold_for
 
@@ -163,6 +163,15 @@ def test_labels_as_strings():
 def test_works_in_a_pipeline():
     x, y = data(60)
     assert make_pipeline(KrigingScreener(), LinearRegression()).fit(x, y).score(x, y) > 0.5
+
+
+def test_a_pipeline_behind_a_screener_that_selects_nothing_says_so():
+    x = np.random.default_rng(0).random((30, 4))
+    noise = np.random.default_rng(3).standard_normal(30)
+    with pytest.raises(
+        ValueError, match=r"0 feature\(s\) .* Behind a screener .* it selected no input: read its"
+    ):
+        make_pipeline(KrigingScreener(), Kriging()).fit(x, noise)
 
 
 def test_duplicates_constants_and_repeats_are_facts_not_errors():
