@@ -14,9 +14,15 @@ from typing import Any
 from workbench.space import Space
 from workbench.store import Evaluation
 
-__all__ = ["Cut", "failure_document", "failure_lines", "where_runs_fail"]
+__all__ = ["Cut", "failure_document", "failure_lines", "what_is_missing", "where_runs_fail"]
 
-BAD = ("failed", "timeout", "killed", "nonfinite")
+WORDS = {
+    "failed": "failed",
+    "timeout": "ran out of time",
+    "killed": "were killed",
+    "nonfinite": "gave no finite number",
+}
+BAD = tuple(WORDS)
 CLEAR = 0.5  # Youden's J from which a cut is worth telling
 FEWEST = 3  # failures below which no place is named
 SHOWN = 20
@@ -99,6 +105,27 @@ def failure_lines(document: Mapping[str, Any]) -> list[str]:
     elif len(bad) >= FEWEST:
         lines += ["", "no single parameter tells failed runs from good ones"]
     return lines
+
+
+def what_is_missing(counts: Mapping[str, int]) -> str:
+    """Why so few runs have a value, by status, and what to do.
+
+    >>> print(what_is_missing({"ok": 1, "failed": 58, "timeout": 1}))
+    58 failed, 1 ran out of time. `holdfast failures` shows which, why and where;
+    `holdfast run --retry-failed` tries them again
+    >>> print(what_is_missing({}))
+    nothing has been run yet. Run the study with `holdfast run`, or hand in results with `holdfast tell`
+    """
+    bad = [f"{counts[status]} {words}" for status, words in WORDS.items() if counts.get(status)]
+    if bad:
+        return (
+            f"{', '.join(bad)}. `holdfast failures` shows which, why and where; "
+            "`holdfast run --retry-failed` tries them again"
+        )
+    if not counts:
+        told = "hand in results with `holdfast tell`"
+        return f"nothing has been run yet. Run the study with `holdfast run`, or {told}"
+    return "add runs"
 
 
 def _best_cut(

@@ -14,6 +14,7 @@ from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome
 from workbench.parameter import Response
 from workbench.screening import METHODS, screen
+from workbench.selection import chosen
 from workbench.space import Space
 from workbench.stages import screening_runs
 from workbench.streams import stream
@@ -53,6 +54,7 @@ def other_screening(campaign: Campaign, method: str, *, trajectories: int = TRAJ
             method=method,
             transform=table["transform"],
             seed=campaign.study.seed,
+            **chosen(table),
         ).to_dict()
     if method == "rivals":
         return _rivals(campaign, response)

@@ -29,6 +29,7 @@ from workbench.errors import NotEnoughRuns, StudyError
 from workbench.evaluator import Outcome
 from workbench.input_measures import input_law, input_measure
 from workbench.parameter import Response
+from workbench.selection import check_selection
 from workbench.space import Space
 from workbench.streams import stream
 
@@ -134,16 +135,15 @@ def screen(
 
     Raises:
         NotEnoughRuns: fewer than 3 usable runs.
-        StudyError: an unknown method, transform or name, or a response that no run has.
+        StudyError: an unknown method, transform or name, groups or a number that do not fit, a run that
+            holds no number where there should be one, or a response that no run has.
     """
     response = Response(response) if isinstance(response, str) else response
     if method not in METHODS:
         raise StudyError(f"screening method needs one of {', '.join(METHODS)}, got {method!r}")
     if transform not in TRANSFORMS:
         raise StudyError(f"screening transform needs one of {', '.join(TRANSFORMS)}, got {transform!r}")
-    unknown = [name for group in groups for name in group if name not in space.names]
-    if unknown:
-        raise StudyError(f"groups name parameter {unknown[0]!r}, which the study does not have")
+    check_selection(space.names, groups=groups, n_selected=n_selected)
     ids, inputs, values, left_out = _usable(_as_outcomes(rows, space, response.name), space, response.name)
     x, labels = _columns(space, ids, inputs), _labels(space)
     y = np.array(values)

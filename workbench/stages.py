@@ -15,6 +15,8 @@ from workbench.atomic import read_json, write_json
 from workbench.campaign import Asked, Campaign, outcome
 from workbench.design_stage import design_from_file, design_of_kind, design_of_table
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.failures import what_is_missing
+from workbench.selection import chosen
 from workbench.store import Evaluation
 from workbench.streams import stream
 from workbench.thinning import spread_runs
@@ -149,6 +151,7 @@ def screen(campaign: Campaign) -> dict[str, Any]:
         method=table["method"],
         transform=table["transform"],
         seed=campaign.study.seed,
+        **chosen(table),
     )
     document = result.to_dict()
     _write(campaign, "screen", document, _stage_fingerprint(campaign, table), file="screening.json")
@@ -233,9 +236,9 @@ def _enough(runs: list[Evaluation], response: str) -> list[Evaluation]:
     """The runs, or a refusal when their values cannot tell anything."""
     values = [row.outputs[response] for row in runs if row.status == "ok"]
     if len(values) < FEWEST_RUNS:
-        failed = dict(Counter(row.status for row in runs if row.status != "ok"))
         raise NotEnoughRuns(
-            f"{len(values)} of {len(runs)} runs gave a value, {FEWEST_RUNS} are needed; others: {failed}"
+            f"{len(values)} of {len(runs)} runs gave a value, {FEWEST_RUNS} are needed: "
+            f"{what_is_missing(Counter(row.status for row in runs))}"
         )
     if len(set(values)) == 1:
         raise StudyError(

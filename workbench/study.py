@@ -15,6 +15,7 @@ from workbench.errors import StudyError
 from workbench.model import ModelSpec, Reduction
 from workbench.reading_rules import checked_rule
 from workbench.robust_table import check_robust
+from workbench.selection import check_selection, chosen
 from workbench.space import Parameter, Response, Space
 from workbench.study_messages import placed, validated
 from workbench.worst_case_targets import CHECKS
@@ -223,6 +224,9 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
             _check_robust_layout(study)
     if study.robust is not None:
         check_robust(study.space, study.robust, kind=study.model["kind"], text=text, where=where)
+    if study.screen is not None:
+        with placed(text, where, ("screen",)):
+            check_selection(space.names, **chosen(study.screen))
     for stage in ("screen", "robust"):
         table = getattr(study, stage)
         if table is not None:

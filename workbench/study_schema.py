@@ -177,11 +177,14 @@ class EvaluateTable(Table):
 
 
 class ScreenTable(Table):
-    """`[screen]`; `transform` "ranks" is for responses that jump."""
+    """`[screen]`; `transform` "ranks" is for responses that jump; `groups` of parameters are selected
+    together, and `n_selected` of them whatever the likelihood says."""
 
     response: Text
     method: Text = "default"
     transform: Literal["none", "ranks"] = "none"
+    n_selected: Count | None = None
+    groups: list[Annotated[list[Text], Field(min_length=2)]] | None = None
 
 
 class WorstCaseTable(Table):

@@ -295,7 +295,9 @@ def test_stages_refuse_what_they_cannot_use(tmp_path):
     with Campaign.from_file(path) as campaign:
         with pytest.raises(StudyError, match="there is no design to evaluate"):
             stages.evaluate(campaign)
-        with pytest.raises(NotEnoughRuns, match="0 of 0 runs gave a value, 3 are needed"):
+        with pytest.raises(
+            NotEnoughRuns, match="0 of 0 runs gave a value, 3 are needed: nothing has been run yet"
+        ):
             stages.screen(campaign)
         with pytest.raises(StudyError, match=r"the study has no \[worst_case\] table"):
             stages.worst_case(campaign)

@@ -16,8 +16,14 @@ def snippets(name, language):
 
 
 def test_the_study_file_of_the_how_to_loads():
-    text, robust = snippets("write-a-study-file.md", "toml")
+    text, screened, robust = snippets("write-a-study-file.md", "toml")
     study = parse_study(text.replace("# gradient", "gradient") + robust)
+    axes = "".join(
+        f'[[parameter]]\nname = "{name}"\nlower = 0\nupper = 1\n' for name in ("px", "py", "pz", "k")
+    )
+    head = '[study]\nname = "s"\n[model]\nkind = "ask"\n[[response]]\nname = "y"\n'
+    more = parse_study(head + axes + screened)
+    assert more.screen["groups"] == [["px", "py", "pz"]]
     assert study.model["gradient"] == "spring.py:slopes"
     assert study.robust["screened"] == 60
     assert study.robust["nominal"] == {"load": 25.0}

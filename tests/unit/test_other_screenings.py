@@ -6,9 +6,9 @@ import textwrap
 import pytest
 
 from workbench.campaign import Campaign
-from workbench.errors import StudyError
+from workbench.errors import NotEnoughRuns, StudyError
 from workbench.other_screenings import OTHER_METHODS, other_screening, other_screening_lines
-from workbench.stages import design, evaluate
+from workbench.stages import design, evaluate, screen
 
 STUDY = """
 [study]
@@ -152,6 +152,24 @@ def deflection(force, length, paint, grease, wood, bolts):
     for one in document["rankings"]:
         if one["method"] not in ("forward", "welch"):
             assert one["ranking"][0] == "wood", one["method"]
+
+
+def test_groups_and_number_of_the_study_file_are_kept(tmp_path):
+    (tmp_path / "bracket.py").write_text(MODEL.format(body=""))
+    (tmp_path / "study.toml").write_text(STUDY + 'groups = [["length", "force"]]\nn_selected = 1\n')
+    with Campaign.from_file(tmp_path / "study.toml") as campaign:
+        design(campaign)
+        evaluate(campaign)
+        assert set(screen(campaign)["selected"]) == {"length", "force"}
+        assert set(other_screening(campaign, "forward")["selected"]) == {"length", "force"}
+
+
+def test_failed_runs_are_told_in_words(tmp_path):
+    with campaign_of(tmp_path, "raise ValueError('torn')\n    ") as campaign:
+        with pytest.raises(
+            NotEnoughRuns, match=r"0 of 24 runs gave a value, .*: 24 failed\. `holdfast failures`"
+        ):
+            screen(campaign)
 
 
 def test_a_constant_response_is_refused_by_name(tmp_path):

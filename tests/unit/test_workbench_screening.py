@@ -139,6 +139,14 @@ def test_bad_input_is_refused_with_a_cure():
         screen([{"head": 1.0}], SPACE, "head")
     with pytest.raises(StudyError, match=r"groups name parameter 'mass', which the study does not have"):
         screen(runs(), SPACE, "head", groups=[("k", "mass")])
+    with pytest.raises(
+        StudyError, match=r"groups name parameter 'k' twice; a parameter belongs to one group"
+    ):
+        screen(runs(), SPACE, "head", groups=[("k", "c"), ("k", "seat")])
+    for number in (0, 5):
+        message = rf"n_selected needs a number from 1 to 4 \(a group counts as one\), got {number}"
+        with pytest.raises(StudyError, match=message):
+            screen(runs(), SPACE, "head", groups=[("k", "c")], n_selected=number)
 
 
 @pytest.mark.parametrize(
