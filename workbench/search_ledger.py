@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,15 @@ __all__ = ["Ledger", "Run"]
 
 FEWEST_RUNS = 3
 SLOPE_STEP = 1e-5  # of the unit interval
+# errors of a program, not of a point: a wrong name of an argument, a missing file or package
+MISPROGRAMMED = ("TypeError", "NameError", "AttributeError", "ImportError", "ModuleNotFoundError")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
     """One run of a search. `value` is None when the run failed; `predicted` and `std` are what the Kriging
-    expected before the run, None for given runs and the start design."""
+    expected before the run, None for given runs and the start design. `outputs` holds all responses of the
+    run, `error` what a failed one said."""
 
     key: str
     number: int  # 1, 2, ... within the search; 0 for a run that was given
@@ -34,6 +37,8 @@ class Run:
     value: float | None
     predicted: float | None = None
     std: float | None = None
+    outputs: Mapping[str, float] = field(default_factory=dict)
+    error: str = ""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -108,13 +113,12 @@ class Ledger:
                 value=self.read(outcome.outputs) if outcome.status == "ok" else None,
                 predicted=None if predicted is None else float(predicted[i]),
                 std=None if std is None else float(std[i]),
+                outputs=dict(outcome.outputs),
+                error=outcome.error if outcome.status != "ok" else "",
             )
             if run.value is not None and not np.isfinite(run.value):
                 # the outputs are finite: a reading such as `within` leaves this run out
-                run = Run(
-                    key=run.key, number=run.number, proposal=run.proposal, parameters=run.parameters,
-                    status="excluded", value=None,
-                )  # fmt: skip
+                run = replace(run, status="excluded", value=None, predicted=None, std=None)
             self.runs.append(run)
             self._u.append(np.asarray(point, dtype=float))
             slope = self._slope(outcome, self._u[-1]) if run.value is not None else None
@@ -201,18 +205,28 @@ class Ledger:
         self.looks = with_look(self.looks, look)
         return gap
 
+    @property
+    def is_misprogrammed(self) -> bool:
+        """Whether every run failed with one and the same error that is the program's, not the point's."""
+        errors = {run.error for run in self.runs}
+        return len(errors) == 1 and next(iter(errors)).split(":")[0] in MISPROGRAMMED
+
     def require_values(self, count: int) -> None:
         """Raise NotEnoughRuns unless `count` runs gave a value."""
         n_ok = int(self.ok.sum())
-        if n_ok < count:
-            statuses = dict(Counter(run.status for run in self.runs if run.value is None))
-            cure = "mend the model or narrow the space"
-            if "excluded" in statuses:
-                cure = "loosen the limits of `within`, which exclude runs, or give more runs to start from"
-            raise NotEnoughRuns(
-                f"{n_ok} of {len(self.runs)} runs gave a value and {count} are needed; failures by status: "
-                f"{statuses}. See the failure table, {cure}"
-            )
+        if n_ok >= count:
+            return
+        statuses = dict(Counter(run.status for run in self.runs if run.value is None))
+        text = f"{n_ok} of {len(self.runs)} runs gave a value and {count} are needed; runs without a value: "
+        text += ", ".join(f"{n} {status}" for status, n in statuses.items())
+        errors = Counter(run.error for run in self.runs if run.error)
+        if errors:
+            error, times = errors.most_common(1)[0]
+            text += f"; the model's error ({times} times): {error}"
+        cure = "mend the model or narrow the space"
+        if "excluded" in statuses:
+            cure = "loosen the limits of `within`, which exclude runs"
+        raise NotEnoughRuns(f"{text}. {cure.capitalize()}")
 
 
 def _outcome(row: Mapping[str, Any], space: Space) -> Outcome:

@@ -35,7 +35,7 @@ from workbench.polish import polish, reserve
 from workbench.portfolio import predicted_worst, propose
 from workbench.search_ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search_model import SearchModel, fit_rough_model, fit_search_model
-from workbench.search_start import start_points
+from workbench.search_start import begin
 from workbench.space import Space
 from workbench.streams import stream
 from workbench.worst_case_record import Status, WorstCase, profile_of
@@ -131,9 +131,7 @@ def search_worst_case(
     """`worst_case` on an evaluator, which stores runs and repeats none; see there for the arguments."""
     ledger = Ledger.opened(space, response=response, sense=sense, start=start, progress=progress)
     where = ledger.where
-    points = start_points(ledger, budget=budget, seed=seed)
-    if len(points):
-        ledger.add(evaluate(where.rows(points), purpose="start"), points, proposals=["start"] * len(points))
+    begun = begin(evaluate, ledger, budget=budget, seed=seed, workers=workers)
     ledger.require_values(FEWEST_RUNS)
     model, status, quiet = None, Status.BUDGET, 0
     searched = budget - reserve(ledger, budget)
@@ -157,7 +155,7 @@ def search_worst_case(
             v=ledger.v,
             incumbent=ledger.incumbent,
             feasibility=feasibility,
-            iteration=ledger.spent - len(points),
+            iteration=ledger.spent - begun,
             stalled=ledger.since_improvement > max(where.dimension, 6),
             finishing=searched - ledger.spent <= FINISHING_RUNS and ledger.since_improvement > FINISHING_RUNS,
             size=min(workers, searched - ledger.spent),

@@ -28,7 +28,7 @@ from workbench.evaluator import Evaluator, Outcome, Reading, evaluator_of, respo
 from workbench.feasibility import Feasibility
 from workbench.search_ledger import FEWEST_RUNS, Ledger
 from workbench.search_model import SearchModel, fit_search_model
-from workbench.search_start import start_points
+from workbench.search_start import begin
 from workbench.space import Space
 from workbench.streams import stream
 
@@ -112,9 +112,7 @@ def worst_quantile(
         raise StudyError(f"share needs a chance from 0.5 to {most:g}, got {share}; beyond it use worst_case")
     ledger = Ledger.opened(space, response=response, sense=sense, start=start, progress=None)
     where = ledger.where
-    points = start_points(ledger, budget=budget, seed=seed)
-    if len(points):
-        ledger.add(evaluate(where.rows(points), purpose="start"), points, proposals=["start"] * len(points))
+    begin(evaluate, ledger, budget=budget, seed=seed, workers=workers)
     ledger.require_values(FEWEST_RUNS)
     sample = _sample(ledger, seed)
     model: SearchModel | None = None

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from workbench.errors import NotEnoughRuns, StudyError
+from workbench.errors import StudyError
 from workbench.evaluator import FunctionEvaluator, Outcome
 from workbench.gap import lipschitz_gap
 from workbench.search_space import SearchSpace
@@ -291,14 +291,6 @@ def test_bad_input_is_named(kwargs, error, match):
 def test_several_responses_need_a_choice():
     with pytest.raises(StudyError, match=r"the model returns \['p', 'q'\]; say which with response="):
         worst_case(lambda a, b: {"p": a, "q": b}, BOX, budget=8)
-
-
-def test_all_failed_is_said_with_the_reason():
-    def broken(a, b):
-        raise RuntimeError("no licence")
-
-    with pytest.raises(NotEnoughRuns, match=r"0 of 4 runs gave a value and 3 are needed.*'failed': 4"):
-        worst_case(broken, BOX, budget=10)
 
 
 def test_a_constant_response_ends_without_a_gap():
