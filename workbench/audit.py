@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.certificates import failed_points
 from workbench.gap import BOUND_FACTOR
+from workbench.search_ledger import Ledger, distinct
 from workbench.search_model import SearchModel
 from workbench.search_space import SearchSpace
 
@@ -20,6 +22,7 @@ __all__ = ["Audit", "audit_runs"]
 
 PROBES = 200  # points at which the sign of the slope is read
 STEP = 0.02  # of the unit cube, for the slope
+NO_CORNER = "no corner of the box meets the constraints"
 MONOTONE = 0.975  # chance of one sign at every probe that counts as monotone
 
 
@@ -43,6 +46,7 @@ class Audit:
     corner_consistent: bool = False
     gradient_signs: Mapping[str, str] = field(default_factory=dict)
     gradient_runs: int = 0
+    corners_failed: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """For the JSON document."""
@@ -52,14 +56,17 @@ class Audit:
     def sentences(self) -> list[str]:
         """What to tell a reader."""
         out = []
+        failed = f"; {self.corners_failed} more failed and may be worse" if self.corners_failed else ""
         if self.corners is None:
-            out.append(f"{self.corners_run} corners were run; there are too many to run them all")
+            out.append(f"{self.corners_run} corners were run; there are too many to run them all{failed}")
         elif self.corners_run == self.corners:
-            out.append(f"all {self.corners} corners were run")
+            out.append(f"all {self.corners} corners were run" if self.corners else NO_CORNER)
+        elif self.corners_run + self.corners_failed == self.corners:
+            out.append(f"{self.corners_run} of {self.corners} corners gave a value{failed}")
         else:
             out.append(
                 f"{self.corners_run} of {self.corners} corners were run; "
-                f"the Kriging holds {self.corners_open} others open"
+                f"the Kriging holds {self.corners_open} others open{failed}"
             )
         if self.corner_consistent:
             out.append(
@@ -80,48 +87,40 @@ class Audit:
         return out
 
 
-def audit_runs(
-    where: SearchSpace,
-    model: SearchModel,
-    *,
-    u: np.ndarray,
-    v: np.ndarray,
-    sign: float,
-    incumbent: np.ndarray,
-    rng: np.random.Generator,
-    slopes: np.ndarray | None = None,
-) -> Audit:
-    """Audit runs u (n, d) with signed values v (n,) around the worst run `incumbent` (d,).
-
-    `slopes` (m, d) are dv/du of the runs that brought a gradient.
-    """
+def audit_runs(ledger: Ledger, model: SearchModel | None, *, rng: np.random.Generator) -> Audit:
+    """Audit the runs of a search; `model` is None where too few gave a value for a Kriging."""
+    where, u, v = ledger.where, ledger.u_ok, ledger.v
+    best, incumbent = float(v.max()), ledger.incumbent
     corners = where.corners()
-    run = {tuple(np.round(point, 9)) for point in u}
-    best = float(v.max())
-    corners_run = len({tuple(np.round(point, 9)) for point in u if _is_corner(where, point)})
+    failed = failed_points(ledger)
+    is_corner = np.array([_is_corner(where, point) for point in u], dtype=bool)
+    corners_run = len(np.unique(np.round(u[is_corner & where.allowed(u)], 9), axis=0))
     corners_open = None
     if corners is not None:
         corners = corners[where.allowed(corners)]
-        left = np.array([tuple(np.round(c, 9)) not in run for c in corners], dtype=bool)
-        judge = model.cautious or model
-        bounds = judge.bound(where.features(corners[left]), BOUND_FACTOR) if left.any() else np.empty(0)
+        left = distinct(corners, ledger.u)
+        bounds = np.empty(0)
+        if len(left) and model is not None:
+            bounds = (model.cautious or model).bound(where.features(left), BOUND_FACTOR)
         corners_open = int((bounds > best).sum())
-    monotone, share, towards = _monotonicity(where, model, sign=sign, rng=rng)
+    monotone, share, towards = _monotonicity(where, model, sign=ledger.sign, rng=rng)
     numeric = [j for j, word in enumerate(towards) if word != 0]
     consistent = len(numeric) == where.dimension and all(
-        abs(incumbent[j] - (1.0 if towards[j] * sign > 0 else 0.0)) < 1e-9 for j in numeric
+        abs(incumbent[j] - (1.0 if towards[j] * ledger.sign > 0 else 0.0)) < 1e-9 for j in numeric
     )
+    slopes = np.array(list(ledger.slopes.values())).reshape(-1, where.dimension)
     return Audit(
         corners=None if corners is None else len(corners),
         corners_run=corners_run,
         corners_open=corners_open,
+        corners_failed=sum(_is_corner(where, point) for point in failed),
         is_corner=_is_corner(where, incumbent),
         monotone=monotone,
         monotone_share=share,
-        combinations=_combinations(where, model, u=u, v=v, sign=sign, rng=rng),
+        combinations=_combinations(ledger, model, rng=rng),
         corner_consistent=consistent,
-        gradient_signs={} if slopes is None or not len(slopes) else _gradient_signs(where, slopes * sign),
-        gradient_runs=0 if slopes is None else len(slopes),
+        gradient_signs=_gradient_signs(where, slopes * ledger.sign) if len(slopes) else {},
+        gradient_runs=len(slopes),
     )
 
 
@@ -140,12 +139,14 @@ def _is_corner(where: SearchSpace, point: np.ndarray) -> bool:
 
 
 def _monotonicity(
-    where: SearchSpace, model: SearchModel, *, sign: float, rng: np.random.Generator
+    where: SearchSpace, model: SearchModel | None, *, sign: float, rng: np.random.Generator
 ) -> tuple[dict[str, str], dict[str, float], list[int]]:
     """Words, shares and signs (in the response's own sign) per parameter, from slopes predicted at random."""
     words: dict[str, str] = {}
     shares: dict[str, float] = {}
     signs: list[int] = []
+    if model is None:
+        return words, shares, [0] * where.dimension
     base = rng.random((PROBES, where.dimension))
     for j, (name, grid) in enumerate(zip(where.space.names, where.levels, strict=True)):
         if where.categorical[j]:
@@ -170,35 +171,47 @@ def _monotonicity(
 
 
 def _combinations(
-    where: SearchSpace,
-    model: SearchModel,
-    *,
-    u: np.ndarray,
-    v: np.ndarray,
-    sign: float,
-    rng: np.random.Generator,
+    ledger: Ledger, model: SearchModel | None, *, rng: np.random.Generator
 ) -> tuple[dict[str, Any], ...]:
-    """Per discrete combination: runs, worst value run, and whether its upper bound exceeds the worst run."""
+    """Per discrete combination that the constraints allow: runs, worst value run, and whether its upper bound
+    exceeds the worst run. Where every factor is discrete, a combination that was run is known."""
+    where, u, v = ledger.where, ledger.u_ok, ledger.v
     table = where.combinations()
-    if table is None:
+    if table is None or model is None:
         return ()
     discrete = list(where.discrete)
-    sample = rng.random((500, where.dimension))
+    sample = rng.random((500 if ledger.points is None else 1, where.dimension))
     names = [where.space.names[j] for j in discrete]
+    judge = model.cautious or model
+    is_excluded = np.array([run.status == "excluded" for run in ledger.runs], dtype=bool)
+    excluded = ledger.u[is_excluded]
     out = []
     for combination in table:
         points = sample.copy()
         points[:, discrete] = combination
-        mine = np.all(np.abs(u[:, discrete] - combination) < 1e-9, axis=1)
-        bound = float((model.cautious or model).bound(where.features(points), BOUND_FACTOR).max())
+        points = points[where.allowed(points)]
+        if not len(points):
+            continue
+        mine = _among(u, discrete, combination)
+        is_known = where.is_finite and (mine.any() or _among(excluded, discrete, combination).any())
+        worst = float(v[mine].max()) if mine.any() else None
+        bound = float(judge.bound(where.features(points), BOUND_FACTOR).max())
+        if where.is_finite and worst is not None:
+            bound = worst
         values = where.rows(points[:1])[0]
         out.append(
             {
                 "combination": {name: values[name] for name in names},
                 "runs": int(mine.sum()),
-                "worst": sign * float(v[mine].max()) if mine.any() else None,
-                "bound": sign * bound,
-                "open": bool(bound > v.max()),
+                "worst": None if worst is None else ledger.sign * worst,
+                "bound": ledger.sign * bound,
+                "open": bool(not is_known and bound > v.max()),
             }
         )
     return tuple(out)
+
+
+def _among(u: np.ndarray, discrete: list[int], combination: np.ndarray) -> np.ndarray:
+    """Which of the points (n, d) have the combination (k,) of discrete coordinates."""
+    same: np.ndarray = np.all(np.abs(u[:, discrete] - combination) < 1e-9, axis=1)
+    return same

@@ -26,7 +26,7 @@ from workbench.errors import StudyError
 from workbench.gap import Gap
 from workbench.search_space import SearchSpace
 
-__all__ = ["Enclosure", "enclosure_gap"]
+__all__ = ["Enclosure", "check_enclosure", "enclosure_gap"]
 
 FAIR = 4
 NARROWEST = 1e-9  # of the unit interval: halving further would only meet rounding
@@ -43,6 +43,8 @@ class Enclosure:
     calls: int = 2000
 
     def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise StudyError(f"an enclosure needs a function of (lower, upper), got {self.function!r:.100}")
         if self.calls < 1:
             raise StudyError(f"an enclosure needs calls >= 1, got {self.calls}")
 
@@ -73,7 +75,13 @@ class _Search:
         """The box with its bound asked; never higher than that of the box it came from."""
         self.calls += 1
         lower, upper = self.where.rows(np.array([box.low, box.high]))
-        answer = self.enclosure.function(lower, upper)
+        try:
+            answer = self.enclosure.function(lower, upper)
+        except Exception as exc:  # a user's function may raise anything
+            raise StudyError(
+                f"enclosure raised {type(exc).__name__}: {exc}, between {lower} and {upper}. Let it return "
+                "(-inf, inf) where it knows no bound"
+            ) from exc
         try:
             low, high = (float(value) for value in answer)
         except (TypeError, ValueError):
@@ -133,6 +141,16 @@ class _Search:
         before = self.lowered[j] if self.halved[j] else 0.0
         self.halved[j] += 1
         self.lowered[j] = before + (gained - before) / self.halved[j]
+
+
+def check_enclosure(where: SearchSpace, enclosure: Enclosure) -> None:
+    """Ask the enclosure once, over the whole box, so that a mistake in it costs no run.
+
+    Raises:
+        StudyError: it raises, or returns no bounds.
+    """
+    search = _Search(where, enclosure, np.empty((0, where.dimension)), np.empty(0), 1.0)
+    search.bounded(search.roots()[0])
 
 
 def enclosure_gap(

@@ -6,7 +6,7 @@ stated.
                    runs do not refute; regions where runs almost surely fail are left out
     Lipschitz      max over u of min_i (v_i + L |u - u_i|), a certificate when L is right
     enclosure      branch and bound on the user's interval enclosure, a certificate (`workbench.enclosure`)
-    enumerated     every point of a finite space was run: nothing is left
+    enumerated     every point of a finite space was run: nothing is left but points that failed
 
 A model-based gap is a statement about the Kriging and is calibrated, not proven:
 `studies/worst_case_calibration.py` counts how often it covers the true gap of functions with known extremes.
@@ -14,11 +14,14 @@ A bound through a logarithm can lie absurdly far out; the cautious twin states n
 values seen.
 """
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from workbench.errors import StudyError
 from workbench.feasibility import Feasibility
 from workbench.infill import maximise_score
 from workbench.search_model import SearchModel
@@ -36,8 +39,10 @@ POLISHED = 4
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
     """`width` >= 0: how far beyond the confirmed worst the response could lie, in its unit. `upper` is the
-    bound itself (a lower bound of the response when small is bad). Of an enclosure: its `calls`, and whether
-    they brought the width below the tolerance."""
+    bound itself (a lower bound of the response when small is bad); both are infinite where nothing is known.
+    Of an enclosure: its `calls`, and whether they brought the width below the tolerance. Of an enumeration:
+    how many points `failed`. `note`: what a reader must know beside it, such as a certificate that the runs
+    refute."""
 
     upper: float
     width: float
@@ -45,19 +50,35 @@ class Gap:
     kind: str
     calls: int = 0
     closed: bool = True
+    failed: int = 0
+    note: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """For the JSON document."""
         plain = asdict(self)
         if self.kind != "enclosure":
             del plain["calls"], plain["closed"]
-        return {**plain, "lower": 0.0}
+        for name in ("failed", "note"):
+            if not plain[name]:
+                del plain[name]
+        for name in ("upper", "width"):
+            plain[name] = plain[name] if isfinite(plain[name]) else None
+        return {**plain, "lower": 0.0, "sentence": self.sentence}
 
     @property
     def sentence(self) -> str:
         """What to tell a reader."""
+        return f"{self._claim}; {self.note}" if self.note else self._claim
+
+    @property
+    def _claim(self) -> str:
         if self.kind == "enumerated":
-            return "every point of the space was run: nothing worse exists"
+            if not self.failed:
+                return "every point of the space was run: nothing worse exists"
+            text = f"every point of the space was run; {self.failed} failed and may be worse"
+            if isfinite(self.width):
+                text += f": by at most {self.width:.4g} there (model-based, {self.coverage:.0%})"
+            return text
         if self.kind == "Lipschitz":
             return f"certified by the given Lipschitz constant: at most {self.width:.4g} worse"
         if self.kind == "enclosure":
@@ -89,8 +110,6 @@ def remaining_gap(
     may take before every batch.
     """
     best = float(v.max())
-    if where.is_finite and len(np.unique(u, axis=0)) >= where.size:
-        return Gap(upper=best, width=0.0, coverage=1.0, kind="enumerated")
     cautious = model.cautious or model
     ceiling = best + float(np.ptp(v))
 
@@ -114,7 +133,13 @@ def remaining_gap(
 
 
 def lipschitz_gap(
-    where: SearchSpace, *, u: np.ndarray, v: np.ndarray, constant: float, boxes: int = 20_000
+    where: SearchSpace,
+    *,
+    u: np.ndarray,
+    v: np.ndarray,
+    constant: float,
+    names: Sequence[str] | None = None,
+    boxes: int = 20_000,
 ) -> Gap:
     """A certificate: branch and bound on max_u min_i (v_i + L |u - u_i|) for runs u (n, d), v (n,).
 
@@ -122,18 +147,22 @@ def lipschitz_gap(
     largest such bound is an upper bound of the response at any time, so stopping after `boxes` boxes leaves
     it valid. Levelled coordinates are treated as continuous, which only loosens it.
 
+    `names` (n,) of the runs, for the message.
+
     Raises:
-        ValueError: the constant is not positive, or the runs contradict it.
+        StudyError: the constant is not positive, or the runs contradict it.
     """
     if not constant > 0:
-        raise ValueError(f"lipschitz needs a constant > 0 per unit of the cube, got {constant}")
+        raise StudyError(f"lipschitz needs a constant > 0 per unit of the cube, got {constant}")
     distance = np.linalg.norm(u[:, None] - u[None], axis=2)
     excess = np.abs(v[:, None] - v[None]) - constant * distance
     if excess.max() > 1e-9 * max(1.0, float(np.abs(v).max())):
-        i, j = np.unravel_index(int(excess.argmax()), excess.shape)
-        raise ValueError(
-            f"lipschitz={constant:g} is contradicted by runs {i + 1} and {j + 1}, which differ by "
-            f"{abs(v[i] - v[j]):.6g} over a distance of {distance[i, j]:.6g}. Give a larger constant"
+        i, j = sorted(int(k) for k in np.unravel_index(int(excess.argmax()), excess.shape))
+        first, second = (f"run {k + 1}" if names is None else names[k] for k in (i, j))
+        raise StudyError(
+            f"lipschitz={constant:g} is contradicted by {first} and {second}, which differ by "
+            f"{abs(v[i] - v[j]):.6g} over a distance of {distance[i, j]:.6g} in the unit cube. "
+            "Give a larger constant"
         )
 
     def cone(points: np.ndarray) -> np.ndarray:

@@ -15,10 +15,11 @@ from workbench.gap_history import GapLook, gap_look, with_look
 from workbench.search_space import SearchSpace
 from workbench.space import Space
 
-__all__ = ["Ledger", "Run"]
+__all__ = ["FEWEST_RUNS", "Ledger", "Run", "distinct"]
 
 FEWEST_RUNS = 3
 SLOPE_STEP = 1e-5  # of the unit interval
+SAME = 1e-12  # relative: values that differ by rounding only
 # errors of a program, not of a point: a wrong name of an argument, a missing file or package
 MISPROGRAMMED = ("TypeError", "NameError", "AttributeError", "ImportError", "ModuleNotFoundError")
 
@@ -57,6 +58,8 @@ class Ledger:
     progress: Callable[[Run, float], None] | None = None
     runs: list[Run] = field(default_factory=list)
     looks: list[GapLook] = field(default_factory=list)
+    # the admissible points of a finite space, None when it cannot be enumerated
+    points: np.ndarray | None = None
     _u: list[np.ndarray] = field(default_factory=list)
 
     @classmethod
@@ -74,6 +77,7 @@ class Ledger:
             raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
         where = SearchSpace.of(space)
         ledger = cls(where=where, sign=1.0 if sense == "max" else -1.0, read=response_reader(response))
+        ledger.points = where.points()
         ledger.response = None if callable(response) else response
         ledger.is_combination = callable(response)
         given = [run if isinstance(run, Outcome) else _outcome(run, space) for run in start]
@@ -157,6 +161,13 @@ class Ledger:
         return np.array(self._u).reshape(len(self._u), self.where.dimension)
 
     @property
+    def is_exhausted(self) -> bool:
+        """Whether every admissible point of a finite space was run."""
+        if self.points is None or len(self.points) > len(self.runs):
+            return False
+        return not len(distinct(self.points, self.u))
+
+    @property
     def ok(self) -> np.ndarray:
         """Which runs gave a value, (n,)."""
         return np.array([run.value is not None for run in self.runs], dtype=bool)
@@ -206,6 +217,12 @@ class Ledger:
         return gap
 
     @property
+    def is_flat(self) -> bool:
+        """Whether several runs gave a value and all gave the same."""
+        v = self.v
+        return len(v) > 1 and float(np.ptp(v)) <= SAME * max(1.0, float(np.abs(v).max()))
+
+    @property
     def is_misprogrammed(self) -> bool:
         """Whether every run failed with one and the same error that is the program's, not the point's."""
         errors = {run.error for run in self.runs}
@@ -227,6 +244,13 @@ class Ledger:
         if "excluded" in statuses:
             cure = "loosen the limits of `within`, which exclude runs"
         raise NotEnoughRuns(f"{text}. {cure.capitalize()}")
+
+
+def distinct(points: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """The points (m, d) that are not among the others (n, d), rounding left aside."""
+    known = {tuple(np.round(point, 9)) for point in others}
+    left: np.ndarray = points[np.array([tuple(np.round(p, 9)) not in known for p in points], dtype=bool)]
+    return left
 
 
 def _outcome(row: Mapping[str, Any], space: Space) -> Outcome:

@@ -18,6 +18,7 @@ __all__ = ["SearchSpace"]
 
 MAX_COMBINATIONS = 64  # discrete combinations that are enumerated one by one
 MAX_CORNERS = 2**12
+MAX_POINTS = 2**14  # of a finite space that is enumerated
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,6 +106,14 @@ class SearchSpace:
         if count > MAX_CORNERS:
             return None
         return np.array(list(product(*ends)))
+
+    def points(self) -> np.ndarray | None:
+        """All points (n, d) of a finite space that meet its constraints; None when there are too many."""
+        if not self.is_finite or self.size > MAX_POINTS:
+            return None
+        table = np.array(list(product(*(grid for grid in self.levels if grid is not None))))
+        allowed: np.ndarray = table[self.allowed(table)]
+        return allowed
 
     def combinations(self) -> np.ndarray | None:
         """All combinations (m, k) of the k discrete coordinates; None when there are none or too many."""

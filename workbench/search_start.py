@@ -5,27 +5,29 @@ import numpy as np
 import doe
 from workbench.errors import StudyError
 from workbench.evaluator import Evaluator
-from workbench.search_ledger import FEWEST_RUNS, Ledger
+from workbench.search_ledger import FEWEST_RUNS, Ledger, distinct
 from workbench.search_space import SearchSpace
 from workbench.streams import stream
 
 __all__ = ["begin", "far_points", "start_points", "start_size"]
 
 START_TRIES = 200
+NO_POINT = "no point of the space meets its constraints: loosen them or widen the bounds"
 CANDIDATES = 4000  # random points that a far one is chosen from
 
 
 def start_size(ledger: Ledger) -> int:
     """Runs of the start design: what brings the usable runs up to d + 2."""
-    where = ledger.where
-    wanted = max(where.n_features + 2, FEWEST_RUNS)
+    wanted = max(ledger.where.n_features + 2, FEWEST_RUNS)
     needed = max(wanted - int(ledger.ok.sum()), 0)
-    return int(min(needed, where.size)) if where.is_finite else needed
+    return needed if ledger.points is None else min(needed, len(distinct(ledger.points, ledger.u)))
 
 
 def start_points(ledger: Ledger, *, budget: int, seed: int) -> np.ndarray:
     """Space-filling points that bring the usable runs up to d + 2; none when there are enough."""
     where = ledger.where
+    if ledger.points is not None and not len(ledger.points):
+        raise StudyError(NO_POINT)
     needed = start_size(ledger)
     if needed and budget < needed:
         raise StudyError(
@@ -44,7 +46,7 @@ def start_points(ledger: Ledger, *, budget: int, seed: int) -> np.ndarray:
         tries += 1
     first = np.sort(np.unique(allowed, axis=0, return_index=True)[1])[:needed]
     if not len(first):
-        raise StudyError("no point of the space meets its constraints: loosen them or widen the bounds")
+        raise StudyError(NO_POINT)
     points: np.ndarray = allowed[first]
     return points
 
@@ -76,9 +78,11 @@ def far_points(where: SearchSpace, u: np.ndarray, *, size: int, rng: np.random.G
     Distances of continuous coordinates go round the ends, as on a circle: the farthest points by plain
     distance are all on the faces of the box.
     """
-    drawn = where.snap(rng.random((CANDIDATES, where.dimension)))
-    drawn = np.unique(drawn[where.allowed(drawn)], axis=0)
-    drawn = drawn[rng.permutation(len(drawn))]
+    every = where.points()
+    if every is None:
+        drawn = where.snap(rng.random((CANDIDATES, where.dimension)))
+        every = np.unique(drawn[where.allowed(drawn)], axis=0)
+    drawn = every[rng.permutation(len(every))]
     nearest = np.full(len(drawn), np.inf)
     for point in u:
         nearest = np.minimum(nearest, _apart(where, drawn, point))

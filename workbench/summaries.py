@@ -153,6 +153,10 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     if gap.get("upper") is not None:
         what = "model-based bound, not a proof" if gap["kind"] == "model-based" else gap["kind"]
         text.append(f"  could be as far as {format_number(gap['upper'], 6)}{unit} ({what})")
+    if gap.get("failed"):
+        text += _wrapped(f"  every point was run; {gap['failed']} failed and may be worse", 79)
+    if gap.get("note"):
+        text += _wrapped(f"  note: {gap['note']}", 79)
     if document.get("quantile"):
         text += [f"  {line}" for line in _wrapped(quantile_text(document["quantile"]), 77)]
     failures = document.get("failures") or {}

@@ -27,15 +27,18 @@ import numpy as np
 
 from workbench.audit import audit_runs
 from workbench.baselines import predicted_baselines
-from workbench.enclosure import Enclosure, enclosure_gap
+from workbench.certificates import stated_gap
+from workbench.corner_runs import FINISHING_RUNS, CornerPlan
+from workbench.enclosure import Enclosure, check_enclosure
 from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading, response_name
 from workbench.feasibility import Feasibility
-from workbench.gap import Gap, lipschitz_gap, remaining_gap
+from workbench.gap import Gap, remaining_gap
 from workbench.polish import polish, reserve
 from workbench.portfolio import predicted_worst, propose
+from workbench.search_arguments import check_search_arguments
 from workbench.search_ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search_model import SearchModel, fit_rough_model, fit_search_model
-from workbench.search_start import begin
+from workbench.search_start import begin, far_points
 from workbench.space import Space
 from workbench.streams import stream
 from workbench.worst_case_record import Status, WorstCase, profile_of
@@ -45,7 +48,7 @@ __all__ = ["Status", "WorstCase", "search_worst_case", "surrogate_worst_case", "
 Progress = Callable[[Run, float], None]
 
 QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the search stops
-FINISHING_RUNS = 3
+FLAT_RUNS = 10  # per parameter, all of one value, before a response counts as constant
 
 
 def worst_case(
@@ -86,8 +89,9 @@ def worst_case(
     Returns: a `WorstCase`; `value` and `parameters` belong to a true run.
 
     Raises:
-        StudyError: unknown sense or response, empty space, budget below the start design, start outside the
-            space.
+        StudyError: an argument is of no use: unknown sense or response, empty space, budget below the start
+            design, start outside the space, a number that is none. A certificate that the runs refute is no
+            error: the gap of the Kriging is stated, with the reason.
         NotEnoughRuns: every run failed, or too few gave a value to fit a Kriging.
 
     >>> from workbench import Parameter
@@ -129,22 +133,41 @@ def search_worst_case(
     progress: Progress | None = None,
 ) -> WorstCase:
     """`worst_case` on an evaluator, which stores runs and repeats none; see there for the arguments."""
+    check_search_arguments(
+        sense=sense,
+        budget=budget,
+        seed=seed,
+        workers=workers,
+        tolerance=tolerance,
+        lipschitz=lipschitz,
+        enclosure=enclosure,
+    )
     ledger = Ledger.opened(space, response=response, sense=sense, start=start, progress=progress)
     where = ledger.where
+    if enclosure is not None:
+        check_enclosure(where, enclosure)
     begun = begin(evaluate, ledger, budget=budget, seed=seed, workers=workers)
-    ledger.require_values(FEWEST_RUNS)
+    ledger.require_values(1 if ledger.is_exhausted else FEWEST_RUNS)
     model, status, quiet = None, Status.BUDGET, 0
     searched = budget - reserve(ledger, budget)
-    while ledger.spent < searched:
+    corners = CornerPlan.of(ledger, budget=searched - begun)
+    while ledger.spent < searched and not ledger.is_exhausted:
+        left = searched - ledger.spent
         model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=model, seed=seed)
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
         # the full bound is sought only when a cheap look at it suggests that the search is over
         gap = _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=quiet >= QUIET_BATCHES)
-        if gap.kind == "enumerated":
-            status = Status.EXHAUSTED
-            break
         quiet = quiet + 1 if gap.width <= tolerance * ledger.scale else 0
-        if quiet > QUIET_BATCHES:
+        is_settled, room = quiet > QUIET_BATCHES, corners.room(ledger, runs=left)
+        if is_settled or room <= 0:
+            unrun = corners.promising(ledger, model, most=left)
+            if len(unrun):
+                best = float(ledger.v.max())
+                _run(evaluate, ledger, unrun, name="corner")
+                # a corner that is worse than all before begins the search anew
+                quiet = quiet if float(ledger.v.max()) <= best else 0
+                continue
+        if is_settled and not (ledger.is_flat and len(ledger.v) < FLAT_RUNS * where.dimension):
             status = Status.CONVERGED
             break
         batch = propose(
@@ -157,13 +180,19 @@ def search_worst_case(
             feasibility=feasibility,
             iteration=ledger.spent - begun,
             stalled=ledger.since_improvement > max(where.dimension, 6),
-            finishing=searched - ledger.spent <= FINISHING_RUNS and ledger.since_improvement > FINISHING_RUNS,
-            size=min(workers, searched - ledger.spent),
+            finishing=left <= FINISHING_RUNS and ledger.since_improvement > FINISHING_RUNS,
+            size=min(workers, room if room > 0 else left),
             rng=stream(seed, "worst case", replicate=ledger.spent),
         )
         if not len(batch.u):
-            status = Status.CONVERGED
-            break
+            # no proposal is left, which says nothing of the gap: fill the space
+            rng = stream(seed, "worst case fill", replicate=ledger.spent)
+            far = far_points(where, ledger.u, size=min(workers, left), rng=rng)
+            if not len(far):
+                status = Status.NO_POINT
+                break
+            _run(evaluate, ledger, far, name="fill")
+            continue
         outcomes = evaluate(where.rows(batch.u), purpose=batch.proposals[0])
         ledger.add(
             outcomes,
@@ -172,10 +201,14 @@ def search_worst_case(
             predicted=ledger.sign * batch.predicted,
             std=batch.std,
         )
-    if ledger.slopes and status is not Status.EXHAUSTED:
+    if ledger.slopes and not ledger.is_exhausted:
         polish(evaluate, ledger, budget=budget)
-    if status is Status.CONVERGED:
-        _run_corners(evaluate, ledger, budget=budget)
+    if ledger.is_exhausted:
+        status = Status.EXHAUSTED
+    elif ledger.is_flat:
+        status = Status.CONSTANT
+    elif quiet > QUIET_BATCHES:
+        status = Status.CONVERGED  # also where corners without a gain took the rest of the budget
     return _result(
         ledger,
         response=response,
@@ -233,18 +266,9 @@ def surrogate_worst_case(
     )
 
 
-def _run_corners(evaluate: Evaluator, ledger: Ledger, *, budget: int) -> None:
-    """Run the corners that are left when all of them fit into what remains of the budget."""
-    corners = ledger.where.corners()
-    if corners is None:
-        return
-    corners = corners[ledger.where.allowed(corners)]
-    run = {tuple(np.round(point, 9)) for point in ledger.u}
-    left = np.array([c for c in corners if tuple(np.round(c, 9)) not in run])
-    if 0 < len(left) <= budget - ledger.spent:
-        ledger.add(
-            evaluate(ledger.where.rows(left), purpose="corner"), left, proposals=["corner"] * len(left)
-        )
+def _run(evaluate: Evaluator, ledger: Ledger, points: np.ndarray, *, name: str) -> None:
+    """Run the points (m, d) of one proposal."""
+    ledger.add(evaluate(ledger.where.rows(points), purpose=name), points, proposals=[name] * len(points))
 
 
 def _gap(
@@ -281,26 +305,16 @@ def _result(
     """The record of a finished search: gap, audit and profile from a last Kriging of all runs."""
     where = ledger.where
     # the search's choices are kept: the gap that is stated is the one that it stopped at
-    model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=previous, seed=seed)
-    certificates: list[Gap] = []
-    if lipschitz is not None:
-        certificates.append(lipschitz_gap(where, u=ledger.u_ok, v=ledger.v, constant=lipschitz))
-    if enclosure is not None:
-        certificates.append(
-            enclosure_gap(
-                where,
-                enclosure,
-                u=ledger.u_ok,
-                v=ledger.v,
-                sign=ledger.sign,
-                tolerance=max(tolerance, 0.0) * ledger.scale,
-            )
-        )
-    if certificates:
-        gap = ledger.note(min(certificates, key=lambda certificate: certificate.width), full=True)
-    else:
+    model = _last_model(ledger, previous, seed=seed)
+
+    def modelled() -> Gap:
+        assert model is not None  # only an enumeration goes without
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
-        gap = _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=True)
+        return _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=True)
+
+    gap = stated_gap(ledger, model, modelled, tolerance=tolerance, lipschitz=lipschitz, enclosure=enclosure)
+    if gap.kind != "model-based":
+        ledger.note(gap, full=True)
     best = ledger.best
     return WorstCase(
         response=response_name(response),
@@ -318,18 +332,11 @@ def _result(
         runs=tuple(ledger.runs),
         gap_history=tuple(ledger.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
-        audit=audit_runs(
-            where,
-            model,
-            u=ledger.u_ok,
-            v=ledger.v,
-            sign=ledger.sign,
-            incumbent=ledger.incumbent,
-            rng=stream(seed, "audit"),
-            slopes=np.array(list(ledger.slopes.values())).reshape(-1, where.dimension),
-        ),
-        profile=profile_of(ledger, model, ledger.incumbent),
-        baselines=predicted_baselines(
+        audit=audit_runs(ledger, model, rng=stream(seed, "audit")),
+        profile={} if model is None else profile_of(ledger, model, ledger.incumbent),
+        baselines={}
+        if model is None
+        else predicted_baselines(
             where,
             model,
             u=ledger.u_ok,
@@ -339,3 +346,10 @@ def _result(
             rng=stream(seed, "baselines"),
         ),
     )
+
+
+def _last_model(ledger: Ledger, previous: SearchModel | None, *, seed: int) -> SearchModel | None:
+    """A Kriging of all runs; None where an enumeration of a few points left too few values for one."""
+    if len(ledger.v) < FEWEST_RUNS:
+        return None
+    return fit_search_model(ledger.where.features(ledger.u_ok), ledger.v, previous=previous, seed=seed)

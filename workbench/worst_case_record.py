@@ -23,9 +23,14 @@ PROFILE_POINTS = 41
 class Status(Enum):
     """Why the search stopped."""
 
-    CONVERGED = "the model-based gap fell below the tolerance and no candidate was left to try"
+    CONVERGED = "the model-based gap stayed below the tolerance"
     BUDGET = "the budget of runs was spent"
     EXHAUSTED = "every point of the finite space was run"
+    NO_POINT = "no point that meets the constraints was found beside those that were run"
+    CONSTANT = (
+        "every run gave the same value: the response does not depend on these parameters, "
+        "or the model ignores its inputs"
+    )
     SURROGATE = "no model to run: the extreme of the surrogate, unconfirmed"
 
 

@@ -26,6 +26,7 @@ import doe
 from workbench.errors import StudyError
 from workbench.evaluator import Evaluator, Outcome, Reading, evaluator_of, response_name
 from workbench.feasibility import Feasibility
+from workbench.search_arguments import check_search_arguments
 from workbench.search_ledger import FEWEST_RUNS, Ledger
 from workbench.search_model import SearchModel, fit_search_model
 from workbench.search_start import begin
@@ -110,6 +111,7 @@ def worst_quantile(
     most = 1 - FEWEST_IN_TAIL / SAMPLE
     if not 0.5 <= share <= most:
         raise StudyError(f"share needs a chance from 0.5 to {most:g}, got {share}; beyond it use worst_case")
+    check_search_arguments(sense=sense, budget=budget, seed=seed, workers=workers, tolerance=tolerance)
     ledger = Ledger.opened(space, response=response, sense=sense, start=start, progress=None)
     where = ledger.where
     begin(evaluate, ledger, budget=budget, seed=seed, workers=workers)

@@ -1,5 +1,7 @@
 """Certificates by interval enclosures, on functions whose worst case is known."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -129,12 +131,47 @@ def test_levels_and_words_are_enclosed_as_they_are():
         (lambda low, high: 3.0, "enclosure needs to return a pair"),
         (lambda low, high: (1.0, 0.0), "enclosure needs low <= high, got 1.0 and 0.0"),
         (lambda low, high: (0.0, float("nan")), "enclosure needs low <= high"),
-        (lambda low, high: (-9.0, 0.0), "enclosure says the response stays below 0 .* but a run there gave"),
+        (
+            lambda low, high: 1 / 0,
+            "enclosure raised ZeroDivisionError: division by zero, between {'a': -2.0,",
+        ),
     ],
 )
-def test_what_is_no_enclosure(function, words):
+def test_what_is_no_enclosure_is_said_before_the_first_run(function, words):
+    calls = []
     with pytest.raises(StudyError, match=words):
-        worst_case(hill, BOX, budget=10, seed=0, enclosure=Enclosure(function))
+        worst_case(
+            lambda a, b: calls.append(a) or hill(a, b), BOX, budget=10, seed=0, enclosure=Enclosure(function)
+        )
+    assert not calls
+
+
+def breaks_when_narrow(lower, upper):
+    if upper["a"] - lower["a"] < 1.0:
+        raise ZeroDivisionError("too narrow")
+    return hill_between(lower, upper)
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        (lambda low, high: (-9.0, 0.0), "enclosure says the response stays below 0 .* but a run there gave"),
+        (breaks_when_narrow, "enclosure raised ZeroDivisionError: too narrow, between"),
+    ],
+)
+def test_an_enclosure_that_fails_later_costs_no_run(function, words):
+    found = worst_case(hill, BOX, budget=10, seed=0, enclosure=Enclosure(function))
+    assert found.evaluations == 10
+    assert found.gap.kind == "model-based"
+    assert "the given enclosure does not hold: " in found.gap.sentence
+    assert re.search(words, found.gap.sentence)
+    assert "The given enclosure does not hold: " in gap_sentence(found.to_dict())
+
+
+def test_one_certificate_that_fails_leaves_the_other():
+    found = worst_case(hill, BOX, budget=10, seed=0, enclosure=Enclosure(breaks_when_narrow), lipschitz=200.0)
+    assert found.gap.kind == "Lipschitz"
+    assert "the given enclosure does not hold" in found.gap.note
 
 
 STUDY = """
@@ -176,6 +213,8 @@ def test_a_study_file_names_its_enclosure(tmp_path):
 
 
 def test_calls_and_two_certificates():
+    with pytest.raises(StudyError, match=r"an enclosure needs a function of \(lower, upper\), got 3"):
+        Enclosure(3)
     with pytest.raises(StudyError, match="an enclosure needs calls >= 1, got 0"):
         Enclosure(hill_between, calls=0)
     found = worst_case(hill, BOX, budget=20, seed=0, enclosure=Enclosure(hill_between), lipschitz=200.0)

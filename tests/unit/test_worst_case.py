@@ -279,13 +279,26 @@ def test_the_lipschitz_bound_is_the_bound_of_the_cones():
             StudyError,
             r"run r7 of start is not in the space: .*missing \['b'\]",
         ),
-        ({"lipschitz": 1e-3}, ValueError, "lipschitz=0.001 is contradicted by runs"),
-        ({"lipschitz": -1.0}, ValueError, "lipschitz needs a constant > 0"),
+        ({"lipschitz": -1.0}, StudyError, "lipschitz needs a constant > 0 per unit of the cube, got -1.0"),
+        ({"lipschitz": float("nan")}, StudyError, "lipschitz needs a constant > 0 .*, got nan"),
+        ({"budget": "10"}, StudyError, "budget needs a whole number of runs >= 0, got '10'"),
+        ({"budget": 10.5}, StudyError, "budget needs a whole number of runs >= 0, got 10.5"),
+        ({"budget": float("nan")}, StudyError, "budget needs a whole number of runs >= 0, got nan"),
+        ({"seed": -1}, StudyError, "seed needs a whole number >= 0, got -1"),
+        ({"workers": 0}, StudyError, "workers needs a whole number of runs at a time >= 1, got 0"),
+        ({"workers": -1}, StudyError, "workers needs a whole number of runs at a time >= 1, got -1"),
+        ({"tolerance": float("nan")}, StudyError, "tolerance needs a number, .* got nan"),
+        ({"enclosure": bowl}, StudyError, "enclosure needs an Enclosure, got <function bowl"),
     ],
 )
 def test_bad_input_is_named(kwargs, error, match):
     with pytest.raises(error, match=match):
         worst_case(bowl, BOX, **{"budget": 8, **kwargs})
+
+
+def test_numbers_of_numpy_are_numbers():
+    found = worst_case(bowl, BOX, budget=np.int64(6), seed=np.int64(0), lipschitz=np.float64(13.0))
+    assert found.evaluations <= 6
 
 
 def test_several_responses_need_a_choice():

@@ -39,9 +39,17 @@ def gap_sentence(worst: Mapping[str, Any]) -> str:
     gap = worst.get("gap")
     if not gap:
         return "No bound on how much worse it could be was computed."
-    width = quantity(gap["width"], str(worst.get("unit") or "1"), 4)
+    sentence = _claim(gap, str(worst.get("unit") or "1"))
+    note = str(gap.get("note") or "").rstrip(".")
+    return f"{sentence} {note[:1].upper()}{note[1:]}." if note else sentence
+
+
+def _claim(gap: Mapping[str, Any], unit: str) -> str:
+    width = "an unknown amount" if gap["width"] is None else quantity(gap["width"], unit, 4)
     kind = str(gap.get("kind", "model-based"))
     if kind == "enumerated":
+        if gap.get("failed"):
+            return f"Every point of the space was run; {gap['failed']} failed and may be worse, by {width}."
         return "Every point of the space was run: nothing worse exists."
     if kind.lower() == "lipschitz":
         return f"With the given Lipschitz constant it is certain that at most {width} more is possible."
