@@ -9,7 +9,8 @@ as "excluded", and the search learns where such runs lie as it learns where runs
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, nan
+from math import inf, isnan, nan
+from numbers import Real
 
 from workbench.errors import StudyError
 
@@ -68,14 +69,22 @@ def within(response: str, limits: Mapping[str, Limits]) -> Within:
     (3.0, nan)
 
     Raises:
-        StudyError: no limits, or low above high.
+        StudyError: no limits, a side that is no number, or low above high.
     """
     if not limits:
         raise StudyError(f"within({response!r}, ...) needs at least one limit, got none")
     for name, (low, high) in limits.items():
+        if any(side is not None and not _is_number(side) for side in (low, high)):
+            raise StudyError(
+                f"limits of {name!r} need numbers, or None for an open side, got ({low}, {high})"
+            )
         if low is not None and high is not None and low > high:
             raise StudyError(f"limits of {name!r} need low <= high, got ({low:g}, {high:g})")
     return Within(response=response, limits=dict(limits))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isnan(value)
 
 
 def _present(names: "Mapping[str, float] | list[str]", outputs: Mapping[str, float]) -> None:

@@ -1,9 +1,8 @@
 """The runs of a worst-case search in the order they were made, seen as points and signed values."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from workbench.evaluator import Outcome, Reading, response_reader
 from workbench.gain import accuracy_scale, noticeable_gain, runs_since_gain
 from workbench.gap import Gap
 from workbench.gap_history import GapLook, gap_look, with_look
+from workbench.given_runs import Run, Start, given_outcomes
 from workbench.search_space import SearchSpace
 from workbench.space import Space
 
@@ -22,24 +22,6 @@ SLOPE_STEP = 1e-5  # of the unit interval
 SAME = 1e-12  # relative: values that differ by rounding only
 # errors of a program, not of a point: a wrong name of an argument, a missing file or package
 MISPROGRAMMED = ("TypeError", "NameError", "AttributeError", "ImportError", "ModuleNotFoundError")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
-    """One run of a search. `value` is None when the run failed; `predicted` and `std` are what the Kriging
-    expected before the run, None for given runs and the start design. `outputs` holds all responses of the
-    run, `error` what a failed one said."""
-
-    key: str
-    number: int  # 1, 2, ... within the search; 0 for a run that was given
-    proposal: str
-    parameters: Mapping[str, Any]
-    status: str
-    value: float | None
-    predicted: float | None = None
-    std: float | None = None
-    outputs: Mapping[str, float] = field(default_factory=dict)
-    error: str = ""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -69,7 +51,7 @@ class Ledger:
         *,
         response: str | Reading | None,
         sense: str,
-        start: Sequence[Outcome | Mapping[str, Any]],
+        start: Start,
         progress: Callable[[Run, float], None] | None,
     ) -> "Ledger":
         """A ledger holding the runs in `start`."""
@@ -80,7 +62,7 @@ class Ledger:
         ledger.points = where.points()
         ledger.response = None if callable(response) else response
         ledger.is_combination = callable(response)
-        given = [run if isinstance(run, Outcome) else _outcome(run, space) for run in start]
+        given = given_outcomes(start, space, response=response)
         if given:
             rows = [{k: v for k, v in o.parameters.items() if k in space.names} for o in given]
             u = np.empty((len(given), space.dimension))
@@ -251,13 +233,3 @@ def distinct(points: np.ndarray, others: np.ndarray) -> np.ndarray:
     known = {tuple(np.round(point, 9)) for point in others}
     left: np.ndarray = points[np.array([tuple(np.round(p, 9)) not in known for p in points], dtype=bool)]
     return left
-
-
-def _outcome(row: Mapping[str, Any], space: Space) -> Outcome:
-    """A run given as one mapping of parameters and responses."""
-    parameters = {name: value for name, value in row.items() if name in space.names}
-    outputs = {name: float(value) for name, value in row.items() if name not in space.names}
-    finite = bool(outputs) and all(np.isfinite(value) for value in outputs.values())
-    return Outcome(
-        parameters=parameters, status="ok" if finite else "nonfinite", outputs=outputs if finite else {}
-    )

@@ -3,6 +3,7 @@
 from typing import Any
 
 from workbench.errors import StudyError
+from workbench.model_python import load_function
 from workbench.model_table import TableModel, table_digest
 from workbench.study import Study
 
@@ -34,6 +35,11 @@ def check_study(study: Study) -> dict[str, Any]:
         )
     if kind not in ("table", "ask"):
         _open_elsewhere(spec)
+    if study.worst_case is not None and "enclosure" in study.worst_case:
+        try:
+            load_function(study.worst_case["enclosure"], study.folder)
+        except StudyError as exc:
+            raise StudyError(f"[worst_case] enclosure: {exc}") from None
     if study.robust_layout is not None:
         _check_layout_model(study)
     stages = [name for name in STAGES if getattr(study, name) is not None]

@@ -19,7 +19,7 @@ evaluator that remembers its runs (the campaign's does): the same batches come b
 not repeated.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -30,9 +30,10 @@ from workbench.baselines import predicted_baselines
 from workbench.certificates import stated_gap
 from workbench.corner_runs import FINISHING_RUNS, CornerPlan
 from workbench.enclosure import Enclosure, check_enclosure
-from workbench.evaluator import Evaluator, FunctionEvaluator, Outcome, Reading, response_name
+from workbench.evaluator import Evaluator, FunctionEvaluator, Reading, response_name
 from workbench.feasibility import Feasibility
 from workbench.gap import Gap, remaining_gap
+from workbench.given_runs import Start
 from workbench.polish import polish, reserve
 from workbench.portfolio import predicted_worst, propose
 from workbench.search_arguments import check_search_arguments
@@ -59,7 +60,7 @@ def worst_case(
     sense: str = "max",
     budget: int = 60,
     seed: int = 0,
-    start: Sequence[Outcome | Mapping[str, Any]] = (),
+    start: Start = (),
     workers: int = 1,
     tolerance: float = 1e-3,
     lipschitz: float | None = None,
@@ -76,7 +77,8 @@ def worst_case(
         sense: "max" when large is bad, "min" when small is bad.
         budget: true runs to spend, the start design included; runs given in `start` cost nothing.
         seed: of the start design and of the search's random candidates.
-        start: runs already made, as outcomes or as mappings of parameters and responses.
+        start: runs already made: outcomes, `runs` of another search, mappings of parameters and responses,
+            or a DataFrame of them.
         workers: how many runs a batch proposes.
         tolerance: stop when the remaining gap is below this share of the spread of the values seen or of the
             worst value, whichever is less.
@@ -125,7 +127,7 @@ def search_worst_case(
     sense: str = "max",
     budget: int = 60,
     seed: int = 0,
-    start: Sequence[Outcome | Mapping[str, Any]] = (),
+    start: Start = (),
     workers: int = 1,
     tolerance: float = 1e-3,
     lipschitz: float | None = None,
@@ -225,7 +227,7 @@ def search_worst_case(
 
 def surrogate_worst_case(
     space: Space,
-    runs: Sequence[Outcome | Mapping[str, Any]],
+    runs: Start,
     *,
     response: str | Reading | None = None,
     unit: str = "1",

@@ -13,6 +13,10 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.evaluator import Evaluator, Outcome, evaluator_of
+from workbench.given_runs import Start, given_rows
+from workbench.search_arguments import check_search_arguments
+from workbench.search_ledger import Ledger
+from workbench.search_start import start_size
 from workbench.space import Space
 from workbench.worst_case import Progress, WorstCase, search_worst_case
 
@@ -21,13 +25,20 @@ __all__ = ["worst_cases"]
 
 @dataclass(slots=True)
 class _Recorder:
-    """An evaluator that keeps what it was answered."""
+    """An evaluator that keeps what it was answered, and looks for all responses in it."""
 
     evaluate: Evaluator
+    names: tuple[str, ...]
     outcomes: list[Outcome] = field(default_factory=list)
 
     def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
         answered = self.evaluate(rows, purpose=purpose)
+        for outcome in answered:
+            missing = [name for name in self.names if name not in outcome.outputs]
+            if outcome.status == "ok" and missing:
+                raise StudyError(
+                    f"response {missing[0]!r} is not among the model's outputs {sorted(outcome.outputs)}"
+                )
         self.outcomes += answered
         return answered
 
@@ -39,7 +50,7 @@ def worst_cases(
     *,
     budget: int = 120,
     seed: int = 0,
-    start: Sequence[Outcome | Mapping[str, Any]] = (),
+    start: Start = (),
     workers: int = 1,
     tolerance: float = 1e-3,
     evaluator: Evaluator | None = None,
@@ -57,7 +68,8 @@ def worst_cases(
     Returns: a `WorstCase` by response. Runs made for another response are among its `runs`, with number 0.
 
     Raises:
-        StudyError: no response, and whatever `worst_case` raises.
+        StudyError: no response, an unknown one or a share of the budget below the start design, and whatever
+            `worst_case` raises.
 
     >>> from workbench import Parameter
     >>> space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
@@ -67,7 +79,18 @@ def worst_cases(
     """
     if not responses:
         raise StudyError("worst_cases needs at least one response with 'max' or 'min', got none")
-    recorder = _Recorder(evaluator_of(function, evaluator))
+    for sense in responses.values():
+        check_search_arguments(sense=sense, budget=budget, seed=seed, workers=workers, tolerance=tolerance)
+    given = given_rows(start)
+    for name, sense in responses.items():
+        ledger = Ledger.opened(space, response=name, sense=sense, start=given, progress=None)
+        needed, share = start_size(ledger), budget // len(responses)
+        if share < needed:
+            raise StudyError(
+                f"budget={budget} is shared by {len(responses)} responses, and {share} runs are below the "
+                f"start design of {needed}. Raise the budget to at least {len(responses) * (needed + 1)}"
+            )
+    recorder = _Recorder(evaluator_of(function, evaluator), tuple(responses))
     found: dict[str, WorstCase] = {}
     for i, (name, sense) in enumerate(responses.items()):
         left = budget - len(recorder.outcomes)
@@ -78,7 +101,7 @@ def worst_cases(
             sense=sense,
             budget=left // (len(responses) - i),
             seed=seed,
-            start=[*start, *recorder.outcomes],
+            start=[*given, *recorder.outcomes],
             workers=workers,
             tolerance=tolerance,
             progress=None if progress is None else progress(name),

@@ -14,7 +14,7 @@ statistics of m - 2 kappa s and m + 2 kappa s over the sample, kappa from leave-
 prediction's error, taken as if all errors had one sign, and the sampling error of a quantile.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -24,8 +24,9 @@ from scipy.stats import binom
 
 import doe
 from workbench.errors import StudyError
-from workbench.evaluator import Evaluator, Outcome, Reading, evaluator_of, response_name
+from workbench.evaluator import Evaluator, Reading, evaluator_of, response_name
 from workbench.feasibility import Feasibility
+from workbench.given_runs import Start
 from workbench.search_arguments import check_search_arguments
 from workbench.search_ledger import FEWEST_RUNS, Ledger
 from workbench.search_model import SearchModel, fit_search_model
@@ -84,7 +85,7 @@ def worst_quantile(
     sense: str = "max",
     budget: int = 40,
     seed: int = 0,
-    start: Sequence[Outcome | Mapping[str, Any]] = (),
+    start: Start = (),
     workers: int = 1,
     tolerance: float = 1e-2,
     evaluator: Evaluator | None = None,

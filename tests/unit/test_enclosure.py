@@ -12,6 +12,8 @@ from workbench.errors import StudyError
 from workbench.report_sections.worst_case import gap_sentence
 from workbench.search_space import SearchSpace
 from workbench.space import Parameter, Space
+from workbench.study import load_study
+from workbench.validation import check_study
 from workbench.worst_case import worst_case
 
 ROUNDING = 1e-9
@@ -210,6 +212,15 @@ def test_a_study_file_names_its_enclosure(tmp_path):
     assert gap["closed"]
     assert gap["calls"] <= 30
     assert "By the given interval enclosure it is certain that at most 0 more" in gap_sentence(found)
+
+
+def test_validate_looks_for_the_enclosure(tmp_path):
+    (tmp_path / "m.py").write_text("def f(a): return a * a\ndef bound(lower, upper): return 0.0, 1.0\n")
+    (tmp_path / "s.toml").write_text(STUDY)
+    with pytest.raises(
+        StudyError, match=r"\[worst_case\] enclosure: .*has no 'bounds'. Did you mean 'bound'"
+    ):
+        check_study(load_study(tmp_path / "s.toml"))
 
 
 def test_calls_and_two_certificates():

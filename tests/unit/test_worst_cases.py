@@ -72,9 +72,42 @@ def test_limits_are_inclusive_and_open_sides_are_open():
         (lambda: within("a", {"b": (2.0, 1.0)}), r"limits of 'b' need low <= high, got \(2, 1\)"),
         (lambda: weighted({"z": 1.0})(model(1, 1)), "response 'z' is not among the model's outputs"),
         (lambda: within("load", {"z": (0, 1)})(model(1, 1)), "response 'z' is not among the model's outputs"),
+        (lambda: within("a", {"b": (None, float("nan"))}), r"limits of 'b' need numbers, .*\(None, nan\)"),
+        (lambda: within("a", {"b": ("1", None)}), r"limits of 'b' need numbers, or None for an open side"),
         (lambda: worst_cases(model, BOX, {}), "worst_cases needs at least one response with 'max' or 'min'"),
     ],
 )
 def test_bad_input_is_named(make, match):
     with pytest.raises(StudyError, match=match):
         make()
+
+
+@pytest.mark.parametrize(
+    ("senses", "budget", "most", "match"),
+    [
+        ({"load": "max", "travel": "up"}, 24, 0, "sense needs 'max' or 'min', got 'up'"),
+        (
+            {"load": "max", "weight": "max"},
+            24,
+            4,
+            r"response 'weight' is not among the model's outputs \['load'",
+        ),
+        (
+            {"load": "max", "travel": "max"},
+            5,
+            0,
+            r"budget=5 is shared by 2 responses, and 2 runs are below the start design of 4\. .* least 10",
+        ),
+        ({"load": "max"}, 10.5, 0, "budget needs a whole number of runs >= 0, got 10.5"),
+    ],
+)
+def test_what_no_search_can_use_is_said_before_the_first_search(senses, budget, most, match):
+    calls = []
+
+    def counted(a, b):
+        calls.append(a)
+        return model(a, b)
+
+    with pytest.raises(StudyError, match=match):
+        worst_cases(counted, BOX, senses, budget=budget)
+    assert len(calls) <= most
