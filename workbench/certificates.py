@@ -40,7 +40,7 @@ def stated_gap(
     where, u, v = ledger.where, ledger.u_ok, ledger.v
     try:
         if lipschitz is not None:
-            names = [run.key or f"number {i + 1}" for i, run in enumerate(ledger.runs) if ledger.ok[i]]
+            names = [_name(run.key, i) for i, run in enumerate(ledger.runs) if ledger.ok[i]]
             certificates.append(lipschitz_gap(where, u=u, v=v, constant=lipschitz, names=names))
     except StudyError as exc:
         notes.append(f"the given Lipschitz constant does not hold: {exc}")
@@ -82,6 +82,13 @@ def failed_points(ledger: Ledger) -> np.ndarray:
     failed = distinct(np.unique(ledger.u[~settled], axis=0), ledger.u[settled])
     allowed: np.ndarray = failed[ledger.where.allowed(failed)]
     return allowed
+
+
+def _name(key: str, index: int) -> str:
+    """How a message calls a run; keys of the store are bare."""
+    if not key:
+        return f"row {index + 1} of start"
+    return key if "run " in key else f"run {key}"
 
 
 def _noted(gap: Gap, ledger: Ledger, notes: list[str]) -> Gap:

@@ -1,14 +1,18 @@
 """Corners are run before a search ends: kept back where they are few, else the most promising first."""
 
+import sys
 from math import exp
 
 import numpy as np
 import pytest
 
 from workbench.corner_runs import FINISHING_RUNS, CornerPlan
+from workbench.portfolio import Batch
 from workbench.search_ledger import Ledger
 from workbench.space import Parameter, Space
 from workbench.worst_case import Status, worst_case
+
+search = sys.modules[worst_case.__module__]
 
 
 def box(d, **more):
@@ -104,3 +108,25 @@ def test_a_response_that_moves_a_little_is_not_constant():
     found = worst_case(lambda a, b: 1e6 + 1e-3 * a, box(2), budget=12, seed=0)
     assert found.status is not Status.CONSTANT
     assert np.ptp(found.history) > 0
+
+
+def nothing_proposed(where, *args, **kwargs):
+    none = np.empty(0)
+    return Batch(u=np.empty((0, where.dimension)), proposals=(), predicted=none, std=none)
+
+
+def test_without_a_proposal_the_space_is_filled_while_the_gap_is_wide(monkeypatch):
+    monkeypatch.setattr(search, "propose", nothing_proposed)
+    found = worst_case(lambda a, b: float(np.sin(9 * a) + np.cos(7 * b)), box(2), budget=14)
+    names = [run.proposal for run in found.runs]
+    assert found.evaluations == 14
+    assert found.status is Status.BUDGET
+    assert names == ["start"] * 4 + ["fill"] * 10
+
+
+def test_a_search_that_finds_no_further_point_says_so(monkeypatch):
+    monkeypatch.setattr(search, "propose", nothing_proposed)
+    monkeypatch.setattr(search, "far_points", lambda where, u, **k: u[:0])
+    found = worst_case(lambda a, b: float(np.sin(9 * a) + np.cos(7 * b)), box(2), budget=14)
+    assert found.status is Status.NO_POINT
+    assert found.evaluations == 4
