@@ -5,13 +5,14 @@ around another peak may hold a corner for settled that nobody ran. Where all cor
 quarter of the budget beyond the start, that many runs are kept back for those that the search did not visit;
 they are made just before its last, refining runs. Three quarters of the budget is what all but a few searches
 need (`docs/explanation/worst-case-gallery.md`: 3 of 170 reached the worst case later). A search that ends
-early runs all corners that fit into what is left, the most promising first.
+early runs all corners when they fit into what is left, else those that promise most, a few at a time.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.feasibility import Feasibility
 from workbench.gap import BOUND_FACTOR
 from workbench.search_ledger import Ledger, distinct
 from workbench.search_model import SearchModel
@@ -19,6 +20,7 @@ from workbench.search_model import SearchModel
 __all__ = ["CornerPlan"]
 
 KEPT_BACK = 0.25  # of the budget beyond the start: the most that may be kept back for corners
+LIKELY = 0.5  # chance of success that a corner needs where not all fit
 FINISHING_RUNS = 3  # of the budget, which refine the worst run: they come after the corners
 
 
@@ -47,12 +49,22 @@ class CornerPlan:
         kept = len(self.left(ledger)) if self.reserved else 0
         return runs - kept - FINISHING_RUNS if kept else runs
 
-    def promising(self, ledger: Ledger, model: SearchModel, *, most: int) -> np.ndarray:
-        """Up to `most` of the corners left, those of the highest upper bound first."""
+    def promising(
+        self, ledger: Ledger, model: SearchModel, feasibility: Feasibility, *, most: int
+    ) -> np.ndarray:
+        """Up to `most` of the corners left: all when they fit, else a few, of the highest upper bound.
+
+        Few at a time, since each says more about the others; none where a run would rather fail, unless all
+        fit.
+        """
         left = self.left(ledger)
-        judge = model.cautious or model
+        if len(left) <= most:
+            return left
+        features = ledger.where.features(left)
+        left = left[feasibility.probability(features) >= LIKELY]
         if not len(left):
             return left
-        bounds = judge.bound(ledger.where.features(left), BOUND_FACTOR)
-        first: np.ndarray = left[np.argsort(-bounds, kind="stable")[:most]]
+        bounds = (model.cautious or model).bound(ledger.where.features(left), BOUND_FACTOR)
+        few = min(most, ledger.where.dimension)
+        first: np.ndarray = left[np.argsort(-bounds, kind="stable")[:few]]
         return first

@@ -162,7 +162,7 @@ def search_worst_case(
         quiet = quiet + 1 if gap.width <= tolerance * ledger.scale else 0
         is_settled, room = quiet > QUIET_BATCHES, corners.room(ledger, runs=left)
         if is_settled or room <= 0:
-            unrun = corners.promising(ledger, model, most=left)
+            unrun = corners.promising(ledger, model, feasibility, most=left)
             if len(unrun):
                 best = float(ledger.v.max())
                 _run(evaluate, ledger, unrun, name="corner")
@@ -317,6 +317,9 @@ def _result(
     gap = stated_gap(ledger, model, modelled, tolerance=tolerance, lipschitz=lipschitz, enclosure=enclosure)
     if gap.kind != "model-based":
         ledger.note(gap, full=True)
+    missed = gap.kind == "model-based" and gap.width > tolerance * ledger.scale
+    if status is Status.CONVERGED and missed and ledger.spent >= budget:
+        status = Status.BUDGET  # the last runs, at corners, have widened the gap again
     best = ledger.best
     return WorstCase(
         response=response_name(response),
