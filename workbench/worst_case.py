@@ -8,7 +8,9 @@ where its upper confidence bound is highest (`ucb`); at single changes of the wo
 trust region around it (`trust`), in the least often run discrete combination that is still open
 (`combination`), and, after a stall or where nothing more is promised, on the next hill of the runs (`hill`)
 and where the bound of a rougher response is highest (`explore`). The last runs of the budget go to the
-predicted worst (`predicted`), or climb by the model's gradients where it gives them (`gradient`).
+predicted worst (`predicted`), or climb by the model's gradients where it gives them (`gradient`). Before
+them, and when the search has settled, corners are run that were not visited (`corner`, see
+`workbench.corner_runs`); where nothing is proposed and the gap is wide, the space is filled (`fill`).
 
 What is reported as worst is always a true run. The remaining gap is an upper credible bound of the Kriging,
 stated as model-based, unless the space was enumerated, or a Lipschitz constant or an interval enclosure was
