@@ -5,7 +5,8 @@ around another peak may hold a corner for settled that nobody ran. Where all cor
 quarter of the budget beyond the start, that many runs are kept back for those that the search did not visit;
 they are made just before its last, refining runs. Three quarters of the budget is what all but a few searches
 need (`docs/explanation/worst-case-gallery.md`: 3 of 170 reached the worst case later). A search that ends
-early runs all corners when they fit into what is left, else those that promise most, a few at a time.
+early runs all corners when they fit into what is left. Else it tries those that promise most, as many as
+there are parameters, and leaves the rest of the budget: a few of a thousand corners prove little.
 """
 
 from dataclasses import dataclass
@@ -52,10 +53,8 @@ class CornerPlan:
     def promising(
         self, ledger: Ledger, model: SearchModel, feasibility: Feasibility, *, most: int
     ) -> np.ndarray:
-        """Up to `most` of the corners left: all when they fit, else a few, of the highest upper bound.
-
-        Few at a time, since each says more about the others; none where a run would rather fail, unless all
-        fit.
+        """Up to `most` of the corners left: all when they fit, else those of the highest upper bound, until
+        as many were tried as there are parameters; none where a run would rather fail, unless all fit.
         """
         left = self.left(ledger)
         if len(left) <= most:
@@ -65,6 +64,7 @@ class CornerPlan:
         if not len(left):
             return left
         bounds = (model.cautious or model).bound(ledger.where.features(left), BOUND_FACTOR)
-        few = min(most, ledger.where.dimension)
+        tried = sum(run.proposal == "corner" for run in ledger.runs)
+        few = min(most, max(ledger.where.dimension - tried, 0))
         first: np.ndarray = left[np.argsort(-bounds, kind="stable")[:few]]
         return first

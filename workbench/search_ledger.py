@@ -193,7 +193,9 @@ class Ledger:
         return runs_since_gain(self.v, noticeable_gain(self.v)) if self.ok.any() else 0
 
     def note(self, gap: Gap, *, full: bool) -> Gap:
-        """Put a gap that was stated on record; gives it back."""
+        """Put a gap that was stated on record, where there is one; gives it back."""
+        if not np.isfinite(gap.upper):
+            return gap
         look = gap_look(gap, v=self.v, sign=self.sign, runs=len(self.runs), iteration=self.spent, full=full)
         self.looks = with_look(self.looks, look)
         return gap

@@ -58,15 +58,20 @@ def test_corners_are_kept_back_where_they_are_a_quarter_of_the_budget_at_most(bu
     assert CornerPlan.of(ledger, budget=budget).reserved is reserved
 
 
-def test_a_search_that_ends_early_runs_the_corners_that_fit():
+@pytest.mark.parametrize(("budget", "corners"), [(100, "all"), (56, "few")])
+def test_a_search_that_ends_early_runs_all_corners_that_fit_or_tries_a_few(budget, corners):
     found = worst_case(
-        lambda **x: sum((i + 1) * value for i, value in enumerate(x.values())), box(5), budget=60, seed=0
+        lambda **x: sum((i + 1) * value for i, value in enumerate(x.values())), box(5), budget=budget, seed=0
     )
+    tried = sum(run.proposal == "corner" for run in found.runs)
     assert found.value == 15.0
-    assert found.evaluations == 60
     assert found.status is Status.CONVERGED
-    assert 5 < found.audit.corners_run < 32
-    assert f"{found.audit.corners_run} of 32 corners were run" in found.audit.sentences[0]
+    assert found.evaluations < budget
+    if corners == "all":
+        assert found.audit.sentences[0] == "all 32 corners were run"
+    else:
+        assert tried == 5
+        assert f"{found.audit.corners_run} of 32 corners were run" in found.audit.sentences[0]
 
 
 def test_a_corner_that_is_worse_begins_the_search_anew():
