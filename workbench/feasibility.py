@@ -35,8 +35,11 @@ class Feasibility:
     metric: np.ndarray
 
     @classmethod
-    def of(cls, features: np.ndarray, ok: np.ndarray, *, seed: int = 0) -> "Feasibility":
-        """The map for runs at `features` (n, p) of which `ok` (n,) succeeded.
+    def of(
+        cls, features: np.ndarray, ok: np.ndarray, *, seed: int = 0, least_weight: float = LEAST_WEIGHT
+    ) -> "Feasibility":
+        """The map for runs at `features` (n, p) of which `ok` (n,) succeeded; no weight of an input is below
+        `least_weight` of the largest.
 
         >>> runs = Feasibility.of(np.array([[0.0], [1.0]]), np.array([True, False]))
         >>> runs.probability(np.array([[0.0], [0.5], [1.0]])).round(2).tolist()
@@ -47,7 +50,7 @@ class Feasibility:
             kriging = Kriging(nugget=INDICATOR_NUGGET, n_starts=STARTS, seed=seed).fit(
                 features, ok.astype(float)
             )
-            metric = np.maximum(kriging.theta_, LEAST_WEIGHT * kriging.theta_.max())
+            metric = np.maximum(kriging.theta_, least_weight * kriging.theta_.max())
         return cls(features=features, ok=ok, metric=metric)
 
     def probability(self, features: np.ndarray) -> np.ndarray:
