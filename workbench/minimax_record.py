@@ -1,11 +1,13 @@
-"""What a minimax search found: its cycles with their bounds, the design, its worst scenario."""
+"""What a minimax search found: its cycles with their bounds, the design, its worst scenario, its failures."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum
+from math import isfinite
 from typing import Any
 
-__all__ = ["Cycle", "Minimax", "MinimaxStatus"]
+__all__ = ["Cycle", "FailedRun", "Minimax", "MinimaxStatus"]
 
 
 class MinimaxStatus(Enum):
@@ -13,12 +15,27 @@ class MinimaxStatus(Enum):
 
     CONVERGED = "lower and upper bound met within the tolerance"
     BUDGET = "the budget of runs was spent"
+    EXHAUSTED = "every point of design and uncertainty was run"
+    SETTLED = "no new run was left to propose"
+    UNMODELLED = "no Kriging could be fitted to the runs"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FailedRun:
+    """A run without a value. `status`: failed, timeout, killed or nonfinite; excluded where the reading of
+    the response left it out."""
+
+    design: Mapping[str, Any]
+    scenario: Mapping[str, Any]
+    status: str
+    error: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:
     """One cycle: bounds after `evaluations` runs. `lower` is the master's value on the Kriging (model-based),
-    `upper` the worst true run at this cycle's design, `best` the lowest upper bound so far."""
+    `upper` the worst true run at this cycle's design, `best` the lowest upper bound so far; both are inf
+    while every run that they could be read from failed."""
 
     number: int
     evaluations: int
@@ -32,7 +49,12 @@ class Cycle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Minimax:
-    """The design with the lowest confirmed worst case, its worst scenario, and all cycles."""
+    """The design with the lowest worst run, its worst scenario, and all cycles.
+
+    `value` is a true run, but that no scenario is worse is the word of the Kriging, as `lower` is. Scenarios
+    in which a design cannot be run do not count: `failed` holds all runs without a value, `failed_here`
+    those of the returned design.
+    """
 
     design: Mapping[str, Any]
     scenario: Mapping[str, Any]
@@ -44,19 +66,73 @@ class Minimax:
     evaluations: int
     budget: int
     seed: int
-    failures: int
+    failed: tuple[FailedRun, ...] = ()
+    note: str = ""  # why no Kriging could be fitted
 
     @property
     def gap(self) -> float:
-        """Upper minus lower bound at the end; the lower bound is model-based."""
+        """Upper minus lower bound at the end; model-based, as the lower bound is."""
         return max(self.value - self.lower, 0.0)
 
+    @property
+    def failures(self) -> int:
+        """Runs without a value."""
+        return len(self.failed)
+
+    @property
+    def failed_here(self) -> tuple[FailedRun, ...]:
+        """The runs without a value at the returned design."""
+        return tuple(run for run in self.failed if dict(run.design) == dict(self.design))
+
+    @property
+    def sentence(self) -> str:
+        """The result in words, with what its bounds rest on."""
+        text = (
+            f"The worst run of the design {_named(self.design)} is {self.value:.6g}, in the scenario "
+            f"{_named(self.scenario)}; {self.evaluations} of {self.budget} runs, {self.status.value}. "
+            f"By the Kriging, which may err, no scenario is worse there and no design gets below "
+            f"{self.lower:.6g}."
+        )
+        if self.failed:
+            text += (
+                f" {self.failures} runs gave no value ({failure_counts(self.failed)}), "
+                f"{len(self.failed_here)} of them at this design: scenarios that cannot be run do not count."
+            )
+        return text
+
     def to_dict(self) -> dict[str, Any]:
-        """For a JSON document: bounds of every cycle and the scenarios, to begin another search with."""
-        return {
+        """For a JSON document: bounds of every cycle (None while there is none), failures, and the scenarios,
+        to begin another search with."""
+        document = {
             **asdict(self),
             "status": self.status.value,
             "gap": self.gap,
-            "cycles": [asdict(cycle) for cycle in self.cycles],
+            "failures": self.failures,
+            "sentence": self.sentence,
             "scenarios": [dict(scenario) for scenario in self.scenarios],
+            "failed": [asdict(run) for run in self.failed],
         }
+        document["cycles"] = [
+            {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in asdict(cycle).items()}
+            for cycle in self.cycles
+        ]
+        return document
+
+
+def failure_counts(failed: tuple[FailedRun, ...] | list[FailedRun]) -> str:
+    """The failures by message, the three most frequent ones.
+
+    >>> run = FailedRun(design={}, scenario={}, status="failed", error="ValueError: too steep")
+    >>> failure_counts([run, run])
+    '2 x ValueError: too steep'
+    """
+    counts = Counter((run.error.splitlines() or [run.status])[0][:80] for run in failed)
+    shown = [f"{count} x {text}" for text, count in counts.most_common(3)]
+    return "; ".join([*shown, *(["..."] if len(counts) > 3 else [])])
+
+
+def _named(values: Mapping[str, Any]) -> str:
+    return ", ".join(
+        f"{name}={value:.5g}" if isinstance(value, float) else f"{name}={value}"
+        for name, value in values.items()
+    )
