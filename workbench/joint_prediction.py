@@ -10,6 +10,7 @@ import numpy as np
 from surrogates import Kriging
 from workbench.feasibility import Feasibility
 from workbench.joint_runs import LEAST_CHANCE, JointRuns
+from workbench.joint_trend import MixedTrend, largest_trend
 
 __all__ = ["JointPrediction", "fit_near"]
 
@@ -72,12 +73,12 @@ def fit_near(runs: JointRuns, centre: Array, box: float) -> JointPrediction:
     shift = np.concatenate([low, np.zeros(runs.du)])
     z, first = np.unique(runs.z[near], axis=0, return_index=True)
     features = runs.features((z - shift) / span)
-    trend = "quadratic" if near.sum() >= quadratic + 3 else "linear" if near.sum() >= d + 3 else "constant"
+    trend = largest_trend((runs.design, runs.uncertain), int(near.sum()))
     kriging = _fitted(features, runs.y[near][first], trend, seed=runs.seed)
     return JointPrediction(runs, kriging, shift, span, runs.feasibility())
 
 
-def _fitted(features: Array, y: Array, trend: str, *, seed: int) -> Kriging:
+def _fitted(features: Array, y: Array, trend: str | MixedTrend, *, seed: int) -> Kriging:
     """A Kriging of the runs; of a larger nugget, then of a smaller trend, where they do not carry it.
 
     Runs that close in on the border of a failing region may be too close for the smallest nugget.
