@@ -101,7 +101,7 @@ class Minimax:
         return text
 
     def to_dict(self) -> dict[str, Any]:
-        """For a JSON document: bounds of every cycle (None while there is none), failures, and the scenarios,
+        """For a JSON document: bounds of every cycle (None where there is none), failures, and the scenarios,
         to begin another search with."""
         document = {
             **asdict(self),
@@ -112,11 +112,8 @@ class Minimax:
             "scenarios": [dict(scenario) for scenario in self.scenarios],
             "failed": [asdict(run) for run in self.failed],
         }
-        document["cycles"] = [
-            {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in asdict(cycle).items()}
-            for cycle in self.cycles
-        ]
-        return document
+        document["cycles"] = [_finite(asdict(cycle)) for cycle in self.cycles]
+        return _finite(document)
 
 
 def failure_counts(failed: tuple[FailedRun, ...] | list[FailedRun]) -> str:
@@ -129,6 +126,11 @@ def failure_counts(failed: tuple[FailedRun, ...] | list[FailedRun]) -> str:
     counts = Counter((run.error.splitlines() or [run.status])[0][:80] for run in failed)
     shown = [f"{count} x {text}" for text, count in counts.most_common(3)]
     return "; ".join([*shown, *(["..."] if len(counts) > 3 else [])])
+
+
+def _finite(values: dict[str, Any]) -> dict[str, Any]:
+    """The values, None in place of infinities, which JSON does not have."""
+    return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in values.items()}
 
 
 def _named(values: Mapping[str, Any]) -> str:
