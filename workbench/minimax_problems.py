@@ -8,7 +8,8 @@ The outer problem is solved in its epigraph form, min t with m(x, u_i) <= t, by 
 designs; with levels or constraints by pattern search; with categories by both in turn.
 
 Where runs have failed, the worst case of a design is the worst that can be run: the oracle proposes scenarios
-that are as likely to run as not, the master counts all but those that are likely to fail, and a design
+that are as likely to run as not, the master also counts those that ran elsewhere
+and are not likely to fail, and a design
 without a likely scenario is no candidate. Pattern search, which keeps to the borders of failing regions,
 then follows SLSQP.
 """
@@ -140,6 +141,10 @@ class _Master:
         self, runs: JointRuns, model: JointPrediction, scenarios: Array, low: Array, high: Array
     ) -> None:
         self.runs, self.model, self.scenarios, self.low, self.high = runs, model, scenarios, low, high
+        # a scenario that has run somewhere counts unless it is likely to fail, one only thought of if it is
+        # likely to run
+        has_run = np.arange(len(scenarios)) < len(runs.scenarios[-60:])
+        self.least = np.where(has_run, DOUBTFUL, LEAST_CHANCE)
 
     def solve(self, candidates: Array) -> tuple[Array, float]:
         """The best design (dx,) from the best of `candidates`, and its worst predicted value."""
@@ -179,7 +184,7 @@ class _Master:
             worst: Array = values.max(axis=1)
             return worst
         chance = self.model.chance(self._grid(x)).reshape(values.shape)
-        counted = np.where(chance >= DOUBTFUL, values, -np.inf).max(axis=1)
+        counted = np.where(chance >= self.least, values, -np.inf).max(axis=1)
         return np.where(chance.max(axis=1) >= LEAST_CHANCE, counted, np.inf)
 
     def chance(self, x: Array) -> Array:
@@ -211,7 +216,7 @@ class _Master:
         low, high = self.low[free], self.high[free]
         active = np.ones(len(self.scenarios), dtype=bool)
         if runs.has_failures:
-            active = self.model.chance(self._grid(start[None])) >= DOUBTFUL
+            active = self.model.chance(self._grid(start[None])) >= self.least
 
         def designs(points: Array) -> Array:
             full = np.repeat(start[None], len(points), axis=0)
