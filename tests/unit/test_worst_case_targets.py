@@ -125,7 +125,9 @@ def test_the_quantile_beside_the_worst_case(tmp_path):
 
 
 def test_limits_that_nothing_keeps_are_named(tmp_path):
-    with pytest.raises(NotEnoughRuns, match="10 excluded. Loosen the limits of `within`, which exclude runs"):
+    with pytest.raises(
+        NotEnoughRuns, match=r"10 excluded\. Loosen the limits of `within`, which exclude runs"
+    ):
         found(tmp_path, 'response = "load"\nwithin = { travel = [5, inf] }\nbudget = 10')
 
 
