@@ -9,12 +9,12 @@ categorical                     the labels that the runs have, each with the sam
 import numpy as np
 
 from surrogates import Measure
-from surrogates.measure import discrete, uniform, weighted
+from surrogates.measure import discrete, uniform
 from workbench.parameter import Parameter
 
 __all__ = ["input_law", "input_measure"]
 
-DENSITY_POINTS = 801  # of a density, linear in between
+CELLS = 200  # of the range of a parameter with a distribution
 MOST_LEVELS = 200
 
 
@@ -27,13 +27,10 @@ def input_measure(parameter: Parameter) -> Measure | None:
         return discrete(np.linspace(0.0, 1.0, count)) if count <= MOST_LEVELS else uniform(0.0, 1.0)
     if parameter.distribution is None:
         return uniform(0.0, 1.0)
-    u = np.linspace(0.0, 1.0, DENSITY_POINTS)
-    values = parameter.physical(u)
-    density = parameter.distribution.frozen().pdf(values)
-    if parameter.scale == "log":
-        density = density * values  # dp/du is proportional to p
-    # a density may rise without limit towards a bound; what lies between two points counts by their values
-    return weighted(0.0, 1.0, np.where(np.isfinite(density), density, 0.0))
+    # by the chance of each cell: a density may rise without limit towards a bound
+    edges = np.linspace(0.0, 1.0, CELLS + 1)
+    chance = np.diff(parameter.distribution.frozen().cdf(parameter.physical(edges)))
+    return Measure(points=0.5 * (edges[1:] + edges[:-1]), weights=chance / chance.sum(), low=0.0, high=1.0)
 
 
 def input_law(parameter: Parameter) -> str:
