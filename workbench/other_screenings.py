@@ -15,7 +15,6 @@ from workbench.evaluator import Outcome
 from workbench.parameter import Response
 from workbench.screening import METHODS, screen
 from workbench.selection import chosen
-from workbench.space import Space
 from workbench.stages import screening_runs
 from workbench.streams import stream
 from workbench.summaries import format_number, screening_lines, unit_suffix
@@ -68,10 +67,6 @@ def _usable(campaign: Campaign, outcomes: list[Outcome], response: str) -> tuple
     return points, np.array([_value(run, response) for run in good]), len(outcomes) - len(good)
 
 
-def _labels(space: Space) -> tuple[int, ...]:
-    return tuple(k for k, p in enumerate(space.parameters) if p.kind == "categorical")
-
-
 def _value(run: Outcome, response: str) -> float:
     return float(run.outputs.get(response, np.nan)) if run.status == "ok" else float("nan")
 
@@ -84,7 +79,7 @@ def _rivals(campaign: Campaign, response: Response) -> dict[str, Any]:
     names = campaign.study.space.names
     try:
         found = compare_rankings(
-            x, y, categorical=_labels(campaign.study.space), rng=stream(campaign.study.seed, "rivals")
+            x, y, categorical=campaign.study.space.label_columns, rng=stream(campaign.study.seed, "rivals")
         )
     except ValueError as error:  # the same response in every run
         raise StudyError(f"rivals cannot rank {response.name!r}: {error}") from error
@@ -138,7 +133,7 @@ def _morris(campaign: Campaign, response: Response, trajectories: int, *, hybrid
     both = hybrid_screening(
         points[rows],
         values[whole].ravel(),
-        screener=KrigingScreener(categorical=_labels(study.space)),
+        screener=KrigingScreener(categorical=study.space.label_columns),
         run_at=study.space.unit([run.parameters for run, kept in zip(made, rows, strict=True) if kept]),
         more_points=x if len(y) else None,
         more_y=y if len(y) else None,

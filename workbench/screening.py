@@ -145,7 +145,7 @@ def screen(
         raise StudyError(f"screening transform needs one of {', '.join(TRANSFORMS)}, got {transform!r}")
     check_selection(space.names, groups=groups, n_selected=n_selected)
     ids, inputs, values, left_out = _usable(_as_outcomes(rows, space, response.name), space, response.name)
-    x, labels = _columns(space, ids, inputs), _labels(space)
+    x, labels = _columns(space, ids, inputs), space.label_columns
     y = np.array(values)
     screener = KrigingScreener(
         method=method,
@@ -345,10 +345,6 @@ def _columns(space: Space, ids: Sequence[str], inputs: Sequence[Mapping[str, Any
             except StudyError as single:
                 raise StudyError(f"run {key}: {single}. Correct it, or leave the run out") from error
         raise
-
-
-def _labels(space: Space) -> tuple[int, ...]:
-    return tuple(k for k, p in enumerate(space.parameters) if p.kind == "categorical")
 
 
 def _step(step: Any, names: Sequence[str]) -> dict[str, Any]:

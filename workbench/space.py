@@ -71,6 +71,11 @@ class Space:
         """Per parameter the admissible unit coordinates, None for a continuum."""
         return [p.unit_levels for p in self.parameters]
 
+    @property
+    def label_columns(self) -> tuple[int, ...]:
+        """Places of the categorical parameters, whose values have no order."""
+        return tuple(k for k, p in enumerate(self.parameters) if not p.is_numeric)
+
     def __getitem__(self, name: str) -> Parameter:
         for p in self.parameters:
             if p.name == name:
