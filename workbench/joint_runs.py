@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ Array = np.ndarray
 
 SAME = 1e-6  # of the unit cube: closer points are one point
 LEAST_CHANCE = 0.5 - 1e-9  # of a value: half way between success and failure, whatever the last bit
-MOST_LISTED = 4096  # points of a finite design and uncertainty that are listed one by one
+MOST_COUNTED = 4096  # points of a finite design and uncertainty that may all be run
 DRAWS = 50
 DRAWS_AFTER_FAILURES = 4  # then fewer points than wanted are run: what is left of the box likely fails
 LEAST_WEIGHT = 1e-6  # in the metric of failures: a border is followed to 1e-3 without regard to inert inputs
@@ -46,9 +45,13 @@ class JointRuns:
     _place: dict[tuple[Any, ...], int] = field(init=False, default_factory=dict)  # row -> its number
     _feasibility: Feasibility | None = field(init=False, default=None)
     _learnt_at: int = field(init=False, default=0)
+    _every: int | None = field(init=False, default=None)  # allowed points, None when there is no end of them
 
     def __post_init__(self) -> None:
         self.z, self.y = np.empty((0, self.dimension)), np.empty(0)
+        if self.design.size * self.uncertain.size <= MOST_COUNTED:
+            x, u = self.design.points(), self.uncertain.points()
+            self._every = None if x is None or u is None else len(x) * len(u)
 
     @property
     def dx(self) -> int:
@@ -221,12 +224,7 @@ class JointRuns:
 
     def is_exhausted(self) -> bool:
         """Whether design and uncertainty have finitely many points and every allowed one was run."""
-        if self.design.size * self.uncertain.size > MOST_LISTED:
-            return False
-        grids = [grid for grid in (*self.design.levels, *self.uncertain.levels) if grid is not None]
-        every = np.array(list(product(*grids)))
-        fine = self.design.allowed(every[:, : self.dx]) & self.uncertain.allowed(every[:, self.dx :])
-        return len(self.y) >= int(fine.sum())
+        return self._every is not None and len(self.y) >= self._every
 
     def design_box(self, centre: Array, box: float) -> tuple[Array, Array]:
         """Corners of the box of width `box` around the centre (dx,), moved inside the unit cube; categories
