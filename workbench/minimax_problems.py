@@ -8,10 +8,9 @@ The outer problem is solved in its epigraph form, min t with m(x, u_i) <= t, by 
 designs; with levels or constraints by pattern search; with categories by both in turn.
 
 Where runs have failed, the worst case of a design is the worst that can be run: the oracle proposes scenarios
-that are as likely to run as not, the master also counts those that ran elsewhere
-and are not likely to fail, and a design
-without a likely scenario is no candidate. Pattern search, which keeps to the borders of failing regions,
-then follows SLSQP.
+that are as likely to run as not, the master also counts those that ran elsewhere and are not likely to fail,
+and a design without a likely scenario is no candidate. Pattern search, which keeps to the borders of failing
+regions, then follows SLSQP.
 """
 
 from dataclasses import replace

@@ -224,10 +224,10 @@ class Ledger:
         if errors:
             error, times = errors.most_common(1)[0]
             text += f"; the model's error ({times} times): {error}"
-        cure = "mend the model or narrow the space"
+        cure = "Mend the model or narrow the space"
         if "excluded" in statuses:
-            cure = "loosen the limits of `within`, which exclude runs"
-        raise NotEnoughRuns(f"{text}. {cure.capitalize()}")
+            cure = "Loosen the limits of `within`, which exclude runs"
+        raise NotEnoughRuns(f"{text}. {cure}")
 
 
 def distinct(points: np.ndarray, others: np.ndarray) -> np.ndarray:
