@@ -176,15 +176,24 @@ BUDGET = {
 }  # fmt: skip
 
 
-def run(seed: int = 0, *, budget: int | None = None, problems: tuple[Problem, ...] = PROBLEMS) -> xr.Dataset:
+def run(
+    seed: int = 0,
+    *,
+    budget: int | None = None,
+    problems: tuple[Problem, ...] = PROBLEMS,
+    workers: int = 1,
+) -> xr.Dataset:
     """Search every problem once: evaluations to 1 %, value found, stated gap and true gap.
 
-    `budget`: true runs for every problem; by default those of the published table.
+    `budget`: true runs for every problem; by default those of the published table. `workers`: runs that are
+    proposed at once.
     """
     rows = []
     for problem in problems:
         most = BUDGET.get(problem.name, 60) if budget is None else budget
-        found = worst_case(problem.function, problem.space, sense=problem.sense, budget=most, seed=seed)
+        found = worst_case(
+            problem.function, problem.space, sense=problem.sense, budget=most, seed=seed, workers=workers
+        )
         rows.append(
             (
                 evaluations_to(found.history, problem) or np.nan,
@@ -207,14 +216,18 @@ def run(seed: int = 0, *, budget: int | None = None, problems: tuple[Problem, ..
 
 
 def spread(
-    seeds: Sequence[int], *, budget: int | None = None, problems: tuple[Problem, ...] = PROBLEMS
+    seeds: Sequence[int],
+    *,
+    budget: int | None = None,
+    problems: tuple[Problem, ...] = PROBLEMS,
+    workers: int = 1,
 ) -> xr.Dataset:
     """`run` over several seeds: dims `seed, problem`, with the median count beside the counts.
 
     A search that never comes within 1 % counts as infinitely many runs in the median.
     """
     ds = xr.concat(
-        [run(seed, budget=budget, problems=problems) for seed in seeds],
+        [run(seed, budget=budget, problems=problems, workers=workers) for seed in seeds],
         "seed",
         combine_attrs="drop_conflicts",
     ).assign_coords(seed=list(seeds))
@@ -223,8 +236,8 @@ def spread(
 
 
 if __name__ == "__main__":
-    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
-    searches = spread(range(first, last))
+    first, last, workers = (int(text) for text in (*(sys.argv[1:3] or ("0", "1")), *(sys.argv[3:4] or "1")))
+    searches = spread(range(first, last), workers=workers)
     table = searches.evaluations_to_1_percent.to_pandas().T
     table["median"] = searches["median"].to_pandas()
     table["covered"] = (searches.true_gap <= searches.stated_gap + 1e-6).mean("seed").to_pandas()
