@@ -189,6 +189,7 @@ def test_a_table_has_no_quantile():
             'response = "load"\nwithin = { travel = [2, 1] }',
             r"within.travel needs \[low, high\], got \[2, 1\]",
         ),
+        ('response = "load"\nquantile_budget = 6', "quantile_budget goes with quantile, such as"),
         ('response = "load"\nwithin = { travel = [-inf, inf] }', "leaves both sides open. Leave it out"),
         (
             "weights = { load = 1.0 }\nwithin = { travel = [0, 1] }",
