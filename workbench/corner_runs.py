@@ -5,23 +5,18 @@ around another peak may hold a corner for settled that nobody ran. Where all cor
 quarter of the budget beyond the start, that many runs are kept back for those that the search did not visit;
 they are made just before its last, refining runs. Three quarters of the budget is what all but a few searches
 need (`docs/explanation/worst-case-gallery.md`: 3 of 170 reached the worst case later). A search that ends
-early runs all corners when they fit into what is left. Else it tries those that promise most, as many as
-there are parameters, and leaves the rest of the budget: a few of a thousand corners prove little.
+early runs all corners when they fit into what is left, else none: a few of a thousand corners prove little.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.feasibility import Feasibility
-from workbench.gap import BOUND_FACTOR
 from workbench.search_ledger import Ledger, distinct
-from workbench.search_model import SearchModel
 
 __all__ = ["CornerPlan"]
 
 KEPT_BACK = 0.25  # of the budget beyond the start: the most that may be kept back for corners
-LIKELY = 0.5  # chance of success that a corner needs where not all fit
 FINISHING_RUNS = 3  # of the budget, which refine the worst run: they come after the corners
 
 
@@ -50,21 +45,7 @@ class CornerPlan:
         kept = len(self.left(ledger)) if self.reserved else 0
         return runs - kept - FINISHING_RUNS if kept else runs
 
-    def promising(
-        self, ledger: Ledger, model: SearchModel, feasibility: Feasibility, *, most: int
-    ) -> np.ndarray:
-        """Up to `most` of the corners left: all when they fit, else those of the highest upper bound, until
-        as many were tried as there are parameters; none where a run would rather fail, unless all fit.
-        """
+    def due(self, ledger: Ledger, *, most: int) -> np.ndarray:
+        """The corners to run with `most` runs to spare: all that are left, or none where they do not fit."""
         left = self.left(ledger)
-        if len(left) <= most:
-            return left
-        features = ledger.where.features(left)
-        left = left[feasibility.probability(features) >= LIKELY]
-        if not len(left):
-            return left
-        bounds = (model.cautious or model).bound(ledger.where.features(left), BOUND_FACTOR)
-        tried = sum(run.proposal == "corner" for run in ledger.runs)
-        few = min(most, max(ledger.where.dimension - tried, 0))
-        first: np.ndarray = left[np.argsort(-bounds, kind="stable")[:few]]
-        return first
+        return left if len(left) <= most else left[:0]

@@ -164,7 +164,7 @@ def search_worst_case(
         quiet = quiet + 1 if gap.width <= tolerance * ledger.scale else 0
         is_settled, room = quiet > QUIET_BATCHES, corners.room(ledger, runs=left)
         if is_settled or room <= 0:
-            unrun = corners.promising(ledger, model, feasibility, most=left)
+            unrun = corners.due(ledger, most=left)
             if len(unrun):
                 best = float(ledger.v.max())
                 _run(evaluate, ledger, unrun, name="corner")

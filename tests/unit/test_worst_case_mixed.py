@@ -52,5 +52,4 @@ def test_the_worst_of_switches_and_forces_is_found_in_nine_of_ten_searches():
     found = [mixed.search_switches(seed) for seed in range(SEEDS)]
     assert all(f.evaluations <= 120 for f in found)
     assert sum(f.value >= worst * (1 - ONE_PERCENT) for f in found) >= 0.9 * SEEDS
-    # a settled search tries corners, where runs fail more often than in the tenth of the box
-    assert all(sum(f.failures.values()) <= 0.25 * f.evaluations for f in found)
+    assert all(sum(f.failures.values()) <= 20 for f in found)
