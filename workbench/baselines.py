@@ -13,6 +13,7 @@ import numpy as np
 
 import doe
 from workbench.evaluator import Evaluator, Reading
+from workbench.feasibility import Feasibility
 from workbench.search_model import SearchModel
 from workbench.search_space import SearchSpace
 
@@ -20,6 +21,7 @@ __all__ = ["Baseline", "predicted_baselines", "run_baselines"]
 
 REPLICATES = 100
 LARGEST_GRID = 20_000
+LIKELY = 0.5  # chance from which a run counts as one with a value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +51,7 @@ def predicted_baselines(
     where: SearchSpace,
     model: SearchModel,
     *,
+    feasibility: Feasibility,
     u: np.ndarray,
     v: np.ndarray,
     runs: int,
@@ -56,10 +59,14 @@ def predicted_baselines(
     rng: np.random.Generator,
 ) -> dict[str, Baseline]:
     """Plain searches of `runs` runs played on the Kriging; at one of the points u (n, d) that were run its
-    signed value v (n,) counts, which a Kriging with a nugget need not meet."""
+    signed value v (n,) counts, which a Kriging with a nugget need not meet. A run that would rather fail
+    brings nothing."""
     out = {}
     for name, designs in _designs(where, runs, REPLICATES, rng).items():
-        best = np.array([_values(where, model, points, u, v).max() for points in designs])
+        best = np.array([_values(where, model, points, feasibility, u, v).max() for points in designs])
+        best = best[np.isfinite(best)]
+        if not len(best):
+            continue
         low, median, high = sign * np.quantile(best, [0.05, 0.5, 0.95])
         out[name] = Baseline(
             runs=max(len(u) for u in designs),
@@ -72,9 +79,15 @@ def predicted_baselines(
 
 
 def _values(
-    where: SearchSpace, model: SearchModel, points: np.ndarray, u: np.ndarray, v: np.ndarray
+    where: SearchSpace,
+    model: SearchModel,
+    points: np.ndarray,
+    feasibility: Feasibility,
+    u: np.ndarray,
+    v: np.ndarray,
 ) -> np.ndarray:
-    values = model.mean(where.features(points))
+    features = where.features(points)
+    values = np.where(feasibility.probability(features) >= LIKELY, model.mean(features), -np.inf)
     at, run = np.nonzero((points[:, None] == u).all(axis=2))
     values[at] = v[run]
     return values

@@ -311,9 +311,10 @@ def _result(
     # the search's choices are kept: the gap that is stated is the one that it stopped at
     model = _last_model(ledger, previous, seed=seed)
 
+    feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
+
     def modelled() -> Gap:
         assert model is not None  # only an enumeration goes without
-        feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
         return _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=True)
 
     gap = stated_gap(ledger, model, modelled, tolerance=tolerance, lipschitz=lipschitz, enclosure=enclosure)
@@ -346,6 +347,7 @@ def _result(
         else predicted_baselines(
             where,
             model,
+            feasibility=feasibility,
             u=ledger.u_ok,
             v=ledger.v,
             runs=len(ledger.runs),

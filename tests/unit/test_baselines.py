@@ -5,13 +5,15 @@ import pytest
 
 from workbench.baselines import predicted_baselines, run_baselines
 from workbench.evaluator import FunctionEvaluator
+from workbench.feasibility import Feasibility
 from workbench.search_model import fit_search_model
 from workbench.search_space import SearchSpace
 from workbench.space import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 WHERE = SearchSpace.of(BOX)
-NOTHING = {"u": np.empty((0, 2)), "v": np.empty(0)}
+SOUND = Feasibility.of(np.full((1, 2), 0.5), np.array([True]))  # no run has failed
+NOTHING = {"u": np.empty((0, 2)), "v": np.empty(0), "feasibility": SOUND}
 
 
 def tilted(a, b):
@@ -36,10 +38,28 @@ def test_predicted_baselines_equal_the_truth_of_a_linear_response(model):
 
 
 def test_a_point_that_was_run_counts_by_its_run(model):
-    known = {"u": np.array([[1.0, 0.0]]), "v": np.array([2.5])}  # the Kriging says 3
+    known = {**NOTHING, "u": np.array([[1.0, 0.0]]), "v": np.array([2.5])}  # the Kriging says 3
     found = predicted_baselines(WHERE, model, **known, runs=16, sign=1.0, rng=np.random.default_rng(1))
     assert found["random corners"].median == 2.5
     assert found["grid"].median == pytest.approx(3.0 - 1 / 3, abs=1e-3)  # its next best point was not run
+
+
+def test_a_run_that_would_rather_fail_brings_nothing(model):
+    """All corners fail: a search of corners has no value, and a grid that of its best point inside."""
+    corners = WHERE.corners()
+    inside = np.random.default_rng(0).random((12, WHERE.dimension)) * 0.6 + 0.2
+    fails = Feasibility.of(np.vstack([corners, inside]), np.arange(len(corners) + 12) >= len(corners))
+    found = predicted_baselines(
+        WHERE,
+        model,
+        **{**NOTHING, "feasibility": fails},
+        runs=9,
+        sign=1.0,
+        rng=np.random.default_rng(1),
+    )
+    plain = predicted_baselines(WHERE, model, **NOTHING, runs=9, sign=1.0, rng=np.random.default_rng(1))
+    assert "random corners" not in found
+    assert found["grid"].median < plain["grid"].median
 
 
 def test_run_baselines_are_true_runs():
