@@ -9,7 +9,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from doe.augment import augment, nested_lhs, search_augmentation
     from doe.classical import (
         box_behnken,
         central_composite,
@@ -19,14 +18,16 @@ if TYPE_CHECKING:
         resolution,
         two_level_fraction,
     )
-    from doe.coordinate_exchange import coordinate_exchange
-    from doe.d_optimal import d_optimal_best_of, d_optimal_select, d_optimal_within
-    from doe.decorrelated import decorrelated_lhs
-    from doe.exchange import exchange
-    from doe.ihs import auto_spacing, ihs, ihs_cells, published_spacing
-    from doe.levels import balanced_levels, optimised_levels, rearrange
-    from doe.lhs import centred_lhs, lhs
-    from doe.metrics import (
+    from doe.criteria.regression import (
+        a_efficiency,
+        d_efficiency,
+        g_efficiency,
+        i_efficiency,
+        model_matrix,
+        model_terms,
+        variance_inflation,
+    )
+    from doe.criteria.spread import (
         cd2,
         correlations,
         discrepancies,
@@ -37,22 +38,26 @@ if TYPE_CHECKING:
         phi_p,
         rms_correlation,
     )
-    from doe.models import (
-        a_efficiency,
-        d_efficiency,
-        g_efficiency,
-        i_efficiency,
-        model_matrix,
-        model_terms,
-        variance_inflation,
+    from doe.latin.augment import augment, nested_lhs, search_augmentation
+    from doe.latin.decorrelated import decorrelated_lhs
+    from doe.latin.ihs import (
+        auto_spacing,
+        ihs,
+        ihs_cells,
+        published_spacing,
     )
-    from doe.optimised import optimised_lhs, search_lhs
+    from doe.latin.levels import balanced_levels, optimised_levels, rearrange
+    from doe.latin.lhs import centred_lhs, lhs
+    from doe.latin.optimised import optimised_lhs, search_lhs
+    from doe.latin.sliced import sliced_lhs
+    from doe.latin.swaps import SwapResult
+    from doe.optimal.coordinate_exchange import coordinate_exchange
+    from doe.optimal.d_optimal import d_optimal_best_of, d_optimal_select, d_optimal_within
+    from doe.optimal.exchange import exchange
     from doe.quality import Quality, projection_cd2, quality
     from doe.running import blocks, replicates, run_order
     from doe.sequences import halton, oa_lhs, sobol
-    from doe.sliced import sliced_lhs
     from doe.subset import subset
-    from doe.swaps import SwapResult
 
 __distribution__ = "holdfast"
 
@@ -116,7 +121,7 @@ __all__ = [
 
 # module -> public names that it defines
 _MODULES = {
-    "augment": ("augment", "nested_lhs", "search_augmentation"),
+    "latin.augment": ("augment", "nested_lhs", "search_augmentation"),
     "classical": (
         "box_behnken",
         "central_composite",
@@ -126,14 +131,14 @@ _MODULES = {
         "resolution",
         "two_level_fraction",
     ),
-    "coordinate_exchange": ("coordinate_exchange",),
-    "d_optimal": ("d_optimal_best_of", "d_optimal_select", "d_optimal_within"),
-    "decorrelated": ("decorrelated_lhs",),
-    "exchange": ("exchange",),
-    "ihs": ("auto_spacing", "ihs", "ihs_cells", "published_spacing"),
-    "levels": ("balanced_levels", "optimised_levels", "rearrange"),
-    "lhs": ("centred_lhs", "lhs"),
-    "metrics": (
+    "optimal.coordinate_exchange": ("coordinate_exchange",),
+    "optimal.d_optimal": ("d_optimal_best_of", "d_optimal_select", "d_optimal_within"),
+    "latin.decorrelated": ("decorrelated_lhs",),
+    "optimal.exchange": ("exchange",),
+    "latin.ihs": ("auto_spacing", "ihs", "ihs_cells", "published_spacing"),
+    "latin.levels": ("balanced_levels", "optimised_levels", "rearrange"),
+    "latin.lhs": ("centred_lhs", "lhs"),
+    "criteria.spread": (
         "cd2",
         "correlations",
         "discrepancies",
@@ -144,7 +149,7 @@ _MODULES = {
         "phi_p",
         "rms_correlation",
     ),
-    "models": (
+    "criteria.regression": (
         "a_efficiency",
         "d_efficiency",
         "g_efficiency",
@@ -153,13 +158,13 @@ _MODULES = {
         "model_terms",
         "variance_inflation",
     ),
-    "optimised": ("optimised_lhs", "search_lhs"),
+    "latin.optimised": ("optimised_lhs", "search_lhs"),
     "quality": ("Quality", "projection_cd2", "quality"),
     "running": ("blocks", "replicates", "run_order"),
     "sequences": ("halton", "oa_lhs", "sobol"),
-    "sliced": ("sliced_lhs",),
+    "latin.sliced": ("sliced_lhs",),
     "subset": ("subset",),
-    "swaps": ("SwapResult",),
+    "latin.swaps": ("SwapResult",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

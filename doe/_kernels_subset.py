@@ -7,8 +7,8 @@ Coordinates are whole numbers, so that squared distances are, and the choice is 
 import numpy as np
 from numba import njit
 
-from doe._kernels_draws import below
-from doe._kernels_swaps import inverse_power, whole
+from doe.latin._kernels_swaps import inverse_power, whole
+from doe.portable._kernels_draws import below
 
 
 @njit(cache=True, error_model="numpy")

@@ -15,7 +15,7 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doe.models import Floats, checked
+from doe.criteria.regression import Floats, checked
 
 __all__ = [
     "box_behnken",

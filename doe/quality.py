@@ -12,15 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 
-from doe import _kernels_metrics as kernels
-from doe.lhs import lhs
-from doe.metrics import (
-    P,
-    columns_of,
-    discrepancy_singles,
-    unit_points,
-)
-from doe.models import (
+from doe.criteria import _kernels_spread as kernels
+from doe.criteria.regression import (
     Model,
     a_efficiency,
     d_efficiency,
@@ -29,6 +22,13 @@ from doe.models import (
     moment_matrix,
     variance_inflation,
 )
+from doe.criteria.spread import (
+    P,
+    columns_of,
+    discrepancy_singles,
+    unit_points,
+)
+from doe.latin.lhs import lhs
 
 __all__ = ["BETTER", "Quality", "projection_cd2", "quality"]
 
@@ -76,13 +76,13 @@ class Quality:
 
     min_distance: smallest distance of two runs    nearest_mean: mean distance to the nearest run
     distance_bound_share: min_distance as a share of the bound sqrt(floor(n (n+1) d / 6)) / n of Latin
-    hypercubes phi_p (p = 10), cd2, wd2, md, maxpro: see `doe.metrics`    max_ and rms_correlation: between
-    columns max_vif: largest variance inflation factor    d_, a_, i_efficiency: of the regression model on
-    [-1, 1] mesh_ratio: largest over smallest nearest-neighbour distance    fill_distance: largest distance
-    from 512 Sobol' points of the cube to the nearest run (fewer for large designs)    worst_pair_cd2,
-    worst_pair: least even 2-D projection percentiles: share in per cent of `references` random Latin
-    hypercubes with a smaller value, ties halved intervals: 95 % bounds of the metrics that were estimated
-    from a sample of the runs; empty when all are exact
+    hypercubes phi_p (p = 10), cd2, wd2, md, maxpro: see `doe.criteria.spread`    max_ and rms_correlation:
+    between columns max_vif: largest variance inflation factor    d_, a_, i_efficiency: of the regression
+    model on [-1, 1] mesh_ratio: largest over smallest nearest-neighbour distance    fill_distance: largest
+    distance from 512 Sobol' points of the cube to the nearest run (fewer for large designs)
+    worst_pair_cd2, worst_pair: least even 2-D projection percentiles: share in per cent of `references`
+    random Latin hypercubes with a smaller value, ties halved intervals: 95 % bounds of the metrics that were
+    estimated from a sample of the runs; empty when all are exact
     """
 
     n: int

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doe import _kernels_subset as kernels
-from doe.draws import shuffled, splitmix
-from doe.metrics import unit_points
-from doe.models import Model, model_matrix
+from doe.criteria.regression import Model, model_matrix
+from doe.criteria.spread import unit_points
+from doe.portable.draws import shuffled, splitmix
 
 __all__ = ["blocks", "replicates", "run_order"]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from doe.lhs import checked_size
+from doe.latin.lhs import checked_size
 
 __all__ = ["halton", "oa_lhs", "sobol"]
 

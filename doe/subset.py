@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doe import _kernels_subset as kernels
-from doe.draws import splitmix
-from doe.metrics import check_power, unit_points
+from doe.criteria.spread import check_power, unit_points
+from doe.portable.draws import splitmix
 
 __all__ = ["subset"]
 

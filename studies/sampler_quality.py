@@ -3,7 +3,7 @@
 The table answers which sampler is good for what; the curve answers when IHS helps: its published target
 spacing n^(1 - 1/d) is wider than the nearest-neighbour distance of random points for few factors and
 narrower for many, and the sampler does what it is told. Distances are in units of the unit cube, criteria
-as in `doe.metrics`.
+as in `doe.criteria.spread`.
 
     python -m studies.sampler_quality [folder]     the table, and both figures as PNG
 """

@@ -64,7 +64,7 @@ def test_only_the_allowed_rooms_are_imported(path):
 @pytest.mark.parametrize(
     ("file", "code", "stranger"),
     [
-        ("doe/lhs.py", "import workbench.space", "workbench"),
+        ("doe/latin/lhs.py", "import workbench.space", "workbench"),
         ("surrogates/reml.py", "from doe import lhs", "doe"),
         ("workbench/engine/layout/gsao.py", "import xarray as xr", "xarray"),
         ("workbench/engine/layout/gsao.py", "from ...study import Study", "workbench"),

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 import doe
-from doe.draws import splitmix
-from doe.swaps import Columns, swap_search
+from doe.latin.swaps import Columns, swap_search
+from doe.portable.draws import splitmix
 from workbench.design_factors import POOL, Factors
 from workbench.errors import StudyError
 from workbench.space import Space

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import doe
-from doe.models import model_terms
+from doe.criteria.regression import model_terms
 
 CASES = settings(max_examples=25, deadline=None)
 MODELS = st.sampled_from(["linear", "interactions", "quadratic"])

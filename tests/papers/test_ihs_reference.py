@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 import doe
-from doe.draws import park_miller
+from doe.portable.draws import park_miller
 
 # the print-outs carry six decimals
 PRINTED = 5e-7

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import doe
-from doe.coordinate_exchange import _derivative
-from doe.models import model_matrix, model_terms
+from doe.criteria.regression import model_matrix, model_terms
+from doe.optimal.coordinate_exchange import _derivative
 
 
 @pytest.mark.parametrize(("criterion", "own"), [("D", 0), ("A", 1), ("I", 2)])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import doe
-from doe import _kernels_within as kernels
-from doe.models import factor_lists, model_matrix, model_terms
+from doe.criteria.regression import factor_lists, model_matrix, model_terms
+from doe.optimal import _kernels_within as kernels
 
 # rank-four updates against a fresh factorisation after 1e5 swaps
 AFTER_SWAPS = 1e-10

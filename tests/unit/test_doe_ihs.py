@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import doe
-from doe import _kernels_draws
-from doe.draws import park_miller, splitmix
+from doe.portable import _kernels_draws
+from doe.portable.draws import park_miller, splitmix
 
 
 def plain_ihs(n, d, duplication, target, draws, pool=0):

@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
-from doe import _kernels_linear as kernels
-from doe.linear import gram, inverse_root, product, quadratic_forms
+from doe.portable import _kernels_linear as kernels
+from doe.portable.linear import (
+    gram,
+    inverse_root,
+    product,
+    quadratic_forms,
+)
 
 
 @pytest.mark.parametrize(("n", "p"), [(1, 1), (5, 3), (63, 7), (64, 8), (65, 45), (200, 2)])

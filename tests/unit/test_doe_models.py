@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import doe.models as models
+import doe.criteria.regression as models
 
 # plain linear algebra on the same matrix in another order
 ROUNDING = 1e-10

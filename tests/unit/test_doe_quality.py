@@ -8,8 +8,8 @@ from scipy.spatial.distance import pdist
 from scipy.stats import qmc
 
 import doe
-from doe import _kernels_metrics as kernels
 from doe import quality as quality_module  # the function: the module is not shadowed
+from doe.criteria import _kernels_spread as kernels
 from doe.quality import BETTER
 
 # sums of positive terms in another order

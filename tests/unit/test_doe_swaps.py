@@ -8,8 +8,13 @@ from scipy.spatial.distance import pdist
 from scipy.stats import qmc
 
 import doe
-from doe.draws import level_permutations, splitmix
-from doe.swaps import CRITERIA, Columns, _Search, swap_search
+from doe.latin.swaps import (
+    CRITERIA,
+    Columns,
+    _Search,
+    swap_search,
+)
+from doe.portable.draws import level_permutations, splitmix
 
 # rounding of 1e5 incremental updates, refreshed on the way
 DRIFT = 1e-10

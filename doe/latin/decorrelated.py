@@ -12,10 +12,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doe.draws import level_permutations, splitmix
-from doe.lhs import checked_size
-from doe.linear import inverse_root, product
-from doe.swaps import Columns, swap_search
+from doe.latin.lhs import checked_size
+from doe.latin.swaps import Columns, swap_search
+from doe.portable.draws import level_permutations, splitmix
+from doe.portable.linear import inverse_root, product
 
 __all__ = ["decorrelated", "decorrelated_lhs"]
 

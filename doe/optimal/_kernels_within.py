@@ -10,9 +10,9 @@ U = [f_r, f_s, f_r', f_s'] (old, old, new, new) and S = diag(-1, -1, 1, 1),
 import numpy as np
 from numba import njit
 
-from doe._kernels_exchange import TIE
-from doe._kernels_linear import dot, times
-from doe._kernels_tableau import draw
+from doe.optimal._kernels_exchange import TIE
+from doe.optimal._kernels_tableau import draw
+from doe.portable._kernels_linear import dot, times
 
 
 @njit(cache=True, error_model="numpy")

@@ -14,11 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
-from doe import _kernels_coordinates as kernels
-from doe._kernels_exchange import expand
-from doe.exchange import CRITERIA, Task
-from doe.linear import gram, product
-from doe.models import (
+from doe.criteria.regression import (
     Floats,
     Integers,
     Model,
@@ -28,6 +24,10 @@ from doe.models import (
     model_terms,
     moment_matrix,
 )
+from doe.optimal import _kernels_coordinates as kernels
+from doe.optimal._kernels_exchange import expand
+from doe.optimal.exchange import CRITERIA, Task
+from doe.portable.linear import gram, product
 
 __all__ = ["Levels", "coordinate_exchange"]
 
@@ -80,7 +80,7 @@ def coordinate_exchange(
         polish: whether continuous coordinates leave the 11 levels of the search.
 
     >>> points = coordinate_exchange(6, 2, rng=np.random.default_rng(0))
-    >>> from doe.models import d_efficiency
+    >>> from doe.criteria.regression import d_efficiency
     >>> round(d_efficiency(points, model="quadratic"), 4)
     0.4231
 

@@ -10,8 +10,8 @@ g = M^-1 f the quantities of an exchange (see `_kernels_exchange`) follow from e
 import numpy as np
 from numba import njit
 
-from doe._kernels_exchange import TIE, update_inverse, update_middle
-from doe._kernels_linear import dot, times
+from doe.optimal._kernels_exchange import TIE, update_inverse, update_middle
+from doe.portable._kernels_linear import dot, times
 
 
 @njit(cache=True, error_model="numpy")

@@ -14,8 +14,8 @@ where a float maximum does not.
 import numpy as np
 from numba import njit
 
-from doe._kernels_exchange import update_inverse
-from doe._kernels_linear import dot, times
+from doe.optimal._kernels_exchange import update_inverse
+from doe.portable._kernels_linear import dot, times
 
 BLOCK = np.float32(-1e30)
 SMALLEST = 1e-6  # of a proposal: the resolution of the float32 tableau

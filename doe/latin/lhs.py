@@ -3,7 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from doe.draws import Draws, level_permutations, splitmix, unit_numbers
+from doe.portable.draws import (
+    Draws,
+    level_permutations,
+    splitmix,
+    unit_numbers,
+)
 
 __all__ = ["centred_lhs", "checked_size", "lhs", "points_in_cells"]
 

@@ -5,9 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from doe.draws import level_permutations, splitmix
-from doe.lhs import checked_size
-from doe.swaps import Columns, Feasible, SwapResult, swap_search
+from doe.latin.lhs import checked_size
+from doe.latin.swaps import (
+    Columns,
+    Feasible,
+    SwapResult,
+    swap_search,
+)
+from doe.portable.draws import level_permutations, splitmix
 
 __all__ = ["optimised_lhs", "search_lhs"]
 

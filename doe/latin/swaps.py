@@ -17,9 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doe import _kernels_swaps as kernels
-from doe.draws import Draws
-from doe.metrics import cd2, check_power, max_correlation, maxpro, phi_p
+from doe.criteria.spread import (
+    cd2,
+    check_power,
+    max_correlation,
+    maxpro,
+    phi_p,
+)
+from doe.latin import _kernels_swaps as kernels
+from doe.portable.draws import Draws
 
 __all__ = ["CRITERIA", "Columns", "SwapResult", "check_budget", "check_weights", "polished", "swap_search"]
 
@@ -431,7 +437,7 @@ def check_weights(
 
 
 def values_of(points: Floats, names: Sequence[str], p: int) -> dict[str, float]:
-    """The named criteria of points, as `doe.metrics` has them."""
+    """The named criteria of points, as `doe.criteria.spread` has them."""
     known = {
         "phi_p": lambda: phi_p(points, p=p),
         "cd2": lambda: cd2(points),

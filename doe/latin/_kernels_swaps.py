@@ -18,7 +18,7 @@ everywhere.
 import numpy as np
 from numba import njit
 
-from doe._kernels_draws import below, word
+from doe.portable._kernels_draws import below, word
 
 MAGIC = 6755399441055744.0  # 1.5 * 2^52: the sum of it and |t| < 2^51 holds t rounded to a whole number
 MAGIC_BITS = np.int64(np.float64(MAGIC).view(np.int64))

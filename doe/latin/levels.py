@@ -10,11 +10,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doe import _kernels_draws as generator
-from doe.draws import Draws, level_permutations, splitmix
-from doe.lhs import checked_size
-from doe.metrics import unit_points
-from doe.swaps import Columns, Feasible, SwapResult, swap_search
+from doe.criteria.spread import unit_points
+from doe.latin.lhs import checked_size
+from doe.latin.swaps import (
+    Columns,
+    Feasible,
+    SwapResult,
+    swap_search,
+)
+from doe.portable import _kernels_draws as generator
+from doe.portable.draws import Draws, level_permutations, splitmix
 
 __all__ = ["balanced_levels", "optimised_levels", "rearrange"]
 

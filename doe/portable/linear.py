@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from doe import _kernels_linear as kernels
+from doe.portable import _kernels_linear as kernels
 
 __all__ = ["gram", "inverse_root", "product", "quadratic_forms"]
 

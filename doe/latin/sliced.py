@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from doe.draws import shuffled, splitmix
-from doe.lhs import checked_size
-from doe.swaps import Columns, swap_search
+from doe.latin.lhs import checked_size
+from doe.latin.swaps import Columns, swap_search
+from doe.portable.draws import shuffled, splitmix
 
 __all__ = ["sliced_lhs"]
 

@@ -8,7 +8,7 @@ gives the same bits under every numpy and numba version.
 import numpy as np
 from numpy.typing import NDArray
 
-from doe import _kernels_draws as kernels
+from doe.portable import _kernels_draws as kernels
 
 __all__ = ["Draws", "level_permutations", "park_miller", "splitmix", "unit_numbers"]
 

@@ -15,10 +15,22 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doe import _kernels_exchange as kernels
-from doe import _kernels_tableau as tableau
-from doe.linear import gram, inverse_root, product, quadratic_forms
-from doe.models import Floats, Integers, Model, checked, model_matrix, moment_matrix
+from doe.criteria.regression import (
+    Floats,
+    Integers,
+    Model,
+    checked,
+    model_matrix,
+    moment_matrix,
+)
+from doe.optimal import _kernels_exchange as kernels
+from doe.optimal import _kernels_tableau as tableau
+from doe.portable.linear import (
+    gram,
+    inverse_root,
+    product,
+    quadratic_forms,
+)
 
 __all__ = ["CRITERIA", "exchange", "padded", "row_search"]
 

@@ -14,10 +14,10 @@ from decimal import Decimal, localcontext
 import numpy as np
 from numpy.typing import NDArray
 
-from doe import _kernels_ihs as kernels
-from doe.draws import Draws, level_permutations, splitmix
-from doe.lhs import checked_size, points_in_cells
-from doe.swaps import polished
+from doe.latin import _kernels_ihs as kernels
+from doe.latin.lhs import checked_size, points_in_cells
+from doe.latin.swaps import polished
+from doe.portable.draws import Draws, level_permutations, splitmix
 
 __all__ = ["auto_spacing", "ihs", "ihs_cells", "published_spacing"]
 
@@ -80,11 +80,11 @@ def ihs_cells(
     pool: int | None = None,
     draws: Draws,
 ) -> NDArray[np.int32]:
-    """The cells 1..n of an IHS, (n, d), drawn from a generator of `doe.draws`.
+    """The cells 1..n of an IHS, (n, d), drawn from a generator of `doe.portable.draws`.
 
     With `park_miller(seed)` these are the published runs, draw by draw.
 
-    >>> from doe.draws import park_miller
+    >>> from doe.portable.draws import park_miller
     >>> ihs_cells(5, 2, draws=park_miller(17)).T.tolist()
     [[2, 5, 4, 3, 1], [4, 5, 3, 1, 2]]
     """

@@ -10,8 +10,8 @@ Notation: n points x_i in [0, 1]^d, d_ij their Euclidean distances, z = x - 1/2.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doe import _kernels_metrics as kernels
-from doe.models import checked
+from doe.criteria import _kernels_spread as kernels
+from doe.criteria.regression import checked
 
 __all__ = [
     "cd2",

@@ -11,12 +11,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doe.decorrelated import ROUNDS, decorrelated
-from doe.draws import Draws, splitmix
-from doe.draws import shuffled as shuffled_integers
-from doe.metrics import unit_points
-from doe.optimised import optimised_lhs
-from doe.swaps import Columns, SwapResult, swap_search
+from doe.criteria.spread import unit_points
+from doe.latin.decorrelated import ROUNDS, decorrelated
+from doe.latin.optimised import optimised_lhs
+from doe.latin.swaps import Columns, SwapResult, swap_search
+from doe.portable.draws import Draws, splitmix
+from doe.portable.draws import shuffled as shuffled_integers
 
 __all__ = ["augment", "nested_lhs", "search_augmentation"]
 

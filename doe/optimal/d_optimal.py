@@ -11,11 +11,18 @@ Mitchell 1974; Ferre & Rius 1997).
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doe import _kernels_within as kernels
-from doe._kernels_exchange import TIE
-from doe.exchange import exchange
-from doe.linear import gram, inverse_root
-from doe.models import Floats, Model, checked, factor_lists, model_matrix, model_terms
+from doe.criteria.regression import (
+    Floats,
+    Model,
+    checked,
+    factor_lists,
+    model_matrix,
+    model_terms,
+)
+from doe.optimal import _kernels_within as kernels
+from doe.optimal._kernels_exchange import TIE
+from doe.optimal.exchange import exchange
+from doe.portable.linear import gram, inverse_root
 
 __all__ = ["d_optimal_best_of", "d_optimal_select", "d_optimal_within"]
 

@@ -10,7 +10,7 @@ again in whole numbers, and only those decide. So the design does not depend on 
 import numpy as np
 from numba import njit
 
-from doe._kernels_draws import below
+from doe.portable._kernels_draws import below
 
 FAR = np.int64(2**62)
 ROUNDING = 4.0e-7  # a few units of float32 rounding, relative to the largest partial sum

@@ -1,0 +1,1 @@
+"""What a design is judged by: spread, correlation, discrepancy and the efficiencies of regression models."""

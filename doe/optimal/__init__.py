@@ -1,0 +1,1 @@
+"""Designs that are optimal for a regression model: exchange of rows and coordinates, Latin swaps."""

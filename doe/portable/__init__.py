@@ -1,0 +1,1 @@
+"""Draws and linear algebra whose bits are the same on every processor."""
