@@ -9,7 +9,7 @@ categorical                     the labels that the runs have, each with the sam
 import numpy as np
 
 from surrogates import Measure
-from surrogates.measure import discrete, uniform
+from surrogates.analysis.measure import discrete, uniform
 from workbench.parameter import Parameter
 
 __all__ = ["input_law", "input_measure"]

@@ -15,10 +15,10 @@ from threadpoolctl import threadpool_limits
 
 from studies.screening_functions import FUNCTIONS
 from surrogates import KrigingScreener, morris_effects, morris_points, profiled_log_likelihood
-from surrogates.backward import alone
-from surrogates.canonical import canonical_runs
-from surrogates.landscape import HIGHEST, LOWEST, landscape_of
-from surrogates.search import ALIVE
+from surrogates.screening.sets.backward import alone
+from surrogates.screening.sets.canonical import canonical_runs
+from surrogates.screening.sets.landscape import HIGHEST, LOWEST, landscape_of
+from surrogates.screening.sets.multi_start import ALIVE
 
 pytestmark = pytest.mark.bench
 
@@ -130,7 +130,7 @@ def test_given_data_50_by_20():
 
 
 def test_rivals_of_other_kinds_50_by_20():
-    from surrogates.rivals import RIVALS
+    from surrogates.screening.rivals import RIVALS
 
     print()
     for name in ("linear", "quadratic", "forest", "sobol"):
@@ -274,7 +274,7 @@ def test_one_value_and_gradient(n, d):
     with threadpool_limits(1):
         clocked("holdfast profiled_log_likelihood", lambda: profiled_log_likelihood(phi, x, y, nugget=1e-6))
         if n < 100:
-            from surrogates._kernels_likelihood import likelihood
+            from surrogates.likelihood._kernels_likelihood import likelihood
 
             out, none = np.zeros(d + 1), np.zeros((d + 1, d + 1))
             at = np.append(phi, np.log(1e-6))

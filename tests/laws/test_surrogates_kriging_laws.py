@@ -11,9 +11,9 @@ from scipy.linalg import null_space
 from scipy.stats import multivariate_normal
 
 from surrogates import Kriging
-from surrogates._kernels_correlation import cross, derivatives, gram
-from surrogates.correlation import CORRELATIONS, Correlation
-from surrogates.likelihood import Likelihood
+from surrogates.likelihood._kernels_correlation import cross, derivatives, gram
+from surrogates.likelihood.correlation import CORRELATIONS, Correlation
+from surrogates.likelihood.likelihood import Likelihood
 
 KINDS = sorted(CORRELATIONS)
 INTERPOLATION = 1e-8  # of the spread of y, for condition numbers below 1e7

@@ -81,7 +81,7 @@ def test_inputs_too_weak_to_tell_apart_are_told_together():
 
 
 def test_the_rest_together_is_part_of_the_verdict():
-    from surrogates.verdict import judge
+    from surrogates.screening.verdict import judge
 
     facts = {"n_runs": 60, "n_inputs": 6, "n_selected": 1, "constant_response": False, "repeated": ()}
     facts |= {"margin": 9.0, "q2": 0.97, "starts_at_best": 5}

@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import qmc
 
 from surrogates import Kriging
-from surrogates.correlation import Correlation
-from surrogates.likelihood import Likelihood
-from surrogates.trend import basis, terms
+from surrogates.kriging.trend import basis, terms
+from surrogates.likelihood.correlation import Correlation
+from surrogates.likelihood.likelihood import Likelihood
 
 DRAWS = 5000
 BIAS = 0.02  # four standard errors of the mean of 5000 draws with 14 degrees of freedom are 0.021

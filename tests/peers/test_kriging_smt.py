@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from surrogates.correlation import Correlation
-from surrogates.likelihood import Likelihood
+from surrogates.likelihood.correlation import Correlation
+from surrogates.likelihood.likelihood import Likelihood
 
 pytestmark = pytest.mark.peer
 models = pytest.importorskip("smt.surrogate_models")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from surrogates.planning import random_function, recovery, wilson_interval
+from surrogates.screening.planning import random_function, recovery, wilson_interval
 from workbench.errors import StudyError
 from workbench.run_planning import MEASURED, plan_runs, run_plan_lines
 

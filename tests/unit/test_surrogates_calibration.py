@@ -5,7 +5,12 @@ import pytest
 from scipy import stats
 
 from surrogates import Kriging
-from surrogates.calibration import FOLDS, PRIOR_ERRORS, _conformal_factor, _predictive_factor
+from surrogates.kriging.calibration import (
+    FOLDS,
+    PRIOR_ERRORS,
+    _conformal_factor,
+    _predictive_factor,
+)
 
 
 def table(n, d=2, seed=0):

@@ -9,10 +9,10 @@ from surrogates import (
     Kriging,
     accumulated_local_effect,
     main_effects,
-    measure,
     partial_dependence,
     sobol_indices,
 )
+from surrogates.analysis import measure
 
 KINDS = ["gaussian", "power_exponential", "matern32", "matern52"]
 # mean squares over [-1/2, 1/2]^6 by hand: x12, x4 = x20, x5, x19; then 1:12 and 4:20

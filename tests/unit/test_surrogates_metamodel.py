@@ -6,7 +6,7 @@ from scipy.stats import rankdata
 
 from studies.screening_functions import FUNCTIONS
 from surrogates import Kriging, KrigingScreener, TooFewRuns, selected_kriging, sobol_indices
-from surrogates.measure import uniform
+from surrogates.analysis.measure import uniform
 
 # of new runs, nominal 0.95, mean over six samples: between them its standard error is about 0.01
 LOWEST, HIGHEST = 0.90, 0.99

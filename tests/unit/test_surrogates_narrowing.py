@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener, restricted_log_likelihood
-from surrogates.canonical import canonical_runs
-from surrogates.landscape import landscape_of
-from surrogates.margins import margins
-from surrogates.narrowing import MOST, narrowed, promising, widened
-from surrogates.search import merged, multi_start
+from surrogates.screening.sets.canonical import canonical_runs
+from surrogates.screening.sets.landscape import landscape_of
+from surrogates.screening.sets.multi_start import merged, multi_start
+from surrogates.screening.sets.narrowing import (
+    MOST,
+    narrowed,
+    promising,
+    widened,
+)
+from surrogates.screening.sets.single_input_fits import margins
 
 BOUNDS = (1e-4, 10.0)
 SAME = 1e-8  # sums over groups in another order

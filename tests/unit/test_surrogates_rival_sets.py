@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener
-from surrogates.backward import Chain, alone
-from surrogates.landscape import Optimum
-from surrogates.rival_sets import entering, ranked, rivals
+from surrogates.screening.sets.backward import Chain, alone
+from surrogates.screening.sets.landscape import Optimum
+from surrogates.screening.sets.rival_sets import entering, ranked, rivals
 
 PRICE = 2.0
 

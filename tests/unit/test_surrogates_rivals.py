@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from surrogates.hybrid import hybrid_screening
-from surrogates.morris import morris_effects, morris_points
-from surrogates.rivals import RIVALS, _in_reach, compare_rankings
+from surrogates.screening.hybrid import hybrid_screening
+from surrogates.screening.morris import morris_effects, morris_points
+from surrogates.screening.rivals import RIVALS, _in_reach, compare_rankings
 
 RANKERS = [
     m for m in RIVALS if m not in ("forward", "welch")

@@ -8,7 +8,7 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from surrogates import Kriging, KrigingScreener, restricted_log_likelihood, selection_stability
 from surrogates.errors import TooFewRuns
-from surrogates.rules import threshold_for
+from surrogates.screening.sets.rules import threshold_for
 
 METHODS = ["default", "forward", "welch"]
 

@@ -1,0 +1,1 @@
+"""The Kriging estimator: trends, responses, intervals that hold, leave-one-out and a diagnosis."""

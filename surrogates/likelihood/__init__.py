@@ -1,0 +1,1 @@
+"""The restricted likelihood, its correlations, its gradient and the climb to its maximum."""

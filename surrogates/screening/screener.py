@@ -1,0 +1,342 @@
+"""Screening of inputs by the likelihood of a Kriging model: which inputs does the response depend on?
+
+    default   sparse multi-start ARD likelihood, backward, exchange               surrogates.ard
+    forward   section 3.3 of the dissertation, literal                            surrogates.forward
+    welch     the maximum-likelihood original with free exponents                 surrogates.welch
+
+An input matters when it needs a theta of its own (eq. 3.7). The others share one common theta in the
+published methods, and have theta = 0 in the default, where what is not selected must not act. The
+criterion is the restricted log-likelihood l of eq. (3.13): l, not 2 l, constant 0, larger is better.
+"""
+
+from collections.abc import Sequence
+from numbers import Real
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils.validation import _check_feature_names_in, check_is_fitted, validate_data
+
+from ..errors import TooFewRuns
+from ..kriging.diagnosis import close_pairs
+from ..kriging.given_runs import (
+    LabelCodes,
+    check_finite,
+    check_response,
+    refuse_text,
+)
+from .methods import METHODS, Found, find_sets
+from .path import ScreeningStep, screening_path, told
+from .sets.canonical import CanonicalRuns, about_unit_wide, canonical_runs
+from .sets.landscape import landscape_of, left_out_q2, standard_scores
+from .sets.rules import Rules, threshold_for
+from .verdict import ScreeningDiagnosis, judge
+
+__all__ = ["KrigingScreener"]
+
+Array = NDArray[np.float64]
+
+FEWEST_RUNS = 3
+# chi^2 with one degree, 95 %: fits Tables 3.1 and 3.2, whose rule is "no large increment"
+FORWARD_THRESHOLD = 1.92
+DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
+FORWARD_NUGGET = 1e-8
+
+
+class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
+    """Select the inputs that a response depends on.
+
+    Args:
+        method: "default", "forward" (as published) or "welch" (the maximum-likelihood original). The inputs
+            are scaled to [0, 1] by their ranges; the last two take them as given where all ranges lie between
+            0.1 and 10.
+        criterion: "reml" (eq. 3.13) or "ml" (eq. 3.11); "welch" always takes "ml".
+        threshold: gain in l that an input must bring. By default 1.92 for "forward" and "welch"; else the
+            gain that the inert inputs together exceed with probability 0.05 (3.94 for 20 inputs).
+        n_features: number of inputs to select, instead of choosing it by the threshold.
+        n_starts: most ascents of the default method.
+        enough: the default method stops starting when its best maximum was reached so many times.
+        nugget: noise variance relative to sigma^2. None leaves it free above 1e-4 (method "default") or takes
+            1e-8; a number fixes it; a pair bounds it.
+        eta: exponent of the correlation, 1 to 2 ("welch" chooses its own).
+        categorical: columns that hold labels (numbers or strings).
+        groups: sets of columns that share one theta and are selected together.
+        seed: of the starts. Same seed and data, same result, in whatever order the data come.
+
+    Attributes:
+        selected_: selected inputs, 0-based, most active first.
+        ranking_: all inputs, the one that most likely acts first: by the weight of all sets found that hold
+            it, see `surrogates.screening.sets.rival_sets`. Where the runs are enough, those selected lead.
+        path_: a `ScreeningStep` per step.
+        theta_, sigma2_, nugget_, log_likelihood_: at the selected set; theta_ in the coordinates of X.
+        diagnosis_: a `ScreeningDiagnosis`.
+        n_features_in_, feature_names_in_: of X.
+
+    >>> import numpy as np
+    >>> x = np.random.default_rng(1).random((30, 6))
+    >>> screener = KrigingScreener().fit(x, np.sin(5 * x[:, 2]) + x[:, 4] ** 2)
+    >>> screener.selected_, screener.diagnosis_.resolved
+    (array([2, 4]), True)
+    """
+
+    def __init__(
+        self,
+        *,
+        method: str = "default",
+        criterion: str = "reml",
+        threshold: float | None = None,
+        n_features: int | None = None,
+        n_starts: int = 200,
+        enough: int = 8,
+        nugget: float | tuple[float, float] | None = None,
+        eta: float = 2.0,
+        categorical: Sequence[int] = (),
+        groups: Sequence[Sequence[int]] = (),
+        seed: int = 0,
+    ) -> None:
+        self.method = method
+        self.criterion = criterion
+        self.threshold = threshold
+        self.n_features = n_features
+        self.n_starts = n_starts
+        self.enough = enough
+        self.nugget = nugget
+        self.eta = eta
+        self.categorical = categorical
+        self.groups = groups
+        self.seed = seed
+
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+        """Screen runs X (n, d) with responses y (n,).
+
+        Raises ValueError for text, NaN or infinity (naming the run) and options that do not fit; TooFewRuns.
+        """
+        self._check_options()
+        if len(self.categorical):
+            self._codes = LabelCodes(self.categorical, X)
+            X = self._codes(X)
+        else:
+            refuse_text(X)
+        check_response(y)
+        X, y = validate_data(
+            self, X, y, y_numeric=True, ensure_all_finite=False, dtype=np.float64, ensure_min_samples=0
+        )
+        x, y = np.asarray(X, dtype=float), np.asarray(y, dtype=float)
+        check_finite(x, y, range(len(y)))
+        n, d = x.shape
+        if n < FEWEST_RUNS:
+            raise TooFewRuns(f"a screening needs at least {FEWEST_RUNS} runs, got n_samples = {n}: add runs")
+        self._check_columns(d)
+        labels = tuple(int(k) % d for k in self.categorical)
+        scaled = self.method == "default" or not about_unit_wide(x, labels=labels)
+        runs = canonical_runs(x, y, labels=labels, groups=self.groups, scaled=scaled)
+        threshold = self._threshold(len(runs.units))
+        bounds = self._nugget_bounds(runs)
+        # a response whose spread is rounding of its mean is constant
+        constant = runs.scale <= 1e-13 * float(np.abs(y).max())
+        found = None
+        if not constant and runs.units:
+            rules = Rules(
+                restricted=self.criterion == "reml",
+                eta=self.eta,
+                nugget=bounds,
+                threshold=threshold,
+                size=None if self.n_features is None else min(self.n_features, len(runs.units)),
+                n_starts=self.n_starts,
+                enough=self.enough,
+            )
+            found = find_sets(runs, self.method, rules, np.random.default_rng(self.seed))
+        # what a later look at the stability starts from
+        self._runs = runs if found is not None else None
+        self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
+        self._record(runs, found, threshold, bounds, x, constant)
+        return self
+
+    def _record(
+        self,
+        runs: CanonicalRuns,
+        found: Found | None,
+        threshold: float,
+        bounds: tuple[float, float],
+        x: Array,
+        constant: bool,
+    ) -> None:
+        n, d = x.shape
+        q2, margin, base = float("nan"), float("inf"), float("nan")
+        steps: list[ScreeningStep] = []
+        order: list[int] = []
+        if found is not None:
+            steps, base = screening_path(
+                runs,
+                found,
+                n_features=d,
+                eta=self.eta,
+                restricted=self.criterion == "reml" and self.method != "welch",
+            )
+            for u in found.ranked:
+                order += [k for k in runs.given(u) if k not in order]
+            order += [k for step in steps for k in step.added if k not in order]
+            best = found.optima[found.accepted]
+            landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
+            q2 = left_out_q2(landscape, best)
+            margin = found.margin
+            scores = standard_scores(landscape, best)
+            # the inputs beyond the path, by how much l would rise with a theta of their own
+            for u in np.argsort(-scores, kind="stable"):
+                order += [k for k in runs.given(int(u)) if k not in order]
+        order += [k for k in range(d) if k not in order]
+        accepted = [s for s in steps if s.accepted]
+        self.path_ = told(steps) if self.method == "default" else steps
+        self.selected_ = np.array(accepted[-1].selected if accepted else (), dtype=np.intp)
+        self.ranking_ = np.array(order, dtype=np.intp)
+        last = accepted[-1] if accepted else None
+        self.theta_ = last.theta if last else np.zeros(d)
+        self.sigma2_ = last.sigma2 if last else runs.scale**2
+        self.nugget_ = last.nugget if last else bounds[0]
+        self.log_likelihood_ = last.log_likelihood if last else base
+        repeated = tuple(p for p in runs.repeated if set(p) & set(self.selected_.tolist()))
+        resolved, verdict, advice = judge(
+            n_runs=n,
+            n_inputs=len(runs.units),
+            n_selected=len(accepted),
+            constant_response=constant,
+            pool_gain=found.pool_gain if found else float("nan"),
+            margin=margin if self.method == "default" else None,
+            rest_gain=found.rest_gain if found else float("nan"),
+            q2=q2,
+            starts_at_best=found.starts_at_best if found else 0,
+            repeated=repeated,
+        )
+        low, high = x.min(axis=0), x.max(axis=0)
+        equal, near = close_pairs((x - low) / np.where(high > low, high - low, 1.0))
+        self.diagnosis_ = ScreeningDiagnosis(
+            n_runs=n,
+            n_inputs=d,
+            method=self.method,
+            criterion=_criterion(self.criterion if self.method != "welch" else "ml"),
+            rule=self._rule(threshold),
+            threshold=threshold,
+            base_log_likelihood=base,
+            nugget=self.nugget_,
+            nugget_bounds=bounds,
+            starts=found.starts if found else 0,
+            starts_at_best=found.starts_at_best if found else 0,
+            search_runs=found.search_runs if found and found.search_runs else n,
+            evaluations=found.evaluations if found else 0,
+            rivals=tuple((tuple(sorted(k for u in s for k in runs.given(u))), gap) for s, gap in found.rivals)
+            if found
+            else (),
+            margin=margin,
+            rest_gain=found.rest_gain if found else float("nan"),
+            q2=q2,
+            duplicates=tuple(equal),
+            near_duplicates=tuple(near),
+            constant=runs.constant,
+            repeated=runs.repeated,
+            resolved=resolved,
+            verdict=verdict,
+            advice=advice,
+        )
+
+    def get_support(self, indices: bool = False) -> NDArray[Any]:
+        """Mask of the selected inputs (d,), or their sorted indices."""
+        check_is_fitted(self)
+        at = np.sort(self.selected_)
+        if indices:
+            return at
+        mask = np.zeros(self.n_features_in_, dtype=bool)
+        mask[at] = True
+        return mask
+
+    def transform(self, X: ArrayLike) -> Array:
+        """The selected columns of X in their given order, (m, k)."""
+        check_is_fitted(self)
+        if len(self.categorical):
+            X = self._codes(X)
+        X = validate_data(self, X, reset=False, dtype=np.float64)
+        return np.asarray(X, dtype=float)[:, self.get_support()]
+
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
+        """Names of the selected columns."""
+        check_is_fitted(self)
+        return np.asarray(_check_feature_names_in(self, input_features))[self.get_support()]
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        tags.input_tags.categorical = bool(len(self.categorical))
+        return tags
+
+    def _threshold(self, n_units: int) -> float:
+        if self.threshold is not None:
+            return float(self.threshold)
+        return threshold_for(max(n_units, 1)) if self.method == "default" else FORWARD_THRESHOLD
+
+    def _rule(self, threshold: float) -> str:
+        if self.n_features is not None:
+            return f"{self.n_features} inputs, as asked"
+        if self.method == "default":
+            return f"the set with the largest l - {threshold:.2f} x number of inputs, if 2 above none"
+        return f"forward until the gain in l falls below {threshold:.2f}"
+
+    def _nugget_bounds(self, runs: CanonicalRuns) -> tuple[float, float]:
+        if isinstance(self.nugget, tuple):
+            return float(self.nugget[0]), float(self.nugget[1])
+        if self.nugget is not None:
+            return float(self.nugget), float(self.nugget)
+        if self.method == "default":
+            return DEFAULT_NUGGET
+        # equal inputs with unequal responses: their variance is the least noise there can be
+        noise = _replicate_variance(runs)
+        value = max(FORWARD_NUGGET, noise)
+        return value, value
+
+    def _check_options(self) -> None:
+        if self.method not in METHODS:
+            raise ValueError(f"method needs one of {', '.join(METHODS)}, got {self.method!r}")
+        if self.criterion not in ("reml", "ml"):
+            raise ValueError(f"criterion needs 'reml' or 'ml', got {self.criterion!r}")
+        if not (isinstance(self.eta, Real) and 1.0 <= self.eta <= 2.0):
+            raise ValueError(f"eta needs a number with 1 <= eta <= 2, got {self.eta!r}")
+        if self.threshold is not None and not (isinstance(self.threshold, Real) and self.threshold >= 0.0):
+            raise ValueError(f"threshold needs a number >= 0, or None, got {self.threshold!r}")
+        if self.n_features is not None and self.n_features < 1:
+            raise ValueError(f"n_features needs at least 1, got {self.n_features}")
+        if self.n_starts < 1 or self.enough < 1:
+            raise ValueError(
+                f"n_starts and enough need at least 1, got n_starts={self.n_starts} and enough={self.enough}"
+            )
+        if self.nugget is None:
+            return
+        pair = self.nugget if isinstance(self.nugget, tuple) else (self.nugget, self.nugget)
+        numbers = len(pair) == 2 and all(isinstance(v, Real) for v in pair)
+        if not (numbers and 0.0 < pair[0] <= pair[1] < np.inf):
+            raise ValueError(
+                "nugget needs a positive number or a pair (low, high) with 0 < low <= high, or None to have "
+                f"it estimated, got {self.nugget!r}"
+            )
+
+    def _check_columns(self, d: int) -> None:
+        flat = [int(k) for group in self.groups for k in group]
+        wrong = [k for k in flat if not 0 <= k < d]
+        if wrong:
+            raise ValueError(f"groups need columns 0 to {d - 1}, got {wrong[0]}")
+        twice = [k for k in set(flat) if flat.count(k) > 1]
+        if twice:
+            raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
+
+
+def _criterion(name: str) -> str:
+    what = "restricted log-likelihood l of (3.13)" if name == "reml" else "log-likelihood l of (3.11)"
+    return f"{what}, constant 0, larger is better"
+
+
+def _replicate_variance(runs: CanonicalRuns) -> float:
+    """Variance of standardised responses of runs with equal inputs, 0 without such runs."""
+    _, at, count = np.unique(runs.x, axis=0, return_inverse=True, return_counts=True)
+    at = at.ravel()
+    if count.max() == 1:
+        return 0.0
+    mean = np.bincount(at, runs.y) / count
+    return float(((runs.y - mean[at]) ** 2).sum() / (count - 1).sum())

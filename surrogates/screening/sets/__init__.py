@@ -1,0 +1,1 @@
+"""The search for the set of active inputs, one method a file."""
