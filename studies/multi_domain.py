@@ -13,7 +13,7 @@ from studies import three_body_layout
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from workbench.engine.layout.problem import LayoutProblem
+    from workbench.engine.layout.formulation.problem import LayoutProblem
 
 __all__ = ["figures", "problem", "run"]
 

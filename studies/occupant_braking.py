@@ -24,8 +24,8 @@ from studies.occupant import (
 )
 from studies.occupant_drawing import motion_of, outlines
 from workbench.engine import Deviation, Impulse, Maximum, System, Trajectory, simulate
-from workbench.engine.layout.problem import LayoutProblem
-from workbench.engine.layout.transient import Scenario, transient_problem
+from workbench.engine.layout.formulation.problem import LayoutProblem
+from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.motion import Motion
 
 __all__ = ["FACTORS", "LEFT", "NOMINAL", "OccupantRestraint", "braking_occupant", "restraint"]

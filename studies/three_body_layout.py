@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from studies.three_body import problem as three_bodies
+from workbench.engine.layout.formulation.problem import LayoutProblem
+from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.layout.problem import LayoutProblem
-from workbench.engine.layout.purify import purify
-from workbench.engine.layout.transient import Scenario, transient_problem
+from workbench.engine.layout.outcome.purify import purify
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -23,8 +23,13 @@ import xarray as xr
 from scipy.linalg import solve_triangular
 from scipy.optimize import linprog
 
+from workbench.engine.layout.formulation.problem import (
+    InvalidLayout,
+    LayoutProblem,
+    MemberGeometry,
+    static_problem,
+)
 from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.layout.problem import InvalidLayout, LayoutProblem, MemberGeometry, static_problem
 
 __all__ = [
     "FOUR_LOADS", "ONE_LOAD", "TIP_LOAD", "Truss", "cantilever", "domain_budgets", "figures",

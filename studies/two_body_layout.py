@@ -18,10 +18,10 @@ import xarray as xr
 
 from studies.two_body import layout_problem
 from workbench.engine import GeneralisedAlpha, gradient, simulate
+from workbench.engine.layout.formulation.problem import LayoutProblem, static_problem
+from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.layout.problem import LayoutProblem, static_problem
-from workbench.engine.layout.purify import purify
-from workbench.engine.layout.transient import Scenario, transient_problem
+from workbench.engine.layout.outcome.purify import purify
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

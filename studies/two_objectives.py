@@ -19,9 +19,9 @@ import xarray as xr
 
 from studies.two_body import layout_problem
 from workbench.engine import Load
-from workbench.engine.layout.problem import LayoutProblem
+from workbench.engine.layout.formulation.problem import LayoutProblem
+from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.engine.layout.several import Front, front
-from workbench.engine.layout.transient import Scenario, transient_problem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.engine.layout.problem import InvalidLayout, static_problem
+from workbench.engine.layout.formulation.problem import InvalidLayout, static_problem
 
 ROBUST = 4 * 5 / 4.8  # 4/(0.1 + a0) at a0 = 0.86 with the budget 1
 

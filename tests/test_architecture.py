@@ -66,8 +66,8 @@ def test_only_the_allowed_rooms_are_imported(path):
     [
         ("doe/latin/lhs.py", "import workbench.space", "workbench"),
         ("surrogates/likelihood/restricted.py", "from doe import lhs", "doe"),
-        ("workbench/engine/layout/gsao.py", "import xarray as xr", "xarray"),
-        ("workbench/engine/layout/gsao.py", "from ...study import Study", "workbench"),
+        ("workbench/engine/layout/separable/sequence.py", "import xarray as xr", "xarray"),
+        ("workbench/engine/layout/separable/sequence.py", "from ...study import Study", "workbench"),
         ("workbench/space.py", "from studies import welch20", "studies"),
     ],
 )

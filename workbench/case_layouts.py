@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from workbench.atomic import read_json, write_json
 from workbench.engine.errors import EngineError
+from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.layout.problem import LayoutProblem
-from workbench.engine.layout.purify import purify
+from workbench.engine.layout.outcome.purify import purify
 from workbench.layout import check_gradient, layout_document
 from workbench.layout_model import LayoutModel, layout_name
 

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.atomic import read_json, write_json
+from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutProblem
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
-from workbench.engine.layout.problem import InvalidLayout, LayoutProblem
-from workbench.engine.layout.purify import PurifiedLayout, fractional_members, purify
-from workbench.engine.layout.result import HistoryEntry, LayoutResult
+from workbench.engine.layout.outcome.purify import PurifiedLayout, fractional_members, purify
+from workbench.engine.layout.outcome.result import HistoryEntry, LayoutResult
 from workbench.errors import Interrupted, StudyError
 
 __all__ = ["check_gradient", "layout_document", "load_problem", "run_layout"]

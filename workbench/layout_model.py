@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.atomic import read_json
-from workbench.engine.layout.problem import LayoutProblem
+from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.errors import StudyError
 from workbench.layout import load_problem
 from workbench.model import ModelSpec

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from workbench.atomic import read_json, write_json
 from workbench.campaign import Campaign
 from workbench.case_layouts import Optimised, optimise_for_cases
-from workbench.engine.layout.purify import fractional_members
+from workbench.engine.layout.outcome.purify import fractional_members
 from workbench.errors import HoldfastError, NotEnoughRuns, StudyError
 from workbench.layout_model import LayoutModel, load_layout_model
 from workbench.layout_runs import LayoutRuns

@@ -17,7 +17,7 @@ from studies import trusses
 from studies.two_body_layout import problem as two_body
 from studies.two_objectives import problems as two_objectives
 from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.layout.purify import purify
+from workbench.engine.layout.outcome.purify import purify
 from workbench.engine.layout.several import front
 
 pytestmark = pytest.mark.bench

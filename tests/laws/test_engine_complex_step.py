@@ -19,11 +19,11 @@ from workbench.engine import (
     gradient,
     simulate,
 )
-from workbench.engine.multibody.compiled import compiled, on_grid
-from workbench.engine.multibody.equations import PlanarEquations
-from workbench.engine.multibody.start import check_start
-from workbench.engine.multibody.stepping import alpha_loop
-from workbench.engine.multibody.tables import work_space
+from workbench.engine.integration.loops import alpha_loop
+from workbench.engine.planar._kernels.tables import work_space
+from workbench.engine.planar.compiled import compiled, on_grid
+from workbench.engine.planar.equations import PlanarEquations
+from workbench.engine.planar.start import check_start
 
 pytestmark = pytest.mark.slow
 

@@ -37,7 +37,7 @@ from workbench.engine import (
     parameter_gradient,
     simulate,
 )
-from workbench.engine.multibody._kernels_energy import member_energy_series
+from workbench.engine.planar._kernels.energy import member_energy_series
 
 sweep = import_module("workbench.engine.sensitivity.discrete_adjoint")
 

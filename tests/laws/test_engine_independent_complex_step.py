@@ -18,15 +18,15 @@ from workbench.engine import (
     gradient,
     simulate,
 )
-from workbench.engine.multibody.chart import chart
-from workbench.engine.multibody.compiled import compiled, on_grid
-from workbench.engine.multibody.independent import march, march_rk8, point_times
-from workbench.engine.multibody.natural_compiled import natural_compiled, natural_on_grid
-from workbench.engine.multibody.natural_simulation import NaturalTrajectory, natural_equations
-from workbench.engine.multibody.natural_tables import natural_work
-from workbench.engine.multibody.planar_independent import planar_equations
-from workbench.engine.multibody.runge_kutta_tableau import A, B, C
-from workbench.engine.multibody.tables import work_space
+from workbench.engine.integration.chart import chart
+from workbench.engine.integration.dop853_tableau import A, B, C
+from workbench.engine.integration.independent import march, march_rk8, point_times
+from workbench.engine.natural.compiled import natural_compiled, natural_on_grid
+from workbench.engine.natural.runs import NaturalTrajectory, natural_equations
+from workbench.engine.natural.tables import natural_work
+from workbench.engine.planar._kernels.tables import work_space
+from workbench.engine.planar.compiled import compiled, on_grid
+from workbench.engine.planar.independent import planar_equations
 
 pytestmark = pytest.mark.slow
 

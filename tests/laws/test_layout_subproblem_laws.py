@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.engine.layout.dual import kkt_residual, solve_subproblem
+from workbench.engine.layout.formulation.problem import static_problem
 from workbench.engine.layout.pareto import hypervolume, pareto_filter
-from workbench.engine.layout.problem import static_problem
-from workbench.engine.layout.separable import SeparableModel
+from workbench.engine.layout.separable.dual import kkt_residual, solve_subproblem
+from workbench.engine.layout.separable.model import SeparableModel
 
 MATCH = 1e-13  # value and gradient at the point: rounding of one evaluation
 OPTIMAL = 1e-9  # residual of the optimality conditions, scaled by reach

@@ -8,8 +8,8 @@ import pytest
 from studies import trusses
 from studies.two_body_layout import problem as two_body
 from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.layout.purify import purify
-from workbench.engine.layout.result import LayoutStatus
+from workbench.engine.layout.outcome.purify import purify
+from workbench.engine.layout.outcome.result import LayoutStatus
 
 CANTILEVER = 1.3399563606  # Svanberg 1987, exact
 TWO_BAR = 1.5086524175  # Svanberg 1987, exact

@@ -8,8 +8,8 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from workbench.engine.multibody._kernel_records import passed_as_record
-from workbench.engine.multibody._kernels_options import ENTRY, INNER
+from workbench.engine.compiler.options import ENTRY, INNER
+from workbench.engine.compiler.records import passed_as_record
 
 
 @passed_as_record

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.engine.multibody import _kernels_pairs as pairs
+from workbench.engine.planar._kernels import pairs
 
 # the bare functions: only kernels call the compiled ones
 pair_coordinates, pair_covector, pull_back = (

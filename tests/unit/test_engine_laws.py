@@ -19,10 +19,10 @@ from workbench.engine import (
     System,
     simulate,
 )
-from workbench.engine.multibody._kernels_energy import member_energy_series
-from workbench.engine.multibody._kernels_equations import evaluate, place, unit_rows
-from workbench.engine.multibody.compiled import compiled, on_grid
-from workbench.engine.multibody.tables import work_space
+from workbench.engine.planar._kernels.energy import member_energy_series
+from workbench.engine.planar._kernels.equations import evaluate, place, unit_rows
+from workbench.engine.planar._kernels.tables import work_space
+from workbench.engine.planar.compiled import compiled, on_grid
 
 LENGTH = 1.0
 

@@ -31,7 +31,7 @@ from workbench.engine import (
     moving,
     simulate,
 )
-from workbench.engine.multibody.natural_compiled import natural_compiled
+from workbench.engine.natural.compiled import natural_compiled
 
 
 def body(**changes):

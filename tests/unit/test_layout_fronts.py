@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from studies import trusses
+from workbench.engine.layout.formulation.problem import InvalidLayout, static_problem
 from workbench.engine.layout.pareto import hypervolume, knee_point, pareto_filter
-from workbench.engine.layout.problem import InvalidLayout, static_problem
 from workbench.engine.layout.several import boundary_problem, front, simplex_points, weighted_problem
 
 

@@ -7,13 +7,18 @@ import pytest
 
 from studies import trusses
 from studies.two_body import layout_problem
-from workbench.engine.layout.aggregate import aggregated
 from workbench.engine.layout.continuation import raise_power
+from workbench.engine.layout.formulation.aggregate import aggregated
+from workbench.engine.layout.formulation.peaks import local_peaks, rows_with_neighbours
+from workbench.engine.layout.formulation.problem import (
+    InvalidLayout,
+    LayoutProblem,
+    TabulatedRows,
+    static_problem,
+)
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
-from workbench.engine.layout.peaks import local_peaks, rows_with_neighbours
-from workbench.engine.layout.problem import InvalidLayout, LayoutProblem, TabulatedRows, static_problem
-from workbench.engine.layout.purify import fractional_members, purify, rigid_body_sums
-from workbench.engine.layout.result import LayoutStatus
+from workbench.engine.layout.outcome.purify import fractional_members, purify, rigid_body_sums
+from workbench.engine.layout.outcome.result import LayoutStatus
 
 
 def springs(n=200, mixed=False, seed=0):
@@ -360,7 +365,7 @@ def test_purification_keeps_the_sums_and_the_budget():
 
 
 def test_spatial_members_have_twenty_one_sums():
-    from workbench.engine.layout.problem import MemberGeometry
+    from workbench.engine.layout.formulation.problem import MemberGeometry
 
     rng = np.random.default_rng(0)
     geometry = MemberGeometry(

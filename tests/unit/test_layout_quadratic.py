@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.engine.layout.quadratic import BoundState, NewtonSystem, quadratic_bound
+from workbench.engine.layout.bound.quadratic import BoundState, NewtonSystem, quadratic_bound
 
 
 def test_the_bound_formulation_agrees_with_a_slow_solver():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from studies.two_body import layout_problem
-from workbench.engine.layout import transient
-from workbench.engine.layout.side_by_side import side_by_side
-from workbench.engine.layout.transient import Scenario, TransientObjective
+from workbench.engine.layout.formulation import transient
+from workbench.engine.layout.formulation.load_cases import side_by_side
+from workbench.engine.layout.formulation.transient import Scenario, TransientObjective
 
 
 def test_results_keep_the_order_and_errors_come_through():

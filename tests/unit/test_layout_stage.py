@@ -91,7 +91,7 @@ def test_a_function_beside_the_study_file_is_found(tmp_path):
 def test_a_wrong_gradient_is_seen():
     from dataclasses import replace
 
-    from workbench.engine.layout.problem import static_problem
+    from workbench.engine.layout.formulation.problem import static_problem
 
     right = static_problem(lambda a: (float((a**2).sum()), 2 * a), start=np.full(4, 0.5))
     wrong = static_problem(lambda a: (float((a**2).sum()), 3 * a), start=np.full(4, 0.5))

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from workbench.engine.layout.approximations import (
+from workbench.engine.layout.separable.closed_form import closed_form_update
+from workbench.engine.layout.separable.dual import kkt_residual, solve_subproblem
+from workbench.engine.layout.separable.model import SeparableModel
+from workbench.engine.layout.separable.presets import (
     ConvexLinearisation,
     DiagonalQuadratic,
     LinearProgramme,
@@ -12,9 +15,6 @@ from workbench.engine.layout.approximations import (
     Point,
     TwoPoint,
 )
-from workbench.engine.layout.closed_form import closed_form_update
-from workbench.engine.layout.dual import kkt_residual, solve_subproblem
-from workbench.engine.layout.separable import SeparableModel
 
 EXACT = 1e-13  # value and gradient at the point, relative: a few roundings
 ITERATE = 1e-10  # presets against independent implementations

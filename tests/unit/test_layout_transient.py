@@ -11,9 +11,14 @@ from studies.two_body import layout_problem
 from studies.two_body_layout import compare_sensitivities, plot_sensitivities
 from studies.two_body_layout import problem as two_body
 from workbench.engine import NotSupported, simulate
-from workbench.engine.layout.forward import forward_sensitivities
-from workbench.engine.layout.problem import InvalidLayout
-from workbench.engine.layout.transient import Scenario, TransientObjective, member_geometry, transient_problem
+from workbench.engine.layout.formulation.forward import forward_sensitivities
+from workbench.engine.layout.formulation.problem import InvalidLayout
+from workbench.engine.layout.formulation.transient import (
+    Scenario,
+    TransientObjective,
+    member_geometry,
+    transient_problem,
+)
 
 SAME = 1e-10  # two exact derivatives of one computed history: rounding of 400 steps
 DIFFERENCE = 1e-6  # central differences

@@ -17,35 +17,35 @@ _PUBLIC: dict[str, str] = {
     for module, names in {
         "layout.optimise": ("optimise_layout",),
         "errors": ("AssemblyError", "EngineError", "InvalidSystem", "NotConverged", "NotSupported"),
-        "multibody.convergence": ("choose_scheme", "convergence"),
-        "multibody.elements": ("Bushing", "JointSpring"),
-        "multibody.joints": (
+        "simulation.convergence": ("choose_scheme", "convergence"),
+        "elements.joint_forces": ("Bushing", "JointSpring"),
+        "planar.joints": (
             "AngleJoint", "DistanceJoint", "DrivenJoint", "FixedJoint", "PointOnLine", "PrismaticJoint",
             "RevoluteJoint",
         ),
-        "multibody.members": (
+        "elements.laws": (
             "Airbag", "Belt", "Contact", "Impulse", "Member", "Retractor", "Spring", "UserLaw",
             "dense_members",
         ),
-        "multibody.motion": ("Motion", "motion_from_acceleration"),
-        "multibody.natural": (
+        "elements.prescribed_motion": ("Motion", "motion_from_acceleration"),
+        "natural.system": (
             "Angle", "Distance", "NaturalPoint", "NaturalSystem", "PointMember", "PointOnLine3",
             "PointOnPlane", "RigidElement", "UnitVector",
         ),
-        "multibody.natural_quantities": ("PointCoordinate",),
-        "multibody.natural_simulation": ("NaturalTrajectory", "moving"),
-        "multibody.runge_kutta": ("locate_peak",),
-        "multibody.schemes": (
+        "objectives.point_coordinate": ("PointCoordinate",),
+        "natural.runs": ("NaturalTrajectory", "moving"),
+        "planar.runge_kutta": ("locate_peak",),
+        "integration.schemes": (
             "BDF2", "GeneralisedAlpha", "IndependentAlpha", "RungeKutta8", "VelocityVerlet",
         ),
-        "multibody.objectives": ("AtTime", "Integral", "Maximum", "Minimum", "PNorm", "Peak", "Terminal"),
-        "multibody.quantities": ("Coordinate", "Deviation", "Scalar", "Slopes", "StoredEnergy"),
-        "multibody.simulation": ("simulate",),
+        "objectives.reductions": ("AtTime", "Integral", "Maximum", "Minimum", "PNorm", "Peak", "Terminal"),
+        "objectives.quantities": ("Coordinate", "Deviation", "Scalar", "Slopes", "StoredEnergy"),
+        "planar.runs": ("simulate",),
         "sensitivity": ("gradient", "gradient_check", "gradients", "parameter_gradient"),
-        "multibody.start": ("assembled",),
-        "multibody.steps": ("choose_steps",),
-        "multibody.system": ("Body", "Load", "System"),
-        "multibody.trajectory": ("Trajectory",),
+        "planar.start": ("assembled",),
+        "simulation.steps": ("choose_steps",),
+        "planar.system": ("Body", "Load", "System"),
+        "planar.trajectory": ("Trajectory",),
     }.items()
     for name in names
 }  # fmt: skip

@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from .formulation.problem import InvalidLayout, LayoutProblem
 from .optimise import optimise_layout
-from .problem import InvalidLayout, LayoutProblem
-from .result import LayoutResult
+from .outcome.result import LayoutResult
 
 __all__ = ["Continuation", "raise_power"]
 
@@ -50,7 +50,7 @@ def raise_power(
     Raises InvalidLayout for powers that do not rise or too few evaluations.
 
     >>> import numpy as np
-    >>> from workbench.engine.layout.problem import static_problem
+    >>> from workbench.engine.layout.formulation.problem import static_problem
     >>> w = np.array([1.0, 4.0, 9.0])
     >>> def build(p):
     ...     return static_problem(lambda a: (float((w / (0.1 + a**p)).sum()),

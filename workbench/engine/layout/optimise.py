@@ -18,8 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import EngineError
-from .aggregate import aggregated
-from .approximations import (
+from .bound.central_path import follow_central_path, has_interior
+from .bound.min_max import min_max
+from .bound.secant_path import follow_secant_path
+from .formulation.aggregate import aggregated
+from .formulation.peaks import local_peaks
+from .formulation.problem import Evaluation, InvalidLayout, LayoutProblem
+from .formulation.transient import Scenario, transient_problem
+from .outcome.history import Recorder
+from .outcome.optimality import certificate
+from .outcome.result import HistoryEntry, LayoutResult, LayoutStatus
+from .outcome.verdicts import verdicts
+from .separable.presets import (
     ConvexLinearisation,
     DiagonalQuadratic,
     LinearProgramme,
@@ -28,17 +38,7 @@ from .approximations import (
     Preset,
     TwoPoint,
 )  # fmt: skip
-from .central_path import follow_central_path, has_interior
-from .gsao import approximation_sequence
-from .min_max import min_max
-from .optimality import certificate
-from .peaks import local_peaks
-from .problem import Evaluation, InvalidLayout, LayoutProblem
-from .record import Recorder
-from .result import HistoryEntry, LayoutResult, LayoutStatus
-from .secant_path import follow_secant_path
-from .transient import Scenario, transient_problem
-from .verdicts import verdicts
+from .separable.sequence import approximation_sequence
 
 __all__ = ["METHODS", "as_layout_problem", "optimise_layout"]
 
@@ -110,7 +110,7 @@ def optimise_layout(
     Returns a `LayoutResult`; its design meets every budget. Raises InvalidLayout for unusable problems.
 
     >>> import numpy as np
-    >>> from workbench.engine.layout.problem import static_problem
+    >>> from workbench.engine.layout.formulation.problem import static_problem
     >>> w = np.array([1.0, 4.0, 9.0])
     >>> problem = static_problem(lambda a: (float((w / a).sum()), -w / a**2), start=np.full(3, 0.3),
     ...                          lower=0.01, budgets=[(np.ones(3), 1.0)])

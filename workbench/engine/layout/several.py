@@ -25,9 +25,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .formulation.problem import (
+    Evaluation,
+    InvalidLayout,
+    LayoutProblem,
+    TabulatedRows,
+)
 from .optimise import optimise_layout
 from .pareto import hypervolume, knee_point, pareto_filter
-from .problem import Evaluation, InvalidLayout, LayoutProblem, TabulatedRows
 
 __all__ = [
     "Front", "boundary_problem", "front", "normal_constraint_problem", "simplex_points", "weighted_problem",

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from ..multibody.objectives import Objective
-from ..multibody.system import System
-from ..multibody.trajectory import Trajectory
+from ..objectives.reductions import Objective
+from ..planar.system import System
+from ..planar.trajectory import Trajectory
 from .adjoint import adjoint
 from .check import GradientCheck, gradient_check
 from .constant_load import constant_load

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody.compiled import compiled, on_grid
-from ..multibody.objectives import Objective
-from ..multibody.trajectory import Trajectory
+from ..objectives.reductions import Objective
+from ..planar.compiled import compiled, on_grid
+from ..planar.trajectory import Trajectory
 from .linearised import Linearised
 from .seeds import seeds
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..multibody.objectives import Objective
-from ..multibody.schemes import Scheme
-from ..multibody.simulation import simulate
-from ..multibody.system import System
+from ..integration.schemes import Scheme
+from ..objectives.reductions import Objective
+from ..planar.runs import simulate
+from ..planar.system import System
 
 __all__ = ["GradientCheck", "gradient_check"]
 

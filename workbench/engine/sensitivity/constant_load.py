@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..multibody._kernels_energy import member_power
-from ..multibody.objectives import Objective
-from ..multibody.trajectory import Trajectory
+from ..objectives.reductions import Objective
+from ..planar._kernels.energy import member_power
+from ..planar.trajectory import Trajectory
 from .linearised import Linearised
 from .seeds import seeds
 

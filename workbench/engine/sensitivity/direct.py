@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody.objectives import Objective
-from ..multibody.schemes import GeneralisedAlpha, VelocityVerlet
-from ..multibody.trajectory import Trajectory
+from ..integration.schemes import GeneralisedAlpha, VelocityVerlet
+from ..objectives.reductions import Objective
+from ..planar.trajectory import Trajectory
 from .linearised import Linearised
 from .seeds import Seeds, seeds
 

@@ -14,18 +14,23 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody._kernels_adjoint import alpha_adjoint, linearise
-from ..multibody._kernels_contraction import contract_history, contract_parameter_history
-from ..multibody.compiled import compiled
-from ..multibody.equations import PlanarEquations
-from ..multibody.objectives import Objective
-from ..multibody.quantities import in_member_order
-from ..multibody.runge_kutta import runge_kutta_adjoint
-from ..multibody.schemes import BDF2, GeneralisedAlpha, RungeKutta8, VelocityVerlet
-from ..multibody.simulation import proximal
-from ..multibody.stepping import alpha_adjoint_loop, bdf2_adjoint_loop
-from ..multibody.tables import DamageSweep, SpringTables
-from ..multibody.trajectory import Trajectory
+from ..integration.loops import alpha_adjoint_loop, bdf2_adjoint_loop
+from ..integration.schemes import (
+    BDF2,
+    GeneralisedAlpha,
+    RungeKutta8,
+    VelocityVerlet,
+)
+from ..objectives.quantities import in_member_order
+from ..objectives.reductions import Objective
+from ..planar._kernels.alpha_adjoint import alpha_adjoint, linearise
+from ..planar._kernels.contraction import contract_history, contract_parameter_history
+from ..planar._kernels.tables import DamageSweep, SpringTables
+from ..planar.compiled import compiled
+from ..planar.equations import PlanarEquations
+from ..planar.runge_kutta import runge_kutta_adjoint
+from ..planar.runs import proximal
+from ..planar.trajectory import Trajectory
 from .independent import independent_gradients
 from .seeds import NodeSeeds, Seeds, node_seeds, seeds
 

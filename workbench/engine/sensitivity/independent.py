@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..multibody.natural_compiled import natural_compiled
-from ..multibody.natural_simulation import NaturalTrajectory, natural_gradient
-from ..multibody.objectives import Objective
-from ..multibody.planar_independent import planar_gradient
-from ..multibody.quantities import in_member_order
-from ..multibody.trajectory import Trajectory
+from ..natural.compiled import natural_compiled
+from ..natural.runs import NaturalTrajectory, natural_gradient
+from ..objectives.quantities import in_member_order
+from ..objectives.reductions import Objective
+from ..planar.independent import planar_gradient
+from ..planar.trajectory import Trajectory
 from .seeds import seeds
 
 __all__ = ["independent_gradients"]

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody.objectives import Objective
-from ..multibody.trajectory import Trajectory
+from ..objectives.reductions import Objective
+from ..planar.trajectory import Trajectory
 from .linearised import Linearised
 from .seeds import seeds
 

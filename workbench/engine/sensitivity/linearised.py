@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody._kernels_equations import evaluate, place, unit_rows
-from ..multibody.compiled import Compiled, compiled
-from ..multibody.quantities import scale_slope
-from ..multibody.tables import Tables, Work, work_space
-from ..multibody.trajectory import Trajectory
+from ..objectives.quantities import scale_slope
+from ..planar._kernels.equations import evaluate, place, unit_rows
+from ..planar._kernels.tables import Tables, Work, work_space
+from ..planar.compiled import Compiled, compiled
+from ..planar.trajectory import Trajectory
 
 __all__ = ["Linearised", "Tangents"]
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ..multibody._kernels_equations import place, unit_rows
-from ..multibody.compiled import compiled
-from ..multibody.tables import work_space
-from ..multibody.trajectory import Trajectory
+from ..planar._kernels.equations import place, unit_rows
+from ..planar._kernels.tables import work_space
+from ..planar.compiled import compiled
+from ..planar.trajectory import Trajectory
 
 __all__ = ["ReverseCompatibility", "reverse_compatibility"]
 

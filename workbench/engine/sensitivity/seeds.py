@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..multibody.objectives import Objective
-from ..multibody.quantities import Slopes
-from ..multibody.trajectory import Trajectory
+from ..objectives.quantities import Slopes
+from ..objectives.reductions import Objective
+from ..planar.trajectory import Trajectory
 
 __all__ = ["NodeSeeds", "Seeds", "node_seeds", "seeds"]
 

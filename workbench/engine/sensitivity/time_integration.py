@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
-from ..multibody.objectives import Objective
-from ..multibody.schemes import GeneralisedAlpha
-from ..multibody.trajectory import Trajectory
+from ..integration.schemes import GeneralisedAlpha
+from ..objectives.reductions import Objective
+from ..planar.trajectory import Trajectory
 from .direct import StateSlopes, start_slopes
 from .linearised import Linearised
 from .seeds import seeds

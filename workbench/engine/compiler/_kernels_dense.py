@@ -1,0 +1,87 @@
+# mypy: ignore-errors
+"""Small dense linear algebra, compiled: LU with row exchanges, in place, skipping the zeros of chains of
+bodies.
+
+Newton matrices here have 6 to a few hundred rows; a call into LAPACK costs more than the 6 x 6 work itself,
+and a chain ordered body by body leaves most multipliers zero.
+"""
+
+from numba import njit
+
+from .options import INNER
+
+__all__ = ["lu_factor", "lu_solve", "lu_solve_transposed"]
+
+
+@njit(**INNER)
+def lu_factor(a, pivot):
+    """Overwrite a (n, n) with L and U, pivot (n,) with the row exchanges; 0, or 1 + the column without
+    pivot."""
+    n = a.shape[0]
+    for k in range(n):
+        best, p = abs(a[k, k]), k
+        for i in range(k + 1, n):
+            size = abs(a[i, k])
+            if size > best:
+                best, p = size, i
+        pivot[k] = p
+        if best == 0.0:
+            return k + 1
+        if p != k:
+            for j in range(n):
+                swap = a[k, j]
+                a[k, j] = a[p, j]
+                a[p, j] = swap
+        inverse = 1.0 / a[k, k]
+        upper = a[k]
+        for i in range(k + 1, n):
+            if a[i, k] != 0.0:
+                factor = a[i, k] * inverse
+                row = a[i]
+                row[k] = factor
+                for j in range(k + 1, n):
+                    row[j] -= factor * upper[j]
+    return 0
+
+
+@njit(**INNER)
+def lu_solve(a, pivot, b):
+    """Solve A x = b in place with the factors of `lu_factor`."""
+    n = a.shape[0]
+    for k in range(n):
+        p = pivot[k]
+        if p != k:
+            swap = b[k]
+            b[k] = b[p]
+            b[p] = swap
+    for i in range(n):
+        total = b[i]
+        for j in range(i):
+            total -= a[i, j] * b[j]
+        b[i] = total
+    for i in range(n - 1, -1, -1):
+        total = b[i]
+        for j in range(i + 1, n):
+            total -= a[i, j] * b[j]
+        b[i] = total / a[i, i]
+
+
+@njit(**INNER)
+def lu_solve_transposed(a, pivot, b):
+    """Solve A^T x = b in place with the factors of `lu_factor`."""
+    n = a.shape[0]
+    for i in range(n):
+        b[i] = b[i] / a[i, i]
+        value = b[i]
+        for j in range(i + 1, n):
+            b[j] -= a[i, j] * value
+    for i in range(n - 1, -1, -1):
+        value = b[i]
+        for j in range(i):
+            b[j] -= a[i, j] * value
+    for k in range(n - 1, -1, -1):
+        p = pivot[k]
+        if p != k:
+            swap = b[k]
+            b[k] = b[p]
+            b[p] = swap

@@ -1,0 +1,1 @@
+"""Time integration: schemes, loops and charts that know no kind of system."""

@@ -1,0 +1,112 @@
+"""Work arrays of the schemes in independent coordinates, and the rates of what is prescribed.
+
+The joints' Jacobian is split by pivoting into dependent columns D and independent columns I, and its rows
+into independent rows and redundant ones: Phi_D is square and well conditioned, q_D and v_D follow from q_I
+and v_I."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..compiler.records import passed_as_record
+from ..planar._kernels.tables import Tables
+from ..planar.compiled import Compiled, drive_slopes
+from ..planar.joints import ANGLE
+
+__all__ = ["Chart", "Rates", "chart", "rates_of"]
+
+Array = np.ndarray[Any, Any]
+
+RANK = 1e-8  # see `Chart.threshold`
+TURNING = 0.1  # angles become dependent only where ten times as well determined as positions
+
+
+@passed_as_record
+class Rates(NamedTuple):
+    """Time derivatives of prescribed motions and drives at the samples of `Tables`."""
+
+    motion: Array  # (samples, 3 prescribed) accelerations
+    drive: Array  # (samples, 2, m) first and second derivatives
+
+
+@passed_as_record
+class Chart(NamedTuple):
+    """n coordinates, m rows, r = rank, f = n - r; only the leading r or f parts of the squares are used."""
+
+    mass: Array  # (n, n)
+    weight: Array  # (n,) of the columns in the search for pivots
+    rows: Array  # (m,) permutation: independent rows first
+    cols: Array  # (n,) permutation: dependent columns first
+    rank: Array  # (1,)
+    threshold: Array  # (1,) pivots below this share of the first count as zero
+    tight: Array  # (1,) the smallest pivot of Phi_D over its largest
+    full: Array  # (all coordinates,) accelerations
+    row: Array  # (3, 6)
+    arm: Array  # (3, 4)
+    other: Array  # (3, 4)
+    gap: Array  # (3, 2)
+    rate: Array  # (m, n) (Phi_q)'
+    bend: Array  # (m, n) (Phi_q)''
+    t1: Array  # (m,)
+    t2: Array  # (m,)
+    work: Array  # (m, n) eliminated Phi_q
+    lu: Array  # (m, m) factors of Phi_D
+    pivot: Array  # (m,)
+    basis: Array  # (n, n) dq/dq_I = dv/dv_I
+    by_q: Array  # (n, n) dv/dq_I
+    w_by_q: Array  # (n, n) dw/dq_I
+    w_by_v: Array  # (n, n) dw/dv_I
+    inertia: Array  # (n, n) basis^T M basis
+    reduced: Array  # (n, n) its factors
+    reduced_pivot: Array  # (n,)
+    side: Array  # (m + n,)
+    known: Array  # (n,) accelerations with none of the independent ones
+    part: Array  # (4, n)
+    zero: Array  # (n,)
+    none: Array  # (m,)
+    damage: Array  # (bushings,)
+
+
+def chart(
+    mass: Array, weight: Array, rows: int, *, full: int, bushings: int = 0, dtype: Any = float
+) -> Chart:
+    """Arrays for a system of `len(mass)` coordinates and `rows` constraints."""
+    n, m = len(mass), rows
+
+    def zeros(*shape: int) -> Array:
+        return np.zeros(shape, dtype)
+
+    return Chart(
+        mass=np.ascontiguousarray(mass, dtype), weight=np.ascontiguousarray(weight, float),
+        rows=np.arange(m), cols=np.arange(n), rank=np.zeros(1, np.int64),
+        threshold=np.array([RANK]), tight=np.ones(1),
+        full=zeros(full), row=zeros(3, 6), arm=zeros(3, 4), other=zeros(3, 4), gap=zeros(3, 2),
+        rate=zeros(m, n), bend=zeros(m, n), t1=zeros(m), t2=zeros(m), work=zeros(m, n), lu=zeros(m, m),
+        pivot=np.zeros(m, np.int64), basis=zeros(n, n), by_q=zeros(n, n), w_by_q=zeros(n, n),
+        w_by_v=zeros(n, n), inertia=zeros(n, n), reduced=zeros(n, n), reduced_pivot=np.zeros(n, np.int64),
+        side=zeros(m + n), known=zeros(n), part=zeros(4, n), zero=zeros(n), none=zeros(m),
+        damage=zeros(bushings),
+    )  # fmt: skip
+
+
+def planar_chart(parts: Compiled, tables: Tables, phi_q: Array, dtype: Any = float) -> Chart:
+    """The arrays of a planar system; phi_q is its Jacobian at the start, for the scale of the angles."""
+    n, m = len(tables.mass), len(tables.row)
+    weight = np.ones(n)
+    for at in range(2, n, 3):
+        longest = np.abs(phi_q[tables.row[:, 0] != ANGLE, at]).max(initial=0.0)
+        weight[at] = TURNING / max(longest, 1e-12) if longest > 0.0 else TURNING
+    full = n + tables.motion.shape[2]
+    return chart(np.diag(tables.mass), weight, m, full=full, bushings=len(tables.bushing_pair), dtype=dtype)
+
+
+def rates_of(parts: Compiled, times: Array) -> Rates:
+    """Derivatives of a planar system's motions and drives at the given times."""
+    motion = np.zeros((len(times), 3 * len(parts.motions)))
+    for index, body in enumerate(parts.motions[:-1]):
+        motion[:, 3 * index : 3 * index + 3] = [body.push(float(t)) for t in times]
+    drive = np.zeros((len(times), 2, len(parts.drives)))
+    if any(function is not None for function in parts.drives):
+        for node, t in enumerate(times):
+            drive[node] = drive_slopes(parts, float(t))
+    return Rates(motion=motion, drive=drive)

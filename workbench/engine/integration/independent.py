@@ -1,0 +1,221 @@
+"""Schemes in independent coordinates: runs and exact gradients of systems whose joints hold on every level.
+
+Redundant joints are told apart from contradicting ones at every step: a row that the independent rows do not
+imply stops the run by name.
+"""
+
+import logging
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import NotConverged
+from ._kernels_chart import SINGULAR
+from ._kernels_independent import independent_adjoint, independent_forward
+from ._kernels_independent_rk import (
+    POINTS,
+    STAGES,
+    independent_rk8,
+    independent_rk8_adjoint,
+)
+from .chart import Chart, Rates
+from .schemes import IndependentAlpha
+
+__all__ = ["Equations", "March", "Splits", "alpha_gradient", "march", "march_rk8", "notices", "rk8_gradient"]
+
+Array = np.ndarray[Any, Any]
+LOG = logging.getLogger("workbench.engine")
+
+CONSISTENT = 1e-8  # m or rad: what the independent joints may leave of a redundant one
+NEAR = 1e-3  # share of the largest pivot below which rounding of the joints shows in the accelerations
+DEAD = 3e-5  # below it a stage of order 8 is lost: rounding is multiplied by one over its cube
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Splits:
+    """How every step split rows and coordinates; node 0 is the start. Independent rows, dependent columns
+    first.
+
+    rows: (steps + 1, m).  cols: (steps + 1, n).  rank: (steps + 1,).
+    tight: (steps + 1,) smallest over largest pivot of the dependent Jacobian, 0 at a dead point; of order 8
+    the least of the step.  bridged: (steps + 1,) 1 where IndependentAlpha took extrapolated accelerations.
+    """
+
+    rows: Array
+    cols: Array
+    rank: Array
+    tight: Array
+    bridged: Array
+
+
+class Equations(NamedTuple):
+    """A system as the kernels see it: tables, work space, rates of what is prescribed, arrays of the
+    split."""
+
+    tables: Any
+    work: Any
+    rates: Rates
+    chart: Chart
+    row_names: tuple[str, ...]
+
+
+class March(NamedTuple):
+    """States at the nodes, the splits, and the number of evaluations."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    multiplier: Array
+    splits: Splits
+    evaluations: int
+
+
+def _empty(equations: Equations, times: Array, q0: Array, v0: Array) -> tuple[Array, ...]:
+    nodes, n, m = len(times), len(q0), len(equations.row_names)
+    kind = np.result_type(q0, equations.chart.mass)
+    q, v, w = (np.zeros((nodes, n), kind) for _ in range(3))
+    q[0], v[0] = q0, v0
+    return (
+        q, v, w, np.zeros((nodes, m), kind),
+        np.zeros((nodes, m), np.int64), np.zeros((nodes, n), np.int64), np.zeros(nodes, np.int64),
+        np.ones(nodes), np.zeros(nodes, np.int64),
+    )  # fmt: skip
+
+
+def march(equations: Equations, scheme: IndependentAlpha, times: Array, q0: Array, v0: Array) -> March:
+    """Generalised-alpha from a closed state. Raises NotConverged."""
+    n = len(q0)
+    q, v, w, lam, rows, cols, rank, tight, bridged = _empty(equations, times, q0, v0)
+    info = np.zeros(5)
+    independent_forward(
+        *equations[:4], scheme.numbers, float(times[1] - times[0]), q, v, w, lam, np.zeros(n, q.dtype),
+        rows, cols, rank, tight, bridged,
+        np.zeros((n, n), q.dtype), np.zeros(n, np.int64), np.zeros(n, q.dtype),
+        np.array([scheme.tolerance, scheme.iterations]), info,
+    )  # fmt: skip
+    _check(equations, times, info, f"IndependentAlpha(rho={scheme.rho:g})", rows)
+    splits = Splits(rows=rows, cols=cols, rank=rank, tight=tight, bridged=bridged)
+    return March(q, v, w, lam, splits, int(info[2]))
+
+
+def march_rk8(
+    equations: Equations, tableau: tuple[Array, Array], times: Array, q0: Array, v0: Array
+) -> tuple[March, Array, Array]:
+    """Order 8 from a closed state, and the states at all stages. `equations` is sampled at `point_times`."""
+    n, m, steps = len(q0), len(equations.row_names), len(times) - 1
+    q, v, w, lam, rows, cols, rank, tight, bridged = _empty(equations, times, q0, v0)
+    sq, sv = np.zeros((POINTS * steps + 1, n), q.dtype), np.zeros((POINTS * steps + 1, n), q.dtype)
+    info = np.zeros(5)
+    independent_rk8(
+        *equations[:4], *tableau, times, q, v, w, lam, sq, sv, np.zeros((STAGES, n), q.dtype),
+        np.zeros((2, n + m), q.dtype), rows, cols, rank, tight, info,
+    )  # fmt: skip
+    _check(equations, times, info, "RungeKutta8", rows)
+    worst = int(tight.argmin())
+    if tight[worst] < DEAD:
+        raise NotConverged(
+            f"RungeKutta8 met a dead point of the joints before t = {times[worst]:.6g} s, where order 8 "
+            "loses its "
+            f"accuracy (pivot {tight[worst]:.1g} of the largest). Take another number of steps, or "
+            "GeneralisedAlpha(rho=1), which steps over it",
+            float(times[worst]),
+        )
+    splits = Splits(rows=rows, cols=cols, rank=rank, tight=tight, bridged=bridged)
+    return March(q, v, w, lam, splits, POINTS * steps), sq, sv
+
+
+def point_times(times: Array, nodes: Array) -> Array:
+    """(13 steps,) times of all stages, with the node at the end of every step after them; nodes: c (12,)."""
+    ends = np.append(nodes, 1.0)
+    return np.asarray((times[:-1, None] + np.diff(times)[:, None] * ends).ravel())
+
+
+def notices(scheme: str, run: March, redundant: tuple[str, ...], times: Array) -> tuple[str, ...]:
+    """What a user should know of a run, a sentence each; also logged."""
+    out = []
+    if redundant:
+        out.append(
+            f"redundant joint rows are set aside, and carry no joint force of their own: "
+            f"{'; '.join(redundant)}"
+        )
+    over = np.flatnonzero(run.splits.bridged)
+    if len(over):
+        out.append(
+            f"{len(over)} steps next to a dead point of the joints took extrapolated accelerations, the "
+            "first at "
+            f"t = {times[over[0]]:.6g} s"
+        )
+    near = np.flatnonzero(run.splits.tight < NEAR)
+    if scheme == "RungeKutta8" and len(near):
+        worst = int(run.splits.tight.argmin())
+        out.append(
+            f"a stage came close to a dead point of the joints at t = {times[worst]:.6g} s (pivot "
+            f"{run.splits.tight[worst]:.1g} of the largest): expect less than order 8, and compare two "
+            "step numbers"
+        )
+    for sentence in out:
+        LOG.warning(sentence)
+    return tuple(out)
+
+
+def _check(equations: Equations, times: Array, info: Array, name: str, rows: Array) -> None:
+    step = int(info[1])
+    time = float(times[min(max(step, 0), len(times) - 1)])
+    h = float(times[1] - times[0])
+    if info[0] != 0:
+        cause = {
+            1: f"the accelerations of a step did not settle (last update {info[3]:.2g})",
+            SINGULAR: "the motion left by the joints is not determined: a mass is missing, or this is a dead "
+            "point",
+        }.get(int(info[0]), "the joints could not be closed")
+        raise NotConverged(
+            f"{name} stopped at t = {time:.6g} s (step {h:.3g} s): {cause}. Take more steps, or look at the "
+            "joints and masses near that time",
+            time,
+        )
+    if info[4] > CONSISTENT:
+        lost = sorted({equations.row_names[r] for r in rows[-1]} - _independent(equations, rows))
+        raise NotConverged(
+            f"{name}: redundant rows do not agree with the others along the motion (off by {info[4]:.2g}): "
+            f"{'; '.join(lost) or 'they change along the motion'}. They were redundant at the start only: "
+            "check their axes and lengths, or remove them",
+            time,
+        )
+
+
+def _independent(equations: Equations, rows: Array) -> set[str]:
+    rank = int(equations.chart.rank[0])
+    return {equations.row_names[r] for r in rows[-1][:rank]}
+
+
+def alpha_gradient(equations: Equations, scheme: IndependentAlpha, h: float, run: Any, seeds: Any) -> Array:
+    """(N,) sum of (dF/dscale)^T mu in segment order; run: position ... multiplier, splits."""
+    n = run.position.shape[1]
+    gradient = np.zeros(len(equations.tables.scale))
+    independent_adjoint(
+        *equations[:4], scheme.numbers, h, seeds.last,
+        run.position, run.velocity, run.acceleration, run.multiplier.copy(),
+        run.splits.rows, run.splits.cols, run.splits.rank, run.splits.bridged,
+        seeds.position, seeds.velocity, seeds.acceleration, seeds.multiplier,
+        np.zeros((6, n)), np.zeros((3, n)), np.zeros((4, n)), np.zeros((n, n)), np.zeros(n, np.int64),
+        np.zeros_like(run.position), gradient,
+    )  # fmt: skip
+    return gradient
+
+
+def rk8_gradient(
+    equations: Equations, tableau: tuple[Array, Array], times: Array, run: March, points: tuple[Array, Array],
+    seeds: Any,
+) -> Array:  # fmt: skip
+    """(N,) sum of (dF/dscale)^T mu in segment order, for a run of `march_rk8`."""
+    n, m = run.position.shape[1], run.multiplier.shape[1]
+    gradient = np.zeros(len(equations.tables.scale))
+    independent_rk8_adjoint(
+        *equations[:4], *tableau, times, seeds.last, *points,
+        run.splits.rows, run.splits.cols, run.splits.rank,
+        seeds.position, seeds.velocity, seeds.acceleration, seeds.multiplier,
+        np.zeros((5, n)), np.zeros((3, n)), np.zeros(m), np.zeros((STAGES, n)), np.zeros((STAGES, n)),
+        np.zeros(n), gradient,
+    )  # fmt: skip
+    return gradient

@@ -1,0 +1,1 @@
+"""Solvers for the bound formulation: smallest maximum of several rows under budgets."""

@@ -1,0 +1,221 @@
+"""The min-max master: trust-region steps on rows for every peak of every scenario, from several starts.
+
+One step minimises the largest of the second-order rows (Gauss-Newton factors where the objective has them)
+within the trust region and the budgets (`quadratic.py`), simulates, and compares what it got with what the
+model promised. Rows are the local peaks and nodes around them (`peaks.py`); rows that the step would raise
+above the bound are added and the step is solved again, so that no peak appears unannounced.
+
+Several local optima are the rule on long windows: which peaks are traded is decided early. Starts that
+differ in what the *response* sees are made from the singular vectors of the Jacobian of the rows: a corner
+of the feasible set in the direction of each, mixed half and half with a start that spreads the budget. Many
+random densities look alike to a rigid body (their sums agree); these corners do not. The starts are
+evaluated once and pursued in the order of their values, each as long as it earns its evaluations.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..formulation.peaks import local_peaks, rows_with_neighbours
+from ..formulation.problem import Evaluation, LayoutProblem
+from ..outcome.history import Recorder
+from ..outcome.linear_programme import linear_programme
+from ..outcome.optimality import linear_promise
+from .quadratic import quadratic_bound
+
+__all__ = ["TrustRegionRun", "corner_starts", "min_max"]
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+_RADIUS, _LARGEST, _SMALLEST = 0.3, 1.0, 1e-5  # of the trust region, in units of the bounds' width
+_LOW_PEAK = 0.5  # peaks below this share of the largest get no row until a step would raise them
+_MODES = 4  # singular vectors that give starts, two signs each
+_TRIAL = 8  # steps that a start may take before it must have earned more
+
+
+@dataclass(slots=True, kw_only=True)
+class TrustRegionRun:
+    """One local search; `step` goes on where it stopped.
+
+    Read: density, value, radius, promise (improvement promised by the last model), finished, weights and
+    prices (multipliers of the last step).
+    """
+
+    problem: LayoutProblem
+    recorder: Recorder
+    density: Array
+    evaluation: Evaluation
+    tolerance: float
+    radius: float = _RADIUS
+    index: int = 0
+    steps: int = 0
+    promise: float = np.inf
+    finished: bool = False
+    values_seen: list[float] = field(default_factory=list)
+
+    @property
+    def value(self) -> float:
+        """The largest row at the present density."""
+        return float(np.max(self.evaluation.values))
+
+    def step(self) -> None:
+        """One model step and one evaluation."""
+        problem, values = self.problem, np.atleast_2d(self.evaluation.values)
+        top = float(values.max())
+        move, predicted, kkt = self._model_step(values)
+        self.promise = top - predicted
+        if self.promise <= self.tolerance * abs(top):
+            self.finished = True
+            return
+        trial = problem.into_budgets(self.density + move)
+        evaluation = problem.checked(trial)
+        ratio = (top - float(np.max(evaluation.values))) / self.promise
+        self.recorder.start_index = self.index
+        accepted = ratio > 1e-4
+        self.recorder.add(trial, evaluation, kkt=kkt, radius=self.radius, accepted=accepted)
+        self.steps += 1
+        if accepted:
+            self.density, self.evaluation = trial, evaluation
+        if ratio > 0.75:
+            self.radius = min(2 * self.radius, _LARGEST)
+        elif ratio < 0.25:
+            self.radius *= 0.4 if ratio > -2 else 0.2
+        self.values_seen.append(self.value)
+        self.finished = self.radius < _SMALLEST
+
+    def _model_step(self, values: Array) -> tuple[Array, float, float]:
+        problem, density = self.problem, self.density
+        width = self.radius * (problem.upper - problem.lower)
+        lo = np.minimum(np.maximum(problem.lower - density, -width), 0.0)
+        hi = np.maximum(np.minimum(problem.upper - density, width), 0.0)
+        room = np.maximum(problem.limits - problem.costs @ density, 0.0)
+        top = float(values.max())
+        unit = max(abs(top), 1e-300)
+        spread = max(1, round(values.shape[1] / 130))
+        offsets = (0,) if values.shape[1] == 1 else (-2 * spread, -spread, 0, spread, 2 * spread)
+        rows = rows_with_neighbours(values, local_peaks(values, above=top - _LOW_PEAK * unit), offsets)
+        for _ in range(5):
+            gradients = problem.checked_gradients(self.evaluation, rows)
+            factors = self.evaluation.factors(rows)
+            flat = values.ravel()[rows]
+            solved = quadratic_bound(
+                flat / unit,
+                gradients / unit,
+                None if factors is None else factors / np.sqrt(unit),
+                problem.costs,
+                room,
+                lo,
+                hi,
+                tolerance=min(1e-8, 0.01 * self.tolerance),
+            )
+            change = gradients @ solved.step
+            if factors is not None:
+                change = change + 0.5 * ((factors @ solved.step) ** 2).sum(axis=1)
+            predicted = float((flat + change).max())
+            model = self.evaluation.model(solved.step)
+            if model is None:
+                break
+            raised = np.setdiff1d(local_peaks(model, above=predicted + 1e-5 * unit), rows)
+            predicted = float(model.max())
+            if raised.size == 0:
+                break
+            rows = np.union1d(rows, raised)
+        weights = solved.row_multipliers / solved.row_multipliers.sum()
+        promise = linear_promise(
+            problem,
+            density,
+            weights @ gradients,
+            solved.budget_multipliers * unit,
+            top - float(weights @ flat),
+        )
+        return solved.step, predicted, promise / unit
+
+
+def corner_starts(problem: LayoutProblem, density: Array, evaluation: Evaluation) -> list[Array]:
+    """Feasible densities that differ in what the response sees, from the modes of the rows' Jacobian."""
+    values = np.atleast_2d(evaluation.values)
+    stride = max(1, values.size // 40)
+    rows = np.arange(stride - 1, values.size, stride)
+    factors = evaluation.factors(rows)
+    table = evaluation.gradients(rows) if factors is None else factors.reshape(-1, problem.members)
+    strength, modes = np.linalg.svd(table, full_matrices=False)[1:]
+    spread = _spread(problem)
+    starts = []
+    for mode in modes[:_MODES][strength[:_MODES] > 1e-2 * max(strength[0], 1e-300)]:
+        for sign in (1.0, -1.0):
+            corner = linear_programme(
+                sign * mode / np.abs(mode).max(),
+                at_most=(problem.costs, problem.limits),
+                bounds=np.column_stack([problem.lower, problem.upper]),
+            )
+            if corner is not None:
+                starts.append(problem.into_budgets(0.5 * (spread + corner.x)))
+    return starts
+
+
+def _spread(problem: LayoutProblem) -> Array:
+    """One share of every width, as large as the budgets allow."""
+    width = problem.upper - problem.lower
+    need = problem.costs @ width
+    room = problem.limits - problem.costs @ problem.lower
+    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
+    return np.asarray(problem.lower + share * width)
+
+
+def min_max(
+    problem: LayoutProblem,
+    recorder: Recorder,
+    *,
+    max_evaluations: int,
+    tolerance: float,
+    multi_start: bool,
+) -> TrustRegionRun:
+    """Search from the start, then, if asked to, from corners of the response; the best run comes back."""
+    start = problem.into_budgets(problem.start)
+
+    def new_run(density: Array, index: int) -> TrustRegionRun:
+        evaluation = problem.checked(density)
+        recorder.start_index = index
+        recorder.add(density, evaluation, radius=_RADIUS)
+        return TrustRegionRun(
+            problem=problem, recorder=recorder, density=density, evaluation=evaluation,
+            tolerance=tolerance, index=index,
+        )  # fmt: skip
+
+    first = new_run(start, 0)
+    corners = corner_starts(problem, first.density, first.evaluation) if multi_start else []
+
+    def pursue(run: TrustRegionRun, steps: int) -> None:
+        for _ in range(steps):
+            if run.finished or recorder.evaluations >= max_evaluations:
+                return
+            run.step()
+
+    # two evaluations per corner at least, or the corners are not worth starting
+    share = max_evaluations - 2 * len(corners)
+    pursue(first, max_evaluations if not corners else max(_TRIAL + 2, share // 4))
+    runs = [first]
+    if corners and not (first.finished and _smooth(first)):
+        waiting = []
+        for index, corner in enumerate(corners, start=1):
+            if recorder.evaluations < max_evaluations:
+                waiting.append(new_run(corner, index))
+        for run in sorted(waiting, key=lambda r: r.value):
+            pursue(run, _TRIAL // 2)
+            best = min(r.value for r in runs)
+            if run.value < 1.5 * best if best > 0 else run.value < best + 0.5 * abs(best):
+                pursue(run, _TRIAL // 2)
+            runs.append(run)
+    for run in sorted(runs, key=lambda r: r.value):
+        pursue(run, max_evaluations)
+    recorder.optima += [run.value for run in runs if run.finished]
+    return min(runs, key=lambda r: r.value)
+
+
+def _smooth(run: TrustRegionRun) -> bool:
+    """True when one peak alone decides at the optimum: no peak was traded, other starts promise little."""
+    values = np.atleast_2d(run.evaluation.values)
+    top = float(values.max())
+    return len(local_peaks(values, above=top - 1e-3 * abs(top))) == 1

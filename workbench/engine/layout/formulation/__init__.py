@@ -1,0 +1,1 @@
+"""What is minimised: problems, load cases, transient responses and their peaks."""

@@ -1,0 +1,394 @@
+"""The objective of a moving system: max over scenarios and time of a quantity, with gradients where asked.
+
+Two ways to gradients, chosen by size with the reason kept in words:
+
+forward   one sweep gives dq/dalpha at every node: every peak, its neighbours and the second-order model of
+          the whole history come at once. n x N numbers per node. The master over many peaks uses it.
+adjoint   one backward sweep for all rows of a run, no memory in N. For large N, for systems with internal
+          states, and wherever a run is asked for few gradients (methods that follow a single peak).
+
+A squared displacement R^T W R (7.13) brings factors: its second derivative is 2 J^T W J up to the curvature
+of R, J = dR/dalpha. With refined peaks the node at a local top carries the height of the cubic through its
+neighbours.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...elements.laws import Member
+from ...errors import NotConverged
+from ...integration.schemes import Scheme
+from ...objectives.quantities import Deviation, full_state
+from ...objectives.reductions import (
+    Maximum,
+    NodeWeight,
+    Peak,
+    find_peaks,
+    nodes_within,
+)
+from ...planar.compiled import compiled
+from ...planar.runs import simulate
+from ...planar.system import System
+from ...planar.trajectory import Trajectory
+from ...sensitivity.discrete_adjoint import discrete_adjoints
+from .forward import Sensitivities, forward_sensitivities, supports_forward
+from .load_cases import side_by_side
+from .problem import (
+    InvalidLayout,
+    LayoutProblem,
+    MemberGeometry,
+    budget_rows,
+)
+
+__all__ = ["Scenario", "TransientObjective", "member_geometry", "transient_problem"]
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+_MEMORY = 256e6  # bytes of forward sensitivities
+_FEW = 3  # gradients per run up to which backward sweeps are cheaper
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """One run: a system, the maximum of a quantity, time and scheme; its values are divided by `scale`.
+
+    scheme None: generalised-alpha with rho 0.8.
+    """
+
+    system: System
+    objective: Maximum
+    t_end: float
+    steps: int
+    scheme: Scheme | None = None
+    scale: float = 1.0
+    name: str = ""
+
+
+@dataclass(slots=True, kw_only=True)
+class _Run:
+    """One scenario at one density; sensitivities are computed when first asked for."""
+
+    scenario: Scenario
+    trajectory: Trajectory
+    forward: bool
+    values: Array = field(init=False)
+    tops: dict[int, Peak] = field(init=False)
+    first: int = field(init=False)
+    last: int = field(init=False)
+    _sensitivities: Sensitivities | None = None
+    _seen: tuple[Array, Array] | None = None
+    _jacobian: Array | None = None
+
+    def __post_init__(self) -> None:
+        quantity, scale = self.scenario.objective.quantity, self.scenario.scale
+        self.first, self.last = nodes_within(self.trajectory, self.scenario.objective.window)
+        values = np.full(len(self.trajectory.times), -np.inf)
+        values[self.first : self.last + 1] = quantity.values(self.trajectory)[self.first : self.last + 1]
+        self.tops = {}
+        if self.scenario.objective.refine:
+            peaks = find_peaks(self.trajectory, quantity, self.first, self.last, sign=1.0, refine=True)
+            for peak in peaks:
+                if len(peak.parts) > 1:
+                    top = max(peak.parts, key=lambda part: part.weight).node
+                    self.tops[top] = peak
+                    values[top] = peak.height
+        # nodes outside the window can never be the largest
+        low = values[self.first : self.last + 1].min()
+        self.values = np.where(np.isneginf(values), low - abs(low) - 1e-300, values) / scale
+
+    @property
+    def sensitivities(self) -> Sensitivities:
+        """dq/dalpha, computed once."""
+        if self._sensitivities is None:
+            plain = isinstance(self.scenario.objective.quantity, Deviation) and not self.tops
+            self._sensitivities = forward_sensitivities(self.trajectory, with_rates=not plain)
+        return self._sensitivities
+
+    def parts(self, node: int) -> tuple[NodeWeight, ...]:
+        """The nodes behind a value."""
+        return self.tops[node].parts if node in self.tops else (NodeWeight(node, 1.0),)
+
+    def gradients(self, nodes: Rows, *, few: bool = False) -> Array:
+        """(rows, N) of the values at nodes; few: no more than a few rows are wanted of this run."""
+        quantity, times = self.scenario.objective.quantity, self.trajectory.times
+        if self.forward and not (few and self._sensitivities is None):
+            return np.array([self._by_sensitivities(int(node)) for node in nodes])
+        peaks: list[Any] = [
+            Peak(
+                quantity=quantity,
+                time=float(times[node]),
+                height=0.0,
+                parts=self.parts(int(node)),
+                at_end=False,
+            )
+            for node in nodes
+        ]
+        return discrete_adjoints(self.trajectory, peaks) / self.scenario.scale
+
+    def _by_sensitivities(self, node: int) -> Array:
+        """(N,) of the value at a node from dq/dalpha."""
+        quantity, r = self.scenario.objective.quantity, self.trajectory
+        if isinstance(quantity, Deviation) and node not in self.tops:
+            R, J = self.residual
+            return 2 * (R[node] @ J[node]) / self.scenario.scale  # type: ignore[no-any-return]
+        total = np.zeros(len(r.density))
+        for part in self.parts(node):
+            pairs = [(part.weight, quantity.slopes(r, part.node))]
+            if part.rate_weight:
+                pairs.append((part.rate_weight, quantity.rate_slopes(r, part.node)))
+            for weight, slopes in pairs:
+                s = self.sensitivities
+                for slope, table in (
+                    (slopes.position, s.position), (slopes.velocity, s.velocity),
+                    (slopes.acceleration, s.acceleration),
+                ):  # fmt: skip
+                    if slope is not None:
+                        total += weight * (slope @ table[part.node])
+                if slopes.density is not None:
+                    total += weight * slopes.density
+        return np.asarray(total / self.scenario.scale)
+
+    @property
+    def residual(self) -> tuple[Array, Array]:
+        """sqrt(W) R (nodes, 2) and its derivative by the densities (nodes, 2, N), for a `Deviation`."""
+        if self._jacobian is None:
+            R, slopes = self.view()
+            self._jacobian = np.matmul(slopes, self.sensitivities.position)
+            self._seen = (R, slopes)
+        assert self._seen is not None
+        return self._seen[0], self._jacobian
+
+    def view(self) -> tuple[Array, Array]:
+        """sqrt(W) R (nodes, 2) and its derivative by the coordinates (nodes, 2, n)."""
+        quantity, r = self.scenario.objective.quantity, self.trajectory
+        assert isinstance(quantity, Deviation)
+        view = quantity._view()
+        root = np.sqrt(np.array(quantity.weights))
+        series = view.series(r)
+        columns = view.columns(r)
+        nodes, n = r.position.shape
+        reference = columns[-1][0]
+        angle = np.array([full_state(r, node)[0][reference + 2] for node in range(nodes)])
+        c, s = np.cos(angle), np.sin(angle)
+        slopes = np.zeros((nodes, 2, n))
+        for at, share in columns:
+            if at < n:
+                slopes[:, 0, at] += share * c
+                slopes[:, 0, at + 1] += share * s
+                slopes[:, 1, at] -= share * s
+                slopes[:, 1, at + 1] += share * c
+        if reference < n:
+            slopes[:, 0, reference + 2] += series[:, 1]
+            slopes[:, 1, reference + 2] -= series[:, 0]
+        return (series - series[0]) * root, slopes * root[:, None]
+
+
+@dataclass(slots=True, kw_only=True)
+class _Evaluation:
+    """All scenarios at one density."""
+
+    runs: list[_Run]
+    values: Array
+    constraints: Array = field(default_factory=lambda: np.zeros(0))
+    constraint_gradients: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def gradients(self, rows: Rows) -> Array:
+        """Gradients of rows (scenario x node)."""
+        nodes, few = self.values.shape[1], len(rows) <= _FEW * len(self.runs)
+        rows = np.asarray(rows)
+        cases = rows // nodes
+        found = np.empty((len(rows), len(self.runs[0].trajectory.density)))
+
+        def fill(case: int) -> None:
+            own = np.flatnonzero(cases == case)
+            found[own] = self.runs[case].gradients(rows[own] % nodes, few=few)
+
+        side_by_side(fill, np.unique(cases).tolist(), threads=_threads([r.scenario for r in self.runs]))
+        return found
+
+    def factors(self, rows: Rows) -> Array | None:
+        """Gauss-Newton factors of squared displacements."""
+        if not all(
+            isinstance(run.scenario.objective.quantity, Deviation) and run.forward for run in self.runs
+        ):
+            return None
+        nodes = self.values.shape[1]
+        found = []
+        for row in rows:
+            run = self.runs[row // nodes]
+            found.append(np.sqrt(2 / run.scenario.scale) * run.residual[1][row % nodes])
+        return np.array(found).reshape(len(rows), 2, -1) if found else np.zeros((0, 2, 0))
+
+    def model(self, step: Array) -> Array | None:
+        """The whole history after a step, R to first order."""
+        if self.factors(np.zeros(0, dtype=np.intp)) is None:
+            return None
+        table = []
+        for run in self.runs:
+            R, J = run.residual
+            moved = ((R + J @ step) ** 2).sum(axis=1) - (R**2).sum(axis=1)
+            table.append(run.values + moved / run.scenario.scale)
+            table[-1][: run.first] = table[-1][run.last + 1 :] = run.values.min()
+        return np.array(table)
+
+
+class TransientObjective:
+    """alpha -> Evaluation for `LayoutProblem.evaluate`; `reason` says how gradients are found and why."""
+
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        *,
+        sensitivities: Literal["auto", "forward", "adjoint"] = "auto",
+        power: float = 1.0,
+    ) -> None:
+        self.scenarios = tuple(scenarios)
+        if not self.scenarios:
+            raise InvalidLayout("a transient objective needs at least one scenario")
+        if len({(s.steps, len(s.system.members)) for s in self.scenarios}) > 1:
+            raise InvalidLayout("all scenarios need the same number of steps and of members")
+        self.power = power
+        first = self.scenarios[0]
+        N = len(first.system.members)
+        n = 3 * len(first.system.free)
+        size = 8.0 * 3 * (first.steps + 1) * n * N * len(self.scenarios)
+        probe = simulate(first.system, np.zeros(N), 1e-3 * first.t_end, 1, scheme=first.scheme)
+        if sensitivities == "auto":
+            if not supports_forward(probe):
+                choice, why = "adjoint", "the system has internal states, redundant joints or laws in Python"
+            elif size > _MEMORY:
+                choice, why = "adjoint", f"forward sensitivities would take {size / 1e6:.0f} MB"
+            else:
+                choice, why = "forward", f"{n} coordinates and {N} members: all peaks for {size / 1e6:.0f} MB"
+        else:
+            choice, why = sensitivities, "as asked"
+        self.forward = choice == "forward"
+        self.reason = f"{choice} sensitivities: {why}"
+
+    def __call__(self, density: Array) -> _Evaluation:
+        """Simulate all scenarios."""
+
+        def run(scenario: Scenario) -> _Run:
+            trajectory = simulate(
+                scenario.system, density**self.power, scenario.t_end, scenario.steps, scheme=scenario.scheme
+            )
+            return _Run(scenario=scenario, trajectory=trajectory, forward=self.forward)
+
+        runs = side_by_side(run, self.scenarios, threads=_threads(self.scenarios))
+        evaluation = _Evaluation(runs=runs, values=np.array([run.values for run in runs]))
+        if self.power != 1.0:
+            return _powered(evaluation, self.power * density ** (self.power - 1))  # type: ignore[return-value]
+        return evaluation
+
+
+def _threads(scenarios: Sequence[Scenario]) -> int:
+    """One where a user's law is called, which may keep a state of its own; otherwise as many as there are."""
+    return 0 if all(compiled(scenario.system).fused for scenario in scenarios) else 1
+
+
+@dataclass(slots=True, kw_only=True)
+class _Powered:
+    """Chain rule of alpha -> alpha^power; factors keep their first-order part."""
+
+    inner: _Evaluation
+    slope: Array
+    values: Array
+    constraints: Array
+    constraint_gradients: Array
+
+    def gradients(self, rows: Rows) -> Array:
+        """Gradients by the density itself."""
+        return self.inner.gradients(rows) * self.slope
+
+    def factors(self, rows: Rows) -> Array | None:
+        """Factors by the density itself."""
+        found = self.inner.factors(rows)
+        return None if found is None else found * self.slope
+
+    def model(self, step: Array) -> Array | None:
+        """The history after a step of the density."""
+        return self.inner.model(self.slope * step)
+
+
+def _powered(evaluation: _Evaluation, slope: Array) -> _Powered:
+    return _Powered(
+        inner=evaluation, slope=slope, values=evaluation.values, constraints=evaluation.constraints,
+        constraint_gradients=evaluation.constraint_gradients,
+    )  # fmt: skip
+
+
+def member_geometry(system: System) -> MemberGeometry:
+    """End points of all members at the start, in global coordinates."""
+    names = [body.name for body in (*system.free, *system.prescribed)]
+    names.append("ground")
+    places = [
+        np.asarray(b.position if b.motion is None else b.motion.place(0.0), dtype=float)
+        for b in (*system.free, *system.prescribed)
+    ]
+    places.append(np.zeros(3))
+
+    def point(body: str, local: tuple[float, float]) -> list[float]:
+        x, y, angle = places[names.index(body)]
+        c, s = np.cos(angle), np.sin(angle)
+        return [x + c * local[0] - s * local[1], y + s * local[0] + c * local[1]]
+
+    members: tuple[Member, ...] = system.members
+    return MemberGeometry(
+        body_a=np.array([names.index(m.a) for m in members]),
+        point_a=np.array([point(m.a, m.point_a) for m in members]),
+        body_b=np.array([names.index(m.b) for m in members]),
+        point_b=np.array([point(m.b, m.point_b) for m in members]),
+        kind=tuple(type(m.law).__name__.lower() for m in members),
+        stiffness=np.array([float(getattr(m.law, "k", 1.0)) for m in members]),
+    )
+
+
+def transient_problem(
+    scenarios: Sequence[Scenario],
+    *,
+    start: Any,
+    budgets: Sequence[tuple[Any, float]],
+    lower: Any = 0.0,
+    upper: Any = 1.0,
+    sensitivities: Literal["auto", "forward", "adjoint"] = "auto",
+    power: float = 1.0,
+    names: tuple[str, ...] = (),
+    title: str = "layout",
+    response: str = "objective",
+    unit: str = "1",
+) -> LayoutProblem:
+    """A layout problem over scenarios of moving systems.
+
+    budgets: (costs of all members, limit) each.    power: SIMP exponent on every density, (7.2).
+    """
+    objective = TransientObjective(scenarios, sensitivities=sensitivities, power=power)
+    first = scenarios[0]
+    n = len(first.system.members)
+    costs, limits = budget_rows(n, budgets)
+
+    def evaluate(density: Array) -> _Evaluation:
+        try:
+            return objective(density)
+        except NotConverged as error:
+            error.add_note("while evaluating a layout; a softer lower bound or a smaller step may help")
+            raise
+
+    return LayoutProblem(
+        evaluate=evaluate,
+        start=np.broadcast_to(np.asarray(start, dtype=float), (n,)),
+        lower=np.broadcast_to(np.asarray(lower, dtype=float), (n,)),
+        upper=np.broadcast_to(np.asarray(upper, dtype=float), (n,)),
+        costs=costs,
+        limits=limits,
+        times=np.linspace(0.0, first.t_end, first.steps + 1),
+        names=names,
+        geometry=member_geometry(first.system),
+        title=title,
+        response=response,
+        unit=unit,
+    )

@@ -1,0 +1,1 @@
+"""What comes out of a layout optimisation: result, history, verdicts, optimality, purified layouts."""

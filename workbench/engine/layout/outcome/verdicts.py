@@ -1,0 +1,74 @@
+"""What the numbers of an optimisation mean, in plain sentences."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..formulation.problem import LayoutProblem
+from .history import Recorder
+from .purify import fractional_members
+from .result import LayoutStatus
+
+__all__ = ["verdicts"]
+
+Array = NDArray[np.float64]
+
+_NEAR = 0.02
+
+
+def verdicts(
+    problem: LayoutProblem, recorder: Recorder, status: LayoutStatus, kkt: float, prices: Array,
+    baselines: dict[str, float],
+) -> tuple[str, ...]:  # fmt: skip
+    """Sentences on why it stopped, the budgets, other optima and trivial layouts."""
+    said = [status.value]
+    density = recorder.best_density
+    if status is LayoutStatus.ZERO_SENSITIVITY:
+        at = _peak_time(problem, recorder)
+        return (*said, f"The largest value occurs {at}; before it no member has changed the motion. "
+                "Look at a later window, or at another objective.")  # fmt: skip
+    if density is None:
+        return (*said, "Give a feasible start, or relax the constraints.")
+    if np.isfinite(kkt):
+        said.append(f"To first order at most {100 * kkt:.2g} % of the value is left to gain.")
+    said += _budgets(problem, density, recorder.best, prices)
+    near = sorted({round(v, 12) for v in recorder.optima if v <= recorder.best * (1 + _NEAR)})
+    if len(near) > 1:
+        said.append(
+            f"{len(near)} local optima lie within {100 * _NEAR:.0f} % of each other, from {near[0]:.6g} to "
+            f"{near[-1]:.6g}: other considerations may choose between these layouts."
+        )
+    active = recorder.history[
+        int(np.argmin([h.value if h.best == h.value else np.inf for h in recorder.history]))
+    ].active
+    if active > 1:
+        said.append(f"{active} peaks compete within 1 %; a gradient of one of them alone would mislead.")
+    for name, value in baselines.items():
+        if value == recorder.best:
+            said.append(f"The trivial layout '{name}' is the best one found.")
+    count = fractional_members(problem, density)
+    said.append(f"{count} of {problem.members} members are neither at their lower nor at their upper bound.")
+    return tuple(said)
+
+
+def _budgets(problem: LayoutProblem, density: Array, value: float, prices: Array) -> list[str]:
+    said = []
+    usage = problem.usage(density)
+    for name, used, price, limit in zip(problem.names, usage, prices, problem.limits, strict=True):
+        if used < 0.999 and price * abs(limit) <= 1e-6 * abs(value):
+            said.append(
+                f"'{name}' is idle: {100 * used:.3g} % used at shadow price 0. "
+                "More of it is worth nothing here."
+            )
+        else:
+            said.append(
+                f"'{name}' is {100 * used:.4g} % used; 1 % more of it would lower the value by about "
+                f"{price * 0.01 * abs(limit):.3g}."
+            )
+    return said
+
+
+def _peak_time(problem: LayoutProblem, recorder: Recorder) -> str:
+    assert recorder.best_evaluation is not None
+    values = np.atleast_2d(recorder.best_evaluation.values)
+    scenario, node = np.unravel_index(int(values.argmax()), values.shape)
+    return problem.where(int(scenario), int(node))

@@ -1,0 +1,1 @@
+"""Sequences of separable approximations and their subproblems."""

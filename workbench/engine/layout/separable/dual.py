@@ -1,0 +1,263 @@
+"""The dual of the separable subproblem, (7.9) and (7.10), safeguarded.
+
+    maximise over 0 <= l <= cap of  min over the box of  f~_0(x) + sum_j l_j f~_j(x)
+
+(7.9) prints l_j > 0; an idle budget has l_j = 0. The cap is the price of elastic variables (f~_j <= z_j at
+the cost cap z_j): an infeasible subproblem then has a solution, and says that it is elastic. One constraint:
+a bracketed root. Several: projected Newton on the concave dual, and an interior point where the dual has
+kinks. A linear model is a linear programme and goes to HiGHS.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..outcome.linear_programme import linear_programme
+from .interior import interior_point
+from .model import SeparableModel
+
+__all__ = ["SubproblemSolution", "kkt_residual", "solve_subproblem"]
+
+Array = NDArray[np.float64]
+
+_FEASIBLE = 1e-12  # of a constraint, in units of the change its gradient can make in the box
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SubproblemSolution:
+    """x (n,), multipliers (m,), model values (m + 1,) at x, elastic: True when a constraint could not be
+    met."""
+
+    x: Array
+    multipliers: Array
+    values: Array
+    elastic: bool
+
+
+def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSolution:
+    """Minimise the model's objective under its constraints in its box.
+
+    cap: largest multiplier, in units of (largest objective gradient)/(largest gradient of the constraint).
+
+    >>> import numpy as np
+    >>> w, one = np.array([1.0, 4.0]), np.ones(2)
+    >>> model = SeparableModel.build(one, np.array([5.0, 0.0]), np.vstack([-w, one]), lower=0.01 * one,
+    ...                              upper=9 * one, distances=1.0, exponents=np.array([[-1.0], [1.0]]))
+    >>> solve_subproblem(model).x.round(6)            # sqrt(w), scaled to the sum 2
+    array([0.666667, 1.333333])
+    """
+    m = model.constraints
+    if m == 0:
+        x, _ = model.minimiser(np.ones(1))
+        return _solution(model, x, np.zeros(0))
+    dead = (model.gradients[1:] == 0).all(axis=1) & (model.curvatures[1:] == 0).all(axis=1)
+    if dead.any():  # no variable can change these
+        rest = solve_subproblem(model.without(np.flatnonzero(dead)), cap=cap)
+        prices = np.zeros(m)
+        prices[~dead] = rest.multipliers
+        found = _solution(model, rest.x, prices)
+        return replace(found, elastic=rest.elastic or bool((model.values[1:][dead] > 0).any()))
+    reach = np.abs(model.gradients) @ (model.upper - model.lower)
+    size = np.where(reach[1:] > 0, reach[1:], np.maximum(np.abs(model.values[1:]), 1.0))
+    caps = cap * max(float(reach[0]), float(size.max()) * 1e-12, 1e-300) / size
+    if model.is_linear:
+        return _linear(model, caps, size)
+    if m == 1:
+        return _one_constraint(model, float(caps[0]), float(size[0]))
+    seen = (model.gradients[1:] != 0) | (model.curvatures[1:] != 0)
+    if seen.sum(axis=0).max() <= 1:
+        return _apart(model, caps, size, seen)
+    return _several(model, caps, size)
+
+
+def _solution(model: SeparableModel, x: Array, multipliers: Array) -> SubproblemSolution:
+    values, _ = model.at(x)
+    reach = np.abs(model.gradients[1:]) @ (model.upper - model.lower)
+    elastic = bool((values[1:] > 1e-7 * np.maximum(reach, 1e-300)).any())
+    return SubproblemSolution(x=x, multipliers=multipliers, values=values, elastic=elastic)
+
+
+def _linear(model: SeparableModel, caps: Array, size: Array) -> SubproblemSolution:
+    m, n = model.constraints, len(model.point)
+    unit = max(float(np.abs(model.gradients[0]).max()), 1e-300)
+    rows = model.gradients[1:] / size[:, None]
+    solved = linear_programme(
+        np.r_[model.gradients[0] / unit, caps * size / unit],
+        at_most=(np.hstack([rows, -np.eye(m)]), rows @ model.point - model.values[1:] / size),
+        bounds=[*zip(model.lower, model.upper, strict=True), *[(0, None)] * m],
+    )
+    if solved is None:  # rounding: the interior point does without vertices
+        return _solution(model, *interior_point(model, caps))
+    return _solution(model, np.clip(solved.x[:n], model.lower, model.upper), solved.prices * unit / size)
+
+
+def _one_constraint(model: SeparableModel, cap: float, size: float) -> SubproblemSolution:
+    def minimiser(price: float) -> Array:
+        return model.minimiser(np.array([1.0, price]))[0]
+
+    def constraint(price: float) -> float:
+        return float(model.at(minimiser(price))[0][1])
+
+    if constraint(0.0) <= 0:
+        return _solution(model, minimiser(0.0), np.zeros(1))
+    met = _FEASIBLE * size
+    low, high = 0.0, cap * 1e-6  # the cap is in units of 1e6 typical prices
+    while constraint(high) > 0:
+        low, high = high, high * 8
+        if low >= cap:
+            return _solution(model, minimiser(cap), np.array([cap]))
+    low, high = _bracket(constraint, low, high, met)
+    inside = minimiser(high)
+    if model.at(inside)[0][1] < -met:
+        # where the Lagrangian is flat the minimiser jumps at the price; every mixture of both sides
+        # minimises it
+        outside = minimiser(low)
+        move = inside - outside
+        share = _bracket(lambda a: float(model.at(outside + a * move)[0][1]), 0.0, 1.0, 0.0)[1]
+        inside = outside + share * move
+    return _solution(model, inside, np.array([high]))
+
+
+def _apart(model: SeparableModel, caps: Array, size: Array, seen: NDArray[np.bool_]) -> SubproblemSolution:
+    """Constraints that share no variable (budgets of domains, (7.18)): one root each."""
+    x = model.minimiser(np.r_[1.0, np.zeros(model.constraints)])[0]
+    prices = np.zeros(model.constraints)
+    for j in range(model.constraints):
+        one = _one_constraint(model.part(j, seen[j]), float(caps[j]), float(size[j]))
+        x[seen[j]] = one.x
+        prices[j] = one.multipliers[0]
+    return _solution(model, x, prices)
+
+
+def _bracket(
+    function: Callable[[float], float], low: float, high: float, enough: float
+) -> tuple[float, float]:
+    """Shrink function(low) > 0 >= function(high) to neighbouring numbers, or until -enough <= function(high).
+
+    Regula falsi with the Illinois rule, and halving where it lags.
+    """
+    at_low, at_high = function(low), function(high)
+    if at_low <= 0:
+        return low, low
+    for count in range(250):
+        if count % 3 == 2:
+            middle = np.sqrt(low * high) if low > 0 and high > 4 * low else 0.5 * (low + high)
+        else:
+            middle = low + (high - low) * at_low / (at_low - at_high)
+        if not low < middle < high:
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
+        value = function(middle)
+        if value > 0:
+            low, at_low = middle, value
+            at_high *= 0.5 if count % 3 == 1 else 1.0
+        else:
+            high, at_high = middle, value
+            at_low *= 0.5 if count % 3 == 1 else 1.0
+            if value >= -enough:
+                break
+    return low, high
+
+
+def _several(model: SeparableModel, caps: Array, size: Array) -> SubproblemSolution:
+    prices = _projected_newton(model, caps, size)
+    newton = _solution(model, model.minimiser(np.r_[1.0, prices])[0], prices)
+    if kkt_residual(model, newton) <= 1e-11:
+        return newton
+    interior = _solution(model, *interior_point(model, caps))
+    return min(
+        newton,
+        interior,
+        *_polished(model, interior, size),
+        key=lambda solution: kkt_residual(model, solution),
+    )
+
+
+def _polished(model: SeparableModel, solution: SubproblemSolution, size: Array) -> list[SubproblemSolution]:
+    """Newton steps on the active set that the interior point found: the last digits."""
+    better: list[SubproblemSolution] = []
+    x, prices = solution.x.copy(), solution.multipliers.copy()
+    free = (x > model.lower) & (x < model.upper)
+    active = np.flatnonzero(prices > 0)
+    if not free.any():
+        return better
+    for _ in range(4):
+        values, gradients = model.at(x)
+        bend = (np.r_[1.0, prices] @ model.second_derivatives(x))[free]
+        typical = float((np.r_[1.0, prices] @ np.abs(gradients)).max() / (model.upper - model.lower).max())
+        bend = np.maximum(bend, 1e-8 * max(float(bend.max(initial=0)), typical, 1e-290))
+        J = gradients[1 + active][:, free]
+        slope = (np.r_[1.0, prices] @ gradients)[free]
+        weighted = J / bend
+        unit = size[active]
+        schur = (weighted @ J.T) / unit[:, None] / unit
+        right = (values[1 + active] - weighted @ slope) / unit
+        change = np.linalg.lstsq(schur, right, rcond=1e-14)[0] / unit if active.size else np.zeros(0)
+        step = -(slope + change @ J) / bend
+        x[free] = np.clip(x[free] + step, model.lower[free], model.upper[free])
+        prices[active] = np.maximum(prices[active] + change, 0.0)
+        better.append(_solution(model, x.copy(), prices.copy()))
+    return better
+
+
+def _projected_newton(model: SeparableModel, caps: Array, size: Array) -> Array:
+    prices = np.zeros(model.constraints)
+    _, dual, h, H = _dual(model, prices)
+    for _ in range(60):
+        residual = _projected(prices, h, caps) / size
+        if np.abs(residual).max() <= _FEASIBLE:
+            break
+        moving = residual != 0
+        stiff = H[np.ix_(moving, moving)]
+        damping = 1e-12 * float(np.trace(stiff)) + 1e-300
+        step = np.zeros_like(prices)
+        step[moving] = np.linalg.solve(stiff + damping * np.eye(int(moving.sum())), h[moving])
+        length = 1.0
+        for _ in range(30):
+            trial = np.clip(prices + length * step, 0, caps)
+            new = _dual(model, trial)
+            if new[1] >= dual + 1e-4 * float(h @ (trial - prices)) - 1e-15 * abs(dual):
+                break
+            length *= 0.4
+        else:
+            break
+        if np.array_equal(trial, prices):
+            break
+        prices, (_, dual, h, H) = trial, new
+    return prices
+
+
+def _dual(model: SeparableModel, prices: Array) -> tuple[Array, float, Array, Array]:
+    weights = np.r_[1.0, prices]
+    x, curvature = model.minimiser(weights)
+    values, gradients = model.at(x)
+    inverse = np.where(curvature > 0, 1 / np.where(curvature > 0, curvature, 1.0), 0.0)
+    return x, float(weights @ values), values[1:], (gradients[1:] * inverse) @ gradients[1:].T
+
+
+def _projected(prices: Array, h: Array, caps: Array) -> Array:
+    """Gradient of the dual without the parts that point out of 0 <= l <= cap."""
+    return np.where(((prices <= 0) & (h < 0)) | ((prices >= caps) & (h > 0)), 0.0, h)
+
+
+def kkt_residual(model: SeparableModel, solution: SubproblemSolution) -> float:
+    """Largest scaled violation of the optimality conditions of the subproblem.
+
+    Stationarity by coordinate (projected on the box, times the box width, over the objective's reach),
+    feasibility and complementarity over the reach of each constraint.
+    """
+    values, gradients = model.at(solution.x)
+    weights = np.r_[1.0, solution.multipliers]
+    total = weights @ gradients
+    width = model.upper - model.lower
+    size = np.maximum(np.abs(gradients), np.abs(model.gradients))  # at the solution they may all vanish
+    scale = float((weights @ size) @ width) + 1e-300
+    on_lower, on_upper = solution.x <= model.lower, solution.x >= model.upper
+    off = np.where(on_lower, np.minimum(total, 0), np.where(on_upper, np.maximum(total, 0), total))
+    reach = np.maximum(size[1:] @ width, 1e-300)
+    violation = np.maximum(values[1:], 0) / reach
+    products = solution.multipliers * np.abs(values[1:]) / scale
+    return float(max((np.abs(off) * width).max() / scale, violation.max(initial=0), products.max(initial=0)))

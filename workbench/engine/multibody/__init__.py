@@ -1,1 +1,0 @@
-"""Systems, joints, members, integrators, trajectories and objectives."""

@@ -1,0 +1,282 @@
+"""Runs of spatial systems in natural coordinates, and the trajectory they leave."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import AssemblyError, NotSupported
+from ..integration.chart import chart
+from ..integration.dop853_tableau import A, B, C
+from ..integration.independent import (
+    Equations,
+    March,
+    Splits,
+    alpha_gradient,
+    march,
+    march_rk8,
+    notices,
+    point_times,
+    rk8_gradient,
+)
+from ..integration.schemes import (
+    GeneralisedAlpha,
+    IndependentAlpha,
+    RungeKutta8,
+    Scheme,
+)
+from ..planar.start import FEASIBLE, RANK, redundancy
+from ..planar.trajectory import Diagnosis, Status
+from ._kernels_equations import natural_energies, natural_state
+from .compiled import (
+    NaturalCompiled,
+    natural_compiled,
+    natural_on_grid,
+    natural_rates_of,
+)
+from .system import NaturalSystem
+from .tables import NaturalTables, natural_work
+
+__all__ = ["NaturalTrajectory", "moving", "natural_equations", "natural_gradient", "simulate_natural"]
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NaturalTrajectory:
+    """States of a spatial system at the nodes of the time grid: points and unit vectors, free ones only.
+
+    times: (steps + 1,).  position, velocity, acceleration: (steps + 1, n).  multiplier: (steps + 1, m), 0 for
+    rows set aside as redundant.
+    """
+
+    system: NaturalSystem
+    density: Array
+    scheme: IndependentAlpha | RungeKutta8
+    times: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    multiplier: Array
+    tables: NaturalTables
+    splits: Splits
+    diagnosis: Diagnosis
+    status: Status = Status.COMPLETE
+
+    @property
+    def step(self) -> float:
+        """Length of a step, s."""
+        return float(self.times[1] - self.times[0])
+
+    @property
+    def damage(self) -> Array:
+        """(steps + 1, 0): spatial systems have no bushings."""
+        return np.zeros((len(self.times), 0))
+
+    def coordinate(self, name: str) -> slice | None:
+        """Where a free point or vector stands in q; None for a fixed one. Raises ValueError for a
+        stranger."""
+        parts = natural_compiled(self.system)
+        if name not in parts.index:
+            raise ValueError(f"system has no point or vector '{name}'; it has {', '.join(parts.index)}")
+        at = parts.index[name]
+        return slice(at, at + 3) if at < self.position.shape[1] else None
+
+    def of(self, name: str) -> Array:
+        """(steps + 1, 3) a point's position or a unit vector."""
+        part = self.coordinate(name)
+        if part is None:
+            at = natural_compiled(self.system).index[name] - self.position.shape[1]
+            return np.broadcast_to(self.tables.held[at : at + 3], (len(self.times), 3))
+        return self.position[:, part]
+
+    def kinetic_energy(self) -> Array:
+        """(steps + 1,) J."""
+        return np.asarray(0.5 * np.einsum("ti,ij,tj->t", self.velocity, self.tables.mass, self.velocity))
+
+    def stored_energy(self) -> Array:
+        """(steps + 1,) energy stored in the members, J."""
+        energy = np.zeros((len(self.times), len(self.density)))
+        natural_energies(self.tables, natural_work(self.tables), self.position, self.velocity, energy)
+        return np.asarray(energy @ self.tables.scale)
+
+    def gravity_energy(self) -> Array:
+        """(steps + 1,) potential of gravity less that of what is fixed, J, zero at the global origin."""
+        return np.asarray(-self.position @ self.tables.gravity)
+
+    def mechanical_energy(self) -> Array:
+        """(steps + 1,) kinetic, stored and gravity energy, J; constant where nothing dissipates or drives."""
+        return self.kinetic_energy() + self.stored_energy() + self.gravity_energy()
+
+    def joint_residuals(self) -> Array:
+        """(steps + 1, m) Phi at every node, redundant rows included, m."""
+        parts = natural_compiled(self.system)
+        equations = natural_equations(parts, self.tables)
+        out = np.zeros_like(self.multiplier)
+        zero = np.zeros(self.position.shape[1])
+        for node in range(len(self.times)):
+            _look(equations, node, self.position[node], self.velocity[node], zero)
+            out[node] = equations.work.phi
+        return out
+
+
+def natural_equations(parts: NaturalCompiled, tables: NaturalTables) -> Equations:
+    """Work space and arrays for runs on the grid of `tables`."""
+    n, m = len(tables.mass), len(tables.constant)
+    return Equations(
+        tables=tables,
+        work=natural_work(tables),
+        rates=natural_rates_of(parts, tables.times),
+        chart=chart(tables.mass, np.ones(n), m, full=n),
+        row_names=parts.row_names,
+    )
+
+
+def _look(equations: Equations, node: int, q: Array, v: Array, w: Array) -> None:
+    natural_state(*equations[:4], node, q, v, w)
+
+
+def _start(parts: NaturalCompiled, tables: NaturalTables) -> tuple[Array, Array, Array]:
+    """q0, v0 and Phi_q there; raises AssemblyError with the nearest positions or velocities that fit."""
+    equations = natural_equations(parts, natural_on_grid(parts, np.zeros(len(parts.power)), tables.times[:1]))
+    q, v = (x.copy() for x in parts.start)
+    zero = np.zeros_like(q)
+    _look(equations, 0, q, v, zero)
+    phi, phi_q = equations.work.phi.copy(), equations.work.phi_q.copy()
+    if len(phi) == 0:
+        return q, v, phi_q
+    worst = int(np.abs(phi).argmax())
+    if abs(phi[worst]) > FEASIBLE:
+        fixed = q.copy()
+        for _ in range(50):
+            _look(equations, 0, fixed, v, zero)
+            fixed -= np.linalg.lstsq(equations.work.phi_q, equations.work.phi, rcond=RANK)[0]
+        left, size = float(np.abs(equations.work.phi).max()), float(np.abs(fixed - q).max())
+        name = parts.row_names[worst]
+        if left > FEASIBLE:
+            raise AssemblyError(
+                f"conditions contradict each other: '{name}' is off by {abs(phi[worst]):.3g}, and no nearby "
+                f"positions satisfy all of them (best residual {left:.3g}). Check points, axes and lengths",
+                fixed,
+                size,
+            )
+        raise AssemblyError(
+            f"initial positions do not satisfy the conditions: '{name}' is off by {abs(phi[worst]):.3g} "
+            "(allowed "
+            f"{FEASIBLE:.0e}). The nearest assembled positions move a coordinate by up to {size:.3g}",
+            fixed,
+            size,
+        )
+    rate = phi_q @ v + equations.chart.t1
+    worst = int(np.abs(rate).argmax())
+    if abs(rate[worst]) > 1e-8 * max(1.0, np.abs(v).max(initial=0.0)):
+        move = np.linalg.lstsq(phi_q, rate, rcond=RANK)[0]
+        raise AssemblyError(
+            f"initial velocities do not satisfy the conditions: '{parts.row_names[worst]}' changes at "
+            f"{abs(rate[worst]):.3g} per second. Give one point's velocity and take moving(system, "
+            f"{{...}}) for the "
+            "others",
+            v - move,
+            float(np.abs(move).max()),
+        )
+    return q, v, phi_q
+
+
+def moving(system: NaturalSystem, known: dict[str, tuple[float, float, float]]) -> NaturalSystem:
+    """The system with the velocities of some points (m/s) or unit vectors (1/s) given, and all others
+    following.
+
+    Where the conditions leave freedom the others move as little as possible. Raises AssemblyError when the
+    conditions do not allow the given velocities.
+    """
+    parts = natural_compiled(system)
+    tables = natural_on_grid(parts, np.zeros(len(parts.power)), np.zeros(1))
+    equations = natural_equations(parts, tables)
+    q = parts.start[0].copy()
+    _look(equations, 0, q, np.zeros_like(q), np.zeros_like(q))
+    rows, right = [equations.work.phi_q], [-equations.chart.t1]
+    for name, velocity in known.items():
+        if name not in parts.index:
+            raise ValueError(f"system has no point or vector '{name}'; it has {', '.join(parts.index)}")
+        at = parts.index[name]
+        if at >= len(q):
+            raise ValueError(f"'{name}' is fixed and cannot move")
+        rows.append(np.eye(len(q))[at : at + 3])
+        right.append(np.array(velocity, float))
+    matrix, value = np.vstack(rows), np.concatenate(right)
+    v = np.linalg.lstsq(matrix, value, rcond=RANK)[0]
+    off = float(np.abs(matrix @ v - value).max())
+    if off > 1e-9 * max(1.0, float(np.abs(v).max())):
+        raise AssemblyError(
+            f"the conditions do not allow the velocities of {', '.join(known)}: off by {off:.3g}. Give "
+            "one point's "
+            "velocity along its path",
+            v,
+            off,
+        )
+
+    def of(name: str) -> tuple[float, float, float]:
+        at = parts.index[name]
+        x, y, z = (float(u) for u in v[at : at + 3]) if at < len(q) else (0.0, 0.0, 0.0)
+        return x, y, z
+
+    return replace(
+        parts.full,
+        points=tuple(replace(p, velocity=of(p.name)) for p in parts.full.points),
+        vectors=tuple(replace(u, rate=of(u.name)) for u in parts.full.vectors),
+    )
+
+
+def simulate_natural(
+    system: NaturalSystem, density: Array, times: Array, scheme: Scheme | None = None
+) -> NaturalTrajectory:
+    """Run a spatial system; GeneralisedAlpha means IndependentAlpha with its rho.
+
+    Raises AssemblyError, NotConverged, or NotSupported for BDF2 and VelocityVerlet.
+    """
+    if scheme is None:
+        scheme = GeneralisedAlpha()
+    if isinstance(scheme, GeneralisedAlpha):
+        scheme = IndependentAlpha(rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations)
+    if not isinstance(scheme, IndependentAlpha | RungeKutta8):
+        raise NotSupported(
+            f"spatial systems run with IndependentAlpha or RungeKutta8, not {type(scheme).__name__}"
+        )
+    parts = natural_compiled(system)
+    tables = natural_on_grid(parts, density, times)
+    q0, v0, phi_q = _start(parts, tables)
+    run, _ = natural_march(parts, density, times, scheme, (q0, v0))
+    lost = redundancy(parts, phi_q).rows
+    return NaturalTrajectory(
+        system=system, density=density, scheme=scheme, times=times, position=run.position,
+        velocity=run.velocity, acceleration=run.acceleration, multiplier=run.multiplier, tables=tables,
+        splits=run.splits,
+        diagnosis=Diagnosis(
+            newton_iterations=run.evaluations, factorisations=run.evaluations,
+            redundant_rows=lost, reason="natural coordinates, independent ones by pivoting",
+            notices=notices(type(scheme).__name__, run, lost, times),
+        ),
+    )  # fmt: skip
+
+
+def natural_march(
+    parts: NaturalCompiled, density: Array, times: Array, scheme: IndependentAlpha | RungeKutta8,
+    start: tuple[Array, Array],
+) -> tuple[March, tuple[Equations, Any]]:  # fmt: skip
+    """The run, with the equations and stage states that its adjoint needs."""
+    if isinstance(scheme, IndependentAlpha):
+        equations = natural_equations(parts, natural_on_grid(parts, density, times))
+        return march(equations, scheme, times, *start), (equations, None)
+    equations = natural_equations(parts, natural_on_grid(parts, density, point_times(times, C)))
+    run, sq, sv = march_rk8(equations, (A, B), times, *start)
+    return run, (equations, (sq, sv))
+
+
+def natural_gradient(trajectory: NaturalTrajectory, seeds: Any) -> Array:
+    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the run's own result; order 8 runs again."""
+    r, parts = trajectory, natural_compiled(trajectory.system)
+    if isinstance(r.scheme, IndependentAlpha):
+        return alpha_gradient(natural_equations(parts, r.tables), r.scheme, r.step, r, seeds)
+    start = r.position[0], r.velocity[0]
+    run, (equations, points) = natural_march(parts, r.density, r.times, r.scheme, start)
+    return rk8_gradient(equations, (A, B), r.times, run, points, seeds)

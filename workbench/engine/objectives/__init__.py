@@ -1,0 +1,1 @@
+"""What is read off a trajectory: quantities, and their reductions over time."""

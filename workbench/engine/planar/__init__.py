@@ -1,0 +1,1 @@
+"""Planar systems in absolute coordinates: bodies, joints, members, their runs and trajectories."""

@@ -1,0 +1,239 @@
+# mypy: ignore-errors
+"""Generalised-alpha for the index-3 DAE, compiled: eqs. (2.29), (2.30).
+
+One step, with c = (1 - alpha_f)/(1 - alpha_m) and the unknown dw (scaled: no 1/h^2 appears in the matrix):
+
+    a1 = (alpha_f w - alpha_m a)/(1 - alpha_m) + c w1
+    q1 = q + h v + h^2 ((1/2 - beta) a + beta a1),   v1 = v + h ((1 - gamma) a + gamma a1)
+    [M + h gamma c C + h^2 beta c K   Phi_q^T] [dw]        [r                  ]
+    [Phi_q                            0      ] [dlambda] = -[Phi/(h^2 beta c)   ]
+"""
+
+from numba import njit
+from numpy import cos, sin
+
+from ...compiler._kernels_dense import lu_factor, lu_solve
+from ...compiler.options import CAREFUL, INNER
+from ...elements._kernels_joint_forces import COINCIDENT_Y
+from .equations import evaluate
+from .pairs import pair_covector
+
+CONVERGED, STALLED, SINGULAR = 0, 1, 2
+KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are
+
+
+@njit(**INNER)
+def fill_matrix(T, W, hc, h2c, shift, matrix):
+    """The saddle matrix of the step; shift > 0 regularises redundant constraints (a proximal term)."""
+    n, m = T.mass.shape[0], T.row.shape[0]
+    for a in range(n):
+        for b in range(n):
+            matrix[a, b] = hc * W.c[a, b] + h2c * W.k[a, b]
+        matrix[a, a] += T.mass[a]
+        for r in range(m):
+            matrix[a, n + r] = W.phi_q[r, a]
+            matrix[n + r, a] = W.phi_q[r, a]
+    for r in range(m):
+        for b in range(m):
+            matrix[n + r, n + b] = 0.0
+        matrix[n + r, n + r] = -shift
+
+
+@njit(**INNER)
+def extrapolated(x, step, i):
+    """The polynomial through the six nodes before `step`, there."""
+    return (
+        6.0 * (x[step - 1, i] + x[step - 5, i]) - 15.0 * (x[step - 2, i] + x[step - 4, i])
+        + 20.0 * x[step - 3, i] - x[step - 6, i]
+    )  # fmt: skip
+
+
+@njit(**INNER)
+def turn_tangent(row, row_data, q, k, update):
+    """Add to K what an update of the joint forces (update[n:]) does by the arms of coincident points."""
+    n = k.shape[0]
+    for r in range(row.shape[0]):
+        for side in range(2):
+            body = row[r, 2 + side]
+            if 3 * body < n:
+                c, s = cos(q[3 * body + 2]), sin(q[3 * body + 2])
+                sx, sy = row_data[r, 2 * side], row_data[r, 2 * side + 1]
+                arm = c * sx - s * sy if row[r, 0] == 0 else s * sx + c * sy
+                k[3 * body + 2, 3 * body + 2] -= update[n + r] * (1.0 - 2.0 * side) * arm
+
+
+@njit(**INNER)
+def keep_tangents(W, k, c, j):
+    """Copy K, C and Phi_q out of the work space."""
+    n, m = k.shape[0], j.shape[0]
+    for a in range(n):
+        for b in range(n):
+            k[a, b] = W.k[a, b]
+            c[a, b] = W.c[a, b]
+        for r in range(m):
+            j[r, a] = W.phi_q[r, a]
+
+
+@njit(**INNER)
+def work_of(pair, q, big, fr, w, move, free):
+    """Work of the members' forces along a motion of the free bodies, systems of springs alone."""
+    total = 0.0 * move[0]
+    for p in range(pair.shape[0]):
+        pair_covector(q, pair[p, 0], pair[p, 1], free, move, big[p], w)
+        total += fr[p, 0] * w[0] + fr[p, 1] * w[1] + fr[p, 2] * w[2]
+    return total
+
+
+@njit(**CAREFUL)
+def alpha_forward(
+    T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info,
+    keep_k, keep_c, keep_j, keep_e,
+):  # fmt: skip
+    """Integrate from node 0 (all of whose arrays are set) to the end of q (steps + 1, n).
+
+    settings: tolerance, most iterations, shift, reuse of factors, 1 when tangents depend on velocities.
+    info: status, step, Newton iterations, last update, factorisations.
+    keep_k, keep_c (steps + 1, n, n), keep_j (steps + 1, m, n): tangents at the converged states, for the
+    adjoint; empty to keep none. keep_e (steps + 1,): the springs' energy there, or empty.
+    Where the motion is smooth, accelerations extrapolated to sixth order leave an update of rounding size:
+    one full Newton iteration then solves the step, and its tangents are those of the converged state.
+    Elsewhere the second iteration evaluates them in passing, or a last evaluation does.
+    """
+    am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
+    steps, n = q.shape[0] - 1, q.shape[1]
+    m = lam.shape[1]
+    tolerance, most, shift, reuse = settings[0], int(settings[1].real), settings[2], settings[3] > 0.0
+    c = (1.0 - af) / (1.0 - am)
+    hc, h2c = h * gamma * c, h * h * beta * c
+    for i in range(n):
+        acc[i] = w[0, i]
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, abs(w[0, i]))
+    fresh = False
+    keep = keep_k.shape[0] > 0
+    pinned = True  # K depends on the joint forces by the arms of coincident points alone, if at all
+    for r in range(m):
+        if T.row[r, 0] > COINCIDENT_Y:
+            pinned = False
+    strongest = 0.0
+    smooth, attempts = False, 8  # rounding of the joints may hide a smooth motion: then it is given up
+    if shift.real > 0.0:
+        attempts = 0  # multipliers of redundant joints have no unique value to extrapolate
+    for step in range(1, steps + 1):
+        q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
+        for i in range(n):
+            # exact for straight lines and for the alternation that rho = 1 leaves in w and lambda
+            if smooth:
+                w1[i] = extrapolated(w, step, i)
+            else:
+                w1[i] = w[step - 1, i] + w[step - 2, i] - w[step - 3, i] if step > 2 else w[step - 1, i]
+            known = (af * w[step - 1, i] - am * acc[i]) / (1.0 - am)
+            a1 = known + c * w1[i]
+            q1[i] = q[step - 1, i] + h * v[step - 1, i] + h * h * ((0.5 - beta) * acc[i] + beta * a1)
+            v1[i] = v[step - 1, i] + h * ((1.0 - gamma) * acc[i] + gamma * a1)
+            acc[i] = known  # completed with c w1 after the iteration
+        for r in range(m):
+            l1[r] = lam[step - 1, r]
+            if smooth:
+                l1[r] = extrapolated(lam, step, r)
+            elif step > 2:
+                l1[r] += lam[step - 2, r] - lam[step - 3, r]
+        old, theta = -1.0, 1.0
+        done = False
+        refresh = (not reuse) or (not fresh) or smooth
+        closed = False  # whether W was evaluated after the last update
+        seen = settled = False  # whether W holds tangents of this iteration; whether its update is rounding
+        for iteration in range(most + 1):
+            if iteration == most and not done:
+                break
+            # one place where the equations are evaluated: they are most of what has to be compiled
+            seen = refresh or done or (keep and iteration > 0)
+            evaluate(T, W, step, q1, v1, l1, z[step - 1], zdot[step - 1], 0.5 * h, seen)
+            if done:
+                closed = True
+                break
+            info[2] += 1
+            if refresh:
+                fill_matrix(T, W, hc, h2c, shift, matrix)
+                info[4] += 1
+                if lu_factor(matrix, pivot) > 0:
+                    info[0], info[1] = SINGULAR, step
+                    return
+                fresh = True
+            for i in range(n):
+                rhs[i] = -(T.mass[i] * w1[i] + W.force[i])
+            for r in range(m):
+                rhs[n + r] = -W.phi[r] / h2c
+            lu_solve(matrix, pivot, rhs)
+            size, level, extent, quickest = 0.0, 0.0, 1.0, 0.0
+            for i in range(n):
+                w1[i] += rhs[i]
+                q1[i] += h2c * rhs[i]
+                v1[i] += hc * rhs[i]
+                size = max(size, abs(rhs[i]))
+                level = max(level, abs(w1[i]))
+                extent = max(extent, abs(q1[i]))
+                quickest = max(quickest, abs(v1[i]))
+            change = 0.0
+            for r in range(m):
+                l1[r] += rhs[n + r]
+                change = max(change, abs(rhs[n + r]))
+                strongest = max(strongest, abs(l1[r]))
+            info[3] = size
+            if not size < 1e200:
+                break
+            level = max(level, largest)
+            stiffest = strongest  # joint forces enter K by their arms, beside the stiffness of all else
+            if seen:
+                for i in range(n):
+                    stiffest = max(stiffest, abs(W.k[i, i]) / extent)
+            settled = abs(h2c) * size <= KEPT * extent and (pinned or change <= 1e-11 * stiffest)
+            if settings[4].real > 0.0 and abs(hc) * size > KEPT * quickest:
+                settled = False
+            if smooth and refresh and settled:
+                if pinned:
+                    turn_tangent(T.row, T.row_data, W.q, W.k, rhs)
+                theta = 0.0
+                done = True
+                break
+            if old > 0.0:
+                theta = size / old
+            # error left ~ size theta/(1 - theta); where it no longer shrinks, rounding is reached, and near
+            # singular positions of the joints the rounding of Phi moves the accelerations far more
+            left = size if old < 0.0 else size * min(theta, 0.9) / (1.0 - min(theta, 0.9))
+            floor = 1e-9 * level
+            if m > 0:
+                floor = max(floor, (3e-15 if iteration < 8 else 1e-12) * extent / h2c.real)
+            if left <= tolerance.real * level or (old > 0.0 and theta > 0.3 and size <= floor):
+                done = True
+                if not keep or (seen and settled):
+                    break
+            refresh = old > 0.0 and theta > 0.1 and (iteration > 4 or not refresh)
+            old = size
+        if not done:
+            info[0], info[1] = STALLED, step
+            return
+        if smooth and theta > 0.0:
+            attempts -= 1
+        if theta > 0.05:
+            fresh = False
+        if keep:
+            keep_tangents(W, keep_k[step], keep_c[step], keep_j[step])
+            if keep_e.shape[0] > 0:
+                keep_e[step] = W.energy[0]
+                if not closed:
+                    keep_e[step] += h2c * work_of(T.pair, W.q, W.big, W.fr, W.row_g, rhs, n // 3)
+        for i in range(n):
+            acc[i] += c * w1[i]
+            largest = max(largest, abs(w1[i]))
+        smooth = keep and step > 6 and attempts > 0
+        if smooth:
+            for i in range(n):
+                off = abs(h2c) * abs(w1[i] - extrapolated(w, step, i))
+                if off > KEPT * extent:  # rho below 1 damps an alternation of the start by rho in a step
+                    smooth = False
+        for e in range(z.shape[1]):
+            z[step, e] = W.z[e]
+            zdot[step, e] = W.zdot[e]
+    info[0], info[1] = CONVERGED, steps

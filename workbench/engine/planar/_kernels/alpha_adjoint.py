@@ -1,0 +1,202 @@
+# mypy: ignore-errors
+"""The discrete adjoint of generalised-alpha, compiled: the steps of `_kernels_alpha` transposed, backwards.
+
+Every step is linearised at its converged state, so the adjoint is exact to rounding. Several objectives of a
+run are rows of one sweep: the tangents are evaluated (or recalled) and factored once per step, and each row
+costs one solve and a few products.
+"""
+
+from numba import njit
+
+from ...compiler._kernels_dense import lu_factor, lu_solve_transposed
+from ...compiler.options import ENTRY, INNER
+from .alpha import keep_tangents
+from .equations import evaluate, set_state
+from .pairs import pair_covector, pull_back
+
+
+@njit(**ENTRY)
+def linearise(T, W, first, h, q, v, lam, z, zdot, k, c, j, b):
+    """Fill the tangents of the nodes first..first+len(k)-1: k, c (., n, n), j (., m, n), b (., B, 10).
+
+    b holds dg/dD (1), dF/dD, dg/dX and dD/dX (3 each) of the bushings.
+    """
+    for a in range(k.shape[0]):
+        step = first + a
+        before = max(step - 1, 0)
+        half = 0.5 * h if step > 0 else 0.0
+        evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, a >= 0)
+        keep_tangents(W, k[a], c[a], j[a])
+        for e in range(z.shape[1]):
+            b[a, e, 0] = W.gz[e]
+            for i in range(3):
+                b[a, e, 1 + i] = W.fz[e, i]
+                b[a, e, 4 + i] = W.gx[e, i]
+                b[a, e, 7 + i] = W.zx[e, i]
+
+
+@njit(**INNER)
+def damage_back(D, at, row, half):
+    """Take the costate of the damage of a row to the start of its step; the seeds of the step come after."""
+    eta, lz = D.costate[row, 0], D.costate[row, 1]
+    for e in range(eta.shape[0]):
+        lz[e] = -eta[e] * (1.0 + half * D.slopes[at, e, 0])
+        eta[e] *= -half
+
+
+@njit(**INNER)
+def damage_to_motion(D, at, row, out):
+    """out (n,) += sum over the bushings of J^T (eta dg/dX + lz dD/dX)."""
+    eta, lz, free = D.costate[row, 0], D.costate[row, 1], out.shape[0] // 3
+    for e in range(eta.shape[0]):
+        p = D.bushing_pair[e]
+        i, j = D.pair[p, 0], D.pair[p, 1]
+        g, d = D.slopes[at, e, 4:7], D.slopes[at, e, 7:10]
+        f0, f1, f2 = eta[e] * g[0] + lz[e] * d[0], eta[e] * g[1] + lz[e] * d[1], eta[e] * g[2] + lz[e] * d[2]
+        pull_back(D.q, i, j, free, D.big[p], f0, f1, f2, out)
+
+
+@njit(**INNER)
+def motion_to_damage(D, at, row, mu, half):
+    """eta: the costate of the damage at the start of the step, from the adjoint mu (n,) of its forces."""
+    eta, lz, w, free = D.costate[row, 0], D.costate[row, 1], D.row_g, mu.shape[0] // 3
+    for e in range(eta.shape[0]):
+        p = D.bushing_pair[e]
+        pair_covector(D.q, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
+        b = D.slopes[at, e]
+        eta[e] = -(lz[e] + b[1] * w[0] + b[2] * w[1] + b[3] * w[2]) / (1.0 - half * b[0])
+
+
+@njit(**INNER)
+def solve_row(matrix, unshifted, pivot, rhs, right, n, shift):
+    """Solve the transposed saddle matrix for rhs (n + m,).
+
+    Redundant constraints shift it: two corrections follow then, towards the `unshifted` matrix, with `right`
+    (2, n + m) as work space. Without them `unshifted` is None, and the corrections are compiled away.
+    """
+    if unshifted is None:
+        lu_solve_transposed(matrix, pivot, rhs)
+    else:
+        total = rhs.shape[0]
+        for a in range(total):
+            right[0, a], right[1, a] = rhs[a], rhs[a]
+            rhs[a] = 0.0
+        for _ in range(3):
+            lu_solve_transposed(matrix, pivot, right[1])
+            for a in range(total):
+                rhs[a] += right[1, a]
+            for a in range(total):
+                value = right[0, a]
+                for b in range(total):
+                    value -= unshifted[b, a] * rhs[b]
+                if a >= n:
+                    value -= shift * rhs[a]
+                right[1, a] = value
+
+
+@njit(**INNER)
+def fill_kept(mass, k, c, j, hc, h2c, shift, matrix):
+    """The saddle matrix of the step from kept tangents; `fill_matrix` with these arguments slows the forward
+    loop by a third."""
+    n, m = mass.shape[0], j.shape[0]
+    for a in range(n):
+        for b in range(n):
+            matrix[a, b] = hc * c[a, b] + h2c * k[a, b]
+        matrix[a, a] += mass[a]
+        for r in range(m):
+            matrix[a, n + r] = j[r, a]
+            matrix[n + r, a] = j[r, a]
+    for r in range(m):
+        for b in range(m):
+            matrix[n + r, n + b] = 0.0
+        matrix[n + r, n + r] = -shift
+
+
+@njit(**ENTRY)
+def alpha_adjoint(
+    mass, scheme, h, first_node, q, starts, at, seed_q, seed_v, seed_w, seed_l,
+    matrix, unshifted, rhs, right, pivot, shift, costate, mu, keep_k, keep_c, keep_j, D,
+):  # fmt: skip
+    """Fill mu (nodes, R, n), the adjoint of the equations of motion, for R rows at once on some nodes.
+
+    keep_k, keep_c, keep_j, D.slopes: tangents as from `linearise` at the nodes from first_node on; stretches
+    follow one another backwards, with the same costates.
+    starts (R,): the latest node of each row, descending; mu of later nodes is left as it is.
+    at (E, 2): node and row of every seed, nodes descending; seed_* (E, ...) are dG/d(node state).
+    The gradient of a row is the sum over the nodes of (dr/dparameter)^T mu.
+    It takes arrays one by one, not the whole tables: so it is compiled once for all kinds of systems. What
+    only some have is None for the others, and compiled away: D, a `DamageSweep`, without bushings; unshifted
+    (n + m, n + m) without redundant constraints.
+    costate (R, 4, n): zeros at first; rhs (R, n + m) and the rest are work space.
+    """
+    am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
+    n, m = q.shape[1], keep_j.shape[1]
+    c = (1.0 - af) / (1.0 - am)
+    active, cursor = 0, 0
+    last = min(starts[0], first_node + keep_k.shape[0] - 1)
+    while cursor < at.shape[0] and at[cursor, 0] > last:
+        cursor += 1
+    for back in range(last - first_node + 1):
+        step = last - back
+        here = step - first_node
+        k, damper, j = keep_k[here], keep_c[here], keep_j[here]
+        first = step == 0
+        # node 0 solves the consistent initial accelerations, where a = w: the same lines with h = 0, c = 1
+        ahead = 0.0 if first else h * gamma
+        ahead2 = 0.0 if first else h * h * beta
+        share = 1.0 if first else c
+        fill_kept(mass, k, damper, j, share * ahead, share * ahead2, shift, matrix)
+        if unshifted is not None:
+            for row in range(n + m):
+                for i in range(n + m):
+                    unshifted[row, i] = matrix[row, i]
+        lu_factor(matrix, pivot)
+        while active < starts.shape[0] and starts[active] >= step:
+            active += 1
+        for row in range(active):
+            for r in range(m):
+                rhs[row, n + r] = 0.0
+        if D is not None:
+            set_state(D.pair, D.motion, step, q[step], D.rates[step], D.q, D.v, D.big)
+            for row in range(active):
+                damage_back(D, here, row, 0.5 * h)
+        while cursor < at.shape[0] and at[cursor, 0] == step:
+            row = at[cursor, 1]
+            for i in range(n):
+                costate[row, 0, i] += seed_q[cursor, i]
+                costate[row, 1, i] += seed_v[cursor, i]
+                costate[row, 3, i] += seed_w[cursor, i]
+            for r in range(m):
+                rhs[row, n + r] -= seed_l[cursor, r]
+            if D is not None:
+                for e in range(D.seed.shape[1]):
+                    D.costate[row, 1, e] += D.seed[cursor, e]
+            cursor += 1
+        for row in range(active):
+            lq, lv, la, lw = costate[row, 0], costate[row, 1], costate[row, 2], costate[row, 3]
+            x, m_row = rhs[row], mu[step, row]
+            if D is not None:
+                damage_to_motion(D, here, row, lq)
+            for i in range(n):
+                x[i] = -(lw[i] + share * (la[i] + ahead * lv[i] + ahead2 * lq[i]))
+            solve_row(matrix, unshifted, pivot, x, right, n, shift)
+            for i in range(n):
+                m_row[i] = x[i]
+            if first:
+                continue
+            if D is not None:
+                motion_to_damage(D, here, row, m_row, 0.5 * h)
+            for a in range(n):
+                for i in range(n):
+                    lq[i] += k[a, i] * x[a]
+                    lv[i] += damper[a, i] * x[a]
+            for r in range(m):
+                y = x[n + r] / (share * ahead2)
+                for i in range(n):
+                    lq[i] += j[r, i] * y
+            for i in range(n):
+                tq, tv = lq[i], lv[i]
+                ta = la[i] + ahead * tv + ahead2 * tq
+                lv[i] = tv + h * tq
+                la[i] = h * h * (0.5 - beta) * tq + h * (1.0 - gamma) * tv - am / (1.0 - am) * ta
+                lw[i] = af / (1.0 - am) * ta

@@ -1,0 +1,120 @@
+"""The flat arrays that the compiled kernels read and the work space they write.
+
+`Tables` is one planar system at one time grid: nothing in it is a Python object. Bodies 0..free-1 move freely
+(coordinates x, y, theta in a row), the others follow prescribed motions, the last one is the ground.
+Loads, motions and drives are sampled at the grid before the run, so any Python function of time may be used.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compiler.records import passed_as_record
+
+__all__ = ["DamageSweep", "SpringTables", "Tables", "Work", "work_space"]
+
+Array = np.ndarray[Any, Any]
+
+
+@passed_as_record
+class Tables(NamedTuple):
+    """One system at one time grid; N members, P pairs, S segments, T joint springs, B bushings, m rows."""
+
+    mass: Array  # (3 free,) diagonal of the mass matrix
+    gravity: Array  # (3 free,) generalised force
+    pair: Array  # (P, 2) body 1, body 2
+    segment: Array  # (S, 4) pair, law code, first, last member
+    geometry: Array  # (6, N) s1x, s1y, s2x, s2y, offset^2, natural length
+    law: Array  # (9, N) parameters of the laws
+    scale: Array  # (N,) alpha^power
+    torsion_pair: Array  # (T,)
+    torsion: Array  # (7, T)
+    bushing_pair: Array  # (B,)
+    bushing: Array  # (18, B)
+    row: Array  # (m, 4) kind, pair, body 1, body 2
+    row_data: Array  # (m, 7)
+    load: Array  # (L, 4) body, follower, index of the sample row, 0
+    load_point: Array  # (L, 2) body-frame point
+    times: Array  # (samples,)
+    load_sample: Array  # (samples, L, 3) fx, fy, torque
+    motion: Array  # (samples, 2, 3 prescribed) q and v of the prescribed bodies
+    drive: Array  # (samples, m)
+
+
+SpringTables = NamedTuple("SpringTables", [(name, Array) for name in Tables._fields])  # type: ignore[misc]
+passed_as_record(SpringTables)
+SpringTables.__doc__ = """The same fields, for systems of undamped springs and revolute joints alone.
+
+Its own type, so that the kernels compile for it without the code of all other elements: three times faster.
+"""
+
+
+@passed_as_record
+class Work(NamedTuple):
+    """What one evaluation writes; the arrays are reused from step to step."""
+
+    q: Array  # (3 bodies,) full coordinates
+    v: Array
+    force: Array  # (n,) internal minus external forces plus Phi_q^T lambda
+    k: Array  # (n, n)
+    c: Array  # (n, n)
+    phi: Array  # (m,)
+    phi_q: Array  # (m, n)
+    big: Array  # (P, 6) pair coordinates and rates
+    fr: Array  # (P, 3)
+    kr: Array  # (P, 3, 3)
+    cr: Array  # (P, 3, 3)
+    half: Array  # (3, 6)
+    row_g: Array  # (3,)
+    row_h: Array  # (3, 3)
+    delta: Array  # (N,)
+    rate: Array
+    f: Array
+    fd: Array
+    fv: Array
+    z: Array  # (B,) damage at the end of the step
+    zdot: Array  # (B,)
+    gz: Array  # (B,)
+    fz: Array  # (B, 3)
+    gx: Array  # (B, 3)
+    zx: Array  # (B, 3)
+    out: Array  # (3,)
+    energy: Array  # (1,) stored in the undamped springs, where tangents were asked for
+
+
+@passed_as_record
+class DamageSweep(NamedTuple):
+    """What the adjoint of bushings needs beside the tangents; systems without bushings have none."""
+
+    bushing_pair: Array  # (B,)
+    pair: Array  # (P, 2) body 1, body 2
+    motion: Array  # (samples, 2, 3 prescribed)
+    q: Array  # (3 bodies,) work space, as in `Work`
+    v: Array
+    big: Array  # (P, 6)
+    row_g: Array  # (3,)
+    rates: Array  # (nodes, n) velocities of the run
+    seed: Array  # (E, B) dG/d(damage)
+    costate: Array  # (R, 2, B)
+    slopes: Array  # (., B, 10) as from `linearise`
+
+
+def work_space(tables: Tables, dtype: Any = np.float64) -> Work:
+    """Arrays for the evaluations of one system."""
+    n, m, p = len(tables.mass), len(tables.row), len(tables.pair)
+    full = n + tables.motion.shape[2]
+    members, bushings = tables.scale.size, tables.bushing_pair.size
+
+    def zeros(*shape: int) -> Array:
+        return np.zeros(shape, dtype)
+
+    return Work(
+        q=zeros(full), v=zeros(full), force=zeros(n), k=zeros(n, n), c=zeros(n, n),
+        phi=zeros(m), phi_q=zeros(m, n),
+        big=zeros(p, 6), fr=zeros(p, 3), kr=zeros(p, 3, 3), cr=zeros(p, 3, 3),
+        half=zeros(3, 6),
+        row_g=zeros(3), row_h=zeros(3, 3),
+        delta=zeros(members), rate=zeros(members), f=zeros(members), fd=zeros(members), fv=zeros(members),
+        z=zeros(bushings), zdot=zeros(bushings), gz=zeros(bushings),
+        fz=zeros(bushings, 3), gx=zeros(bushings, 3), zx=zeros(bushings, 3), out=zeros(3), energy=zeros(1),
+    )  # fmt: skip

@@ -1,0 +1,296 @@
+"""From a `System` to the flat tables of the kernels, once per system, and its samples on a time grid.
+
+Members are sorted into segments (one pair of bodies, one law); `order` maps segment position to member
+number.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ..elements.laws import Member, UserLaw
+from ..elements.prescribed_motion import Motion, _slope
+from ..errors import InvalidSystem
+from ._kernels.equations import FUSED
+from ._kernels.tables import SpringTables, Tables
+from .joints import (
+    ANGLE,
+    COINCIDENT_Y,
+    DISTANCE,
+    LINE,
+    Row,
+)
+from .system import System
+
+__all__ = ["Compiled", "UserSegment", "compiled", "on_grid"]
+
+Array = np.ndarray[Any, Any]
+
+COINCIDENT = 1e-9  # m; members shorter than this are treated as this long, so coincident ends give b = 0
+_GROUND = Motion(
+    position=lambda t: (0.0, 0.0, 0.0),
+    velocity=lambda t: (0.0, 0.0, 0.0),
+    acceleration=lambda t: (0.0, 0.0, 0.0),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UserSegment:
+    """Members of one user's law between one pair of bodies: positions first..last-1 in segment order."""
+
+    law: UserLaw
+    pair: int
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Compiled:
+    """The time-independent tables of a system."""
+
+    system: System
+    arrays: dict[str, Array]
+    order: Array  # (N,) member number at each segment position
+    inverse: Array | None  # (N,) segment position of each member; None where they stand in order
+    power: Array  # (N,) SIMP power in member order
+    row_names: tuple[str, ...]
+    drives: tuple[Callable[[float], float] | None, ...]
+    motions: tuple[Motion, ...]  # prescribed bodies and the ground
+    user: tuple[UserSegment, ...]
+    start: tuple[Array, Array]  # q, v
+
+    @property
+    def fused(self) -> bool:
+        """Whether the compiled time loops can run it (no law of the user's own)."""
+        return not self.user
+
+
+_CACHE: WeakKeyDictionary[System, Compiled] = WeakKeyDictionary()
+
+
+def compiled(system: System) -> Compiled:
+    """The compiled tables of a system, built on first use and kept as long as the system lives."""
+    found = _CACHE.get(system)
+    if found is None:
+        found = _CACHE[system] = _compile(system)
+    return found
+
+
+class _Pairs:
+    """Directed pairs of bodies, numbered as they are asked for."""
+
+    def __init__(self, system: System) -> None:
+        names = [body.name for body in (*system.free, *system.prescribed)]
+        self.index = {name: i for i, name in enumerate([*names, "ground"])}
+        self.numbers: dict[tuple[int, int], int] = {}
+
+    def __call__(self, a: str, b: str) -> int:
+        key = (self.index[a], self.index[b])
+        return self.numbers.setdefault(key, len(self.numbers))
+
+    def array(self) -> Array:
+        return np.array(list(self.numbers), np.int64).reshape(-1, 2)
+
+
+def _compile(system: System) -> Compiled:
+    pairs = _Pairs(system)
+    bodies = (*system.free, *system.prescribed)
+    places = [np.array(b.position if b.motion is None else b.motion.place(0.0), float) for b in bodies]
+    places.append(np.zeros(3))
+    order, segments, geometry, law, user = _segments(system.members, pairs, places)
+
+    gravity = np.zeros((len(system.free), 3))
+    mass = np.array([(b.mass, b.mass, b.inertia) for b in system.free], float)
+    for i, body in enumerate(system.free):
+        if body.gravity:
+            gravity[i, :2] = body.mass * np.asarray(system.gravity)
+
+    torsion = [
+        (
+            s.k, s.c, places[pairs.index[s.a]][2] - places[pairs.index[s.b]][2] if s.rest is None else s.rest,
+            s.k_stop, s.upper, s.lower, s.width,
+        )
+        for s in system.springs
+    ]  # fmt: skip
+    torsion_pair = [pairs(s.a, s.b) for s in system.springs]
+    bushing_pair = [pairs(b.a, b.b) for b in system.bushings]
+    rows, data, names, drives = _rows(system, pairs, places)
+    load = [(pairs.index[load.body], int(load.follower), 0, 0) for load in system.loads]
+    arrays = {
+        "mass": mass.ravel(),
+        "gravity": gravity.ravel(),
+        "pair": pairs.array(),
+        "segment": np.array(segments, np.int64).reshape(-1, 4),
+        "geometry": geometry,
+        "law": law,
+        "torsion_pair": np.array(torsion_pair, np.int64),
+        "torsion": np.ascontiguousarray(np.array(torsion, float).reshape(-1, 7).T),
+        "bushing_pair": np.array(bushing_pair, np.int64),
+        "bushing": np.ascontiguousarray(
+            np.array([b.column() for b in system.bushings], float).reshape(-1, 18).T
+        ),
+        "row": np.array(rows, np.int64).reshape(-1, 4),
+        "row_data": np.array(data, float).reshape(-1, 7),
+        "load": np.array(load, np.int64).reshape(-1, 4),
+        "load_point": np.array([load.point for load in system.loads], float).reshape(-1, 2),
+    }
+    q0 = np.array([b.position for b in system.free], float).ravel()
+    v0 = np.array([b.velocity for b in system.free], float).ravel()
+    return Compiled(
+        system=system,
+        arrays=arrays,
+        order=order,
+        inverse=None if (np.diff(order) > 0).all() else np.argsort(order),
+        power=np.array([m.power for m in system.members], float),
+        row_names=tuple(names),
+        drives=tuple(drives),
+        motions=(*(b.motion for b in system.prescribed if b.motion is not None), _GROUND),
+        user=user,
+        start=(q0, v0),
+    )
+
+
+def _segments(
+    members: tuple[Member, ...], pairs: _Pairs, places: list[Array]
+) -> tuple[Array, list[tuple[int, int, int, int]], Array, Array, tuple[UserSegment, ...]]:
+    """Sort members by pair and law; a member's ends may be exchanged, its length does not care."""
+    count = len(members)
+    keys, ends = [], []
+    for member in members:
+        swap = pairs.index[member.a] > pairs.index[member.b]
+        a, b = (member.b, member.a) if swap else (member.a, member.b)
+        ends.append((member.point_b, member.point_a) if swap else (member.point_a, member.point_b))
+        code = member.law.code
+        if code == 0 and member.law.parameters[1] == 0.0:  # type: ignore[index]
+            code = FUSED
+        keys.append((pairs(a, b), code, id(member.law) if code == UserLaw.code else 0))
+    order = np.array(sorted(range(count), key=lambda i: (keys[i], i)), np.int64)
+
+    geometry = np.zeros((6, count))
+    law = np.zeros((9, count))
+    pair_list = list(pairs.numbers)
+    for at, i in enumerate(order):
+        member, (s1, s2) = members[i], ends[i]
+        offset2 = max(member.offset**2, COINCIDENT**2)
+        length = member.natural_length
+        if length is None:
+            one, two = pair_list[keys[i][0]]
+            d = _point(places[one], s1) - _point(places[two], s2)
+            length = float(np.sqrt(d @ d + offset2))
+        geometry[:, at] = (*s1, *s2, offset2, length)
+        if not isinstance(member.law, UserLaw):
+            column = member.law.parameters
+            law[: len(column), at] = column
+
+    segments: list[tuple[int, int, int, int]] = []
+    user: list[UserSegment] = []
+    first = 0
+    for at in range(1, count + 1):
+        if at == count or keys[order[at]] != keys[order[first]]:
+            pair, code, _ = keys[order[first]]
+            segments.append((pair, code, first, at))
+            owner = members[order[first]].law
+            if isinstance(owner, UserLaw):
+                user.append(UserSegment(law=owner, pair=pair, first=first, last=at))
+            first = at
+    return order, segments, geometry, law, tuple(user)
+
+
+def _rows(
+    system: System, pairs: _Pairs, places: list[Array]
+) -> tuple[list[tuple[int, int, int, int]], list[tuple[float, ...]], list[str], list[Any]]:
+    rows: list[tuple[int, int, int, int]] = []
+    data: list[tuple[float, ...]] = []
+    names: list[str] = []
+    drives: list[Any] = []
+    for number, joint in enumerate(system.joints):
+        label = joint.name or f"{type(joint).__name__} {number} ({joint.a}-{joint.b})"
+        i, j = pairs.index[joint.a], pairs.index[joint.b]
+        for part, row in enumerate(joint.rows()):
+            target = _start_value(row, places[i], places[j]) if row.target is None else row.target
+            if row.kind == DISTANCE and not target > 0.0:
+                raise InvalidSystem(f"joint '{label}' needs a length > 0 m, got {target}")
+            pair = pairs(joint.a, joint.b) if row.kind >= LINE else 0
+            rows.append((row.kind, pair, i, j))
+            data.append((*row.point_a, *row.point_b, *row.normal, target))
+            names.append(f"{label}, row {part}")
+            drives.append(row.drive)
+    return rows, data, names, drives
+
+
+def _point(place: Array, s: tuple[float, float]) -> Array:
+    c, si = np.cos(place[2]), np.sin(place[2])
+    return np.array([place[0] + c * s[0] - si * s[1], place[1] + si * s[0] + c * s[1]])
+
+
+def _start_value(row: Row, a: Array, b: Array) -> float:
+    if row.kind == ANGLE:
+        return float(a[2] - b[2])
+    d = _point(a, row.point_a) - _point(b, row.point_b)
+    if row.kind == DISTANCE:
+        return float(np.hypot(*d))
+    c, s = np.cos(b[2]), np.sin(b[2])
+    return float(row.normal[0] * (c * d[0] + s * d[1]) + row.normal[1] * (c * d[1] - s * d[0]))
+
+
+def plain(parts: Compiled) -> bool:
+    """Whether the system holds nothing but undamped springs, coincident points and loads."""
+    arrays = parts.arrays
+    return bool(
+        (arrays["segment"][:, 1] == FUSED).all()
+        and arrays["torsion_pair"].size == 0
+        and arrays["bushing_pair"].size == 0
+        and (arrays["row"][:, 0] <= COINCIDENT_Y).all()
+    )
+
+
+def on_grid(parts: Compiled, density: Array, times: Array) -> Tables:
+    """Tables with loads, motions and drives sampled at `times` and the densities of one design (member
+    order)."""
+    system = parts.system
+    count = len(times)
+    loads = np.zeros((count, len(system.loads), 3))
+    for index, load in enumerate(system.loads):
+        if callable(load.force) or callable(load.torque):
+            loads[:, index] = [load.sample(float(t)) for t in times]
+        else:
+            loads[:, index] = load.sample(0.0)
+    motion = np.zeros((count, 2, 3 * len(parts.motions)))
+    for index, body in enumerate(parts.motions[:-1]):
+        motion[:, 0, 3 * index : 3 * index + 3] = [body.place(float(t)) for t in times]
+        motion[:, 1, 3 * index : 3 * index + 3] = [body.speed(float(t)) for t in times]
+    drive = np.zeros((count, len(parts.drives)))
+    for index, function in enumerate(parts.drives):
+        if function is not None:
+            drive[:, index] = [function(float(t)) for t in times]
+    scale = density if (parts.power == 1.0).all() else density**parts.power
+    kind: Any = SpringTables if plain(parts) else Tables
+    return kind(  # type: ignore[no-any-return]
+        **parts.arrays,
+        scale=np.ascontiguousarray(scale[parts.order]),
+        times=np.ascontiguousarray(times, dtype=float),
+        load_sample=loads,
+        motion=motion,
+        drive=drive,
+    )
+
+
+def drive_slopes(parts: Compiled, t: float) -> tuple[Array, Array]:
+    """First and second time derivatives of the drives (fourth-order central differences)."""
+    first = np.zeros(len(parts.drives))
+    second = np.zeros(len(parts.drives))
+    for index, function in enumerate(parts.drives):
+        if function is not None:
+
+            def value(s: float, f: Callable[[float], float] = function) -> Array:
+                return np.array([f(s)])
+
+            def slope(s: float, f: Callable[[float], Array] = value) -> Array:
+                return _slope(f, s)
+
+            first[index] = slope(t)[0]
+            second[index] = _slope(slope, t)[0]
+    return first, second

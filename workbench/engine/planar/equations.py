@@ -1,0 +1,95 @@
+"""The equations of motion as the generic time loops see them, and the planar systems behind them.
+
+`Equations` is all that the loops of `stepping` and their adjoints ask for: residual, tangents and design
+derivatives at a state. Planar systems answer with the compiled kernels plus the laws that users write in
+Python;
+another kind of system (spatial trees, tyres) plugs in by answering the same questions.
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from ._kernels.equations import (
+    add_segment,
+    contract,
+    contract_segment,
+    evaluate,
+    measure_segment,
+    place,
+)
+from ._kernels.tables import Tables, work_space
+from .compiled import Compiled, UserSegment
+
+__all__ = ["Equations", "PlanarEquations"]
+
+Array = np.ndarray[Any, Any]
+
+COMPLEX_STEP = 1e-30
+
+
+class Equations(Protocol):
+    """r = M w + force, Phi = 0 at node `node` of the time grid; arrays are valid until the next call."""
+
+    size: int  # n coordinates
+    rows: int  # m constraints
+    members: int  # N designs
+    mass: Array  # (n, n)
+    force: Array  # (n,) internal minus external forces plus Phi_q^T lambda
+    stiffness: Array  # (n, n) d force/dq
+    damping: Array  # (n, n) d force/dv
+    constraint: Array  # (m,)
+    jacobian: Array  # (m, n)
+
+    def look(self, node: int, q: Array, v: Array, lam: Array) -> None:
+        """Evaluate everything at a state."""
+        ...
+
+    def contract(self, node: int, q: Array, v: Array, mu: Array, gradient: Array) -> None:
+        """gradient += (dF/dscale)^T mu."""
+        ...
+
+
+class PlanarEquations:
+    """`Equations` of a planar system on a sampled grid. Breakable bushings need the compiled loop and are
+    absent."""
+
+    def __init__(self, parts: Compiled, tables: Tables) -> None:
+        self.tables = tables
+        self.parts = parts
+        self.work = work_space(tables)
+        self.size, self.rows, self.members = len(tables.mass), len(tables.row), len(tables.scale)
+        self.mass = np.diag(tables.mass)
+        self.force, self.stiffness, self.damping = self.work.force, self.work.k, self.work.c
+        self.constraint, self.jacobian = self.work.phi, self.work.phi_q
+        self._z = np.zeros(len(tables.bushing_pair))
+
+    def look(self, node: int, q: Array, v: Array, lam: Array) -> None:
+        """Evaluate everything at a state."""
+        evaluate(self.tables, self.work, node, q, v, lam, self._z, self._z, 0.0, True)
+        for segment in self.parts.user:
+            self._apply(segment, float(self.tables.times[node]))
+            add_segment(self.tables, self.work, segment.pair, segment.first, segment.last, True)
+
+    def contract(self, node: int, q: Array, v: Array, mu: Array, gradient: Array) -> None:
+        """gradient (N,) += (dF/dscale)^T mu, segment order."""
+        place(self.tables, self.work, node, q, v)
+        contract(self.tables, self.work, node, mu, gradient)
+        for segment in self.parts.user:
+            self._apply(segment, float(self.tables.times[node]))
+            contract_segment(self.tables, self.work, segment.pair, segment.first, segment.last, mu, gradient)
+
+    def _apply(self, segment: UserSegment, t: float) -> None:
+        """Fill the work arrays of one user's segment: force and slopes at unit density."""
+        w, part, law = self.work, slice(segment.first, segment.last), segment.law
+        measure_segment(self.tables, w, segment.pair, segment.first, segment.last)
+        delta, rate = w.delta[part].copy(), w.rate[part].copy()
+        w.f[part] = np.broadcast_to(np.real(law.force(delta, rate, t, **law.parameters)), delta.shape)
+        if law.slopes is not None:
+            w.fd[part], w.fv[part] = law.slopes(delta, rate, t, **law.parameters)
+            return
+        step = COMPLEX_STEP * 1j
+        by_delta = law.force(delta + step, rate + 0j, t, **law.parameters)
+        by_rate = law.force(delta + 0j, rate + step, t, **law.parameters)
+        w.fd[part] = np.broadcast_to(np.imag(by_delta) / COMPLEX_STEP, delta.shape)
+        w.fv[part] = np.broadcast_to(np.imag(by_rate) / COMPLEX_STEP, delta.shape)

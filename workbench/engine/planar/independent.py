@@ -1,0 +1,110 @@
+"""Planar systems in independent coordinates: `IndependentAlpha`, and order 8 with joints."""
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import NotSupported
+from ..integration.chart import planar_chart, rates_of
+from ..integration.dop853_tableau import A, B, C
+from ..integration.independent import (
+    Equations,
+    March,
+    alpha_gradient,
+    march,
+    march_rk8,
+    notices,
+    point_times,
+    rk8_gradient,
+)
+from ..integration.schemes import IndependentAlpha, RungeKutta8
+from ._kernels.tables import Tables, work_space
+from .compiled import Compiled, compiled, on_grid
+from .start import check_start, redundancy
+from .trajectory import Diagnosis, Trajectory
+
+__all__ = ["independent_alpha", "jointed_rk8", "planar_gradient"]
+
+Array = np.ndarray[Any, Any]
+
+
+def _refuse(parts: Compiled, scheme: str) -> None:
+    if not parts.fused:
+        raise NotSupported(
+            f"{scheme} with joints runs the engine's own laws only; use GeneralisedAlpha(rho=0.99) or less"
+        )
+    if any(b.breakable for b in parts.system.bushings):
+        raise NotSupported(
+            f"{scheme} with joints does not carry the damage of bushings; use GeneralisedAlpha(rho=0.99) "
+            "or less"
+        )
+
+
+def planar_equations(parts: Compiled, tables: Tables) -> Equations:
+    """Work space and arrays for runs on the grid of `tables`, with the Jacobian at the start."""
+    _, _, phi_q = check_start(parts, tables)
+    return Equations(
+        tables=tables,
+        work=work_space(tables),
+        rates=rates_of(parts, tables.times),
+        chart=planar_chart(parts, tables, phi_q),
+        row_names=parts.row_names,
+    )
+
+
+def independent_alpha(
+    parts: Compiled, alpha: Array, times: Array, scheme: IndependentAlpha, *, reason: str
+) -> Trajectory:
+    """Run a system with joints. Raises AssemblyError, NotConverged or NotSupported."""
+    _refuse(parts, "IndependentAlpha")
+    tables = on_grid(parts, alpha, times)
+    q0, v0, _ = check_start(parts, tables)
+    equations = planar_equations(parts, tables)
+    return _record(parts, alpha, times, scheme, tables, march(equations, scheme, times, q0, v0), reason)
+
+
+def jointed_rk8(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
+    """Run a system with joints by order 8. Raises AssemblyError, NotConverged or NotSupported."""
+    _refuse(parts, "RungeKutta8")
+    run, _ = _rk8(parts, alpha, times)
+    tables = on_grid(parts, alpha, times)
+    return _record(parts, alpha, times, RungeKutta8(), tables, run, "RungeKutta8 as asked")
+
+
+def _rk8(parts: Compiled, alpha: Array, times: Array) -> tuple[March, tuple[Equations, Any]]:
+    tables = on_grid(parts, alpha, point_times(times, C))
+    q0, v0, _ = check_start(parts, tables)
+    equations = planar_equations(parts, tables)
+    run, sq, sv = march_rk8(equations, (A, B), times, q0, v0)
+    return run, (equations, (sq, sv))
+
+
+def _record(
+    parts: Compiled, alpha: Array, times: Array, scheme: IndependentAlpha | RungeKutta8, tables: Tables,
+    run: March, reason: str,
+) -> Trajectory:  # fmt: skip
+    bushings = np.zeros((len(times), len(tables.bushing_pair)))
+    _, _, phi_q = check_start(parts, tables)
+    lost = redundancy(parts, phi_q).rows
+    return Trajectory(
+        system=parts.system, density=alpha, scheme=scheme, times=times, position=run.position,
+        velocity=run.velocity, acceleration=run.acceleration, multiplier=run.multiplier, damage=bushings,
+        damage_rate=bushings.copy(), tables=tables, splits=run.splits,
+        diagnosis=Diagnosis(
+            newton_iterations=run.evaluations, factorisations=run.evaluations,
+            redundant_rows=lost, reason=reason, notices=notices(type(scheme).__name__, run, lost, times),
+        ),
+    )  # fmt: skip
+
+
+def planar_gradient(trajectory: Trajectory, seeds: Any) -> Array:
+    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the run's own result.
+
+    Order 8 runs its stages again. seeds: dG/d(node state) as `sensitivity.seeds` gives them.
+    """
+    r, parts = trajectory, compiled(trajectory.system)
+    if isinstance(r.scheme, IndependentAlpha):
+        equations = planar_equations(parts, r.tables)
+        return alpha_gradient(equations, r.scheme, r.step, r, seeds)
+    run, (equations, points) = _rk8(parts, r.density, r.times)
+    return rk8_gradient(equations, (A, B), r.times, run, points, seeds)

@@ -1,0 +1,320 @@
+"""simulate: integrate a system over time and return its trajectory."""
+
+import logging
+from typing import Any, overload
+
+import numpy as np
+
+from ..errors import NotConverged, NotSupported
+from ..integration.independent import CONSISTENT
+from ..integration.loops import alpha_loop, bdf2_loop
+from ..integration.schemes import (
+    BDF2,
+    GeneralisedAlpha,
+    IndependentAlpha,
+    RungeKutta8,
+    Scheme,
+    VelocityVerlet,
+)
+from ..natural.runs import NaturalTrajectory, simulate_natural
+from ..natural.system import NaturalSystem
+from ._kernels.alpha import SINGULAR, alpha_forward
+from ._kernels.tables import (
+    SpringTables,
+    Tables,
+    Work,
+    work_space,
+)
+from .compiled import Compiled, compiled, on_grid
+from .equations import PlanarEquations
+from .independent import independent_alpha
+from .runge_kutta import runge_kutta
+from .start import (
+    Redundancy,
+    accelerations_from,
+    check_start,
+    initial_accelerations,
+    redundancy,
+)
+from .system import System
+from .trajectory import Diagnosis, Tangents, Trajectory
+
+__all__ = ["simulate"]
+
+Array = np.ndarray[Any, Any]
+LOG = logging.getLogger("workbench.engine")
+
+KEEP = 32e6  # bytes of tangents that a run keeps for its adjoint; beyond, the adjoint evaluates them again
+UNDAMPED = 0.99  # above it the alternation of the joint forces may grow: eigenvalue -1, twice, at rho = 1
+SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
+
+
+def checked_density(system: System | NaturalSystem, density: Array) -> Array:
+    """(N,) densities as a fresh float array; raises ValueError for a wrong shape, negative or non-finite
+    values."""
+    alpha = np.array(density, dtype=float)
+    count = len(system.members)
+    if alpha.shape != (count,):
+        raise ValueError(f"density needs one value per member, shape ({count},), got shape {alpha.shape}")
+    if not np.isfinite(alpha).all() or (alpha < 0.0).any():
+        bad = int(np.flatnonzero(~np.isfinite(alpha) | (alpha < 0.0))[0])
+        raise ValueError(f"density needs finite values >= 0, got density[{bad}]={alpha[bad]}")
+    return alpha
+
+
+@overload
+def simulate(
+    system: System, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+) -> Trajectory: ...
+
+
+@overload
+def simulate(
+    system: NaturalSystem,
+    density: Array,
+    t_end: float = 0.2,
+    steps: int = 200,
+    *,
+    scheme: Scheme | None = None,
+) -> NaturalTrajectory: ...
+
+
+def simulate(
+    system: System | NaturalSystem,
+    density: Array,
+    t_end: float = 0.2,
+    steps: int = 200,
+    *,
+    scheme: Scheme | None = None,
+) -> Trajectory | NaturalTrajectory:
+    """Integrate the system from t = 0 to t_end in equal steps.
+
+        M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
+
+    Args:    density: (N,) alpha, one per member, >= 0    t_end: s    steps: number of steps
+             scheme: GeneralisedAlpha(rho=0.8) unless given
+    Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`.
+    Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
+    when a
+    step cannot be solved, NotSupported when the scheme cannot treat the system.
+
+    >>> from workbench.engine import Body, Member, Spring, System, simulate
+    >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
+    >>> spring = Member(a="mass", b="ground", point_b=(-1.0, 0.0), law=Spring(k=10.0))
+    >>> run = simulate(System(bodies=(mass,), members=(spring,)), [1.0], t_end=1.0, steps=200)
+    >>> float(round(run.position[-1, 0], 4))        # v0 sqrt(m/k) sin(sqrt(k/m))
+    -0.0033
+    """
+    if not np.isfinite(t_end) or t_end <= 0.0:
+        raise ValueError(f"simulate needs t_end > 0 s, got t_end={t_end}")
+    if int(steps) != steps or steps < 1:
+        raise ValueError(f"simulate needs a whole number of steps >= 1, got steps={steps}")
+    alpha = checked_density(system, density)
+    scheme = GeneralisedAlpha() if scheme is None else scheme
+    times = np.linspace(0.0, float(t_end), int(steps) + 1)
+    if isinstance(system, NaturalSystem):
+        return simulate_natural(system, alpha, times, scheme)
+    parts = compiled(system)
+    if isinstance(scheme, RungeKutta8):
+        if not parts.fused:
+            raise NotSupported(
+                "RungeKutta8 runs the engine's own laws only; use GeneralisedAlpha for a UserLaw"
+            )
+        return runge_kutta(parts, alpha, times)
+    jointed = len(parts.row_names) > 0
+    if isinstance(scheme, IndependentAlpha):
+        if jointed:
+            return independent_alpha(parts, alpha, times, scheme, reason="IndependentAlpha as asked")
+        scheme = GeneralisedAlpha(
+            rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations
+        )  # no joints: every coordinate is independent
+    if isinstance(scheme, GeneralisedAlpha) and scheme.rho > UNDAMPED and jointed and parts.fused:
+        if not any(b.breakable for b in system.bushings):
+            instead = IndependentAlpha(
+                rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations
+            )
+            reason = (
+                f"independent coordinates: at rho={scheme.rho:g} the joint forces of the index-3 form would "
+                "alternate undamped"
+            )
+            return independent_alpha(parts, alpha, times, instead, reason=reason)
+    return _implicit(parts, alpha, times, scheme)
+
+
+def _implicit(
+    parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet | BDF2
+) -> Trajectory:
+    tables = on_grid(parts, alpha, times)
+    if isinstance(scheme, VelocityVerlet) and len(tables.row):
+        raise NotSupported("velocity Verlet is explicit and cannot hold joints; use GeneralisedAlpha")
+    q0, v0, phi_q = check_start(parts, tables)
+    found = redundancy(parts, phi_q)
+    redundant = len(found.rows) > 0
+    if isinstance(scheme, BDF2) or not parts.fused:
+        if any(b.breakable for b in parts.system.bushings):
+            raise NotSupported("breakable bushings run with GeneralisedAlpha and the engine's own laws only")
+        start = (q0, v0, *_start_with_laws(parts, tables, q0, v0))
+        equations = PlanarEquations(parts, tables)
+        shift = proximal(tables, redundant=redundant)
+        if isinstance(scheme, BDF2):
+            nodes = bdf2_loop(equations, scheme, times, start, shift)
+        else:
+            nodes = alpha_loop(equations, scheme, times, start, shift)
+        empty = np.zeros((len(times), len(tables.bushing_pair)))
+        return _agreeing(_record(
+            parts, alpha, times, scheme, tables, nodes.position, nodes.velocity,
+            nodes.acceleration, nodes.multiplier, empty, empty.copy(), found, nodes.newton, nodes.newton,
+        ))  # fmt: skip
+    run = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
+    if run.info[0] != 0 or not np.isfinite(run.q[-1]).all():
+        raise _failure(parts, alpha, times, scheme, run.info)
+    return _agreeing(_record(
+        parts, alpha, times, scheme, tables, run.q, run.v, run.w, run.lam, run.z, run.zdot, found,
+        int(run.info[2]), int(run.info[4]), run.tangents,
+        run.work,
+    ))  # fmt: skip
+
+
+def _record(
+    parts: Compiled, alpha: Array, times: Array, scheme: Scheme, tables: Tables, q: Array, v: Array, w: Array,
+    lam: Array, z: Array, zdot: Array, found: Redundancy, newton: int, factorisations: int,
+    tangents: Tangents | None = None, work: Work | None = None,
+) -> Trajectory:  # fmt: skip
+    return Trajectory(
+        system=parts.system, density=alpha, scheme=scheme, times=times, position=q, velocity=v,
+        acceleration=w, multiplier=lam, damage=z, damage_rate=zdot, tables=tables,
+        tangents=tangents, memo={} if work is None else {"work": work},
+        diagnosis=Diagnosis(
+            newton_iterations=newton, factorisations=factorisations, redundant_rows=found.rows,
+            reason=f"{type(scheme).__name__} as asked", notices=_told(parts, found),
+        ),
+    )  # fmt: skip
+
+
+def _told(parts: Compiled, found: Redundancy) -> tuple[str, ...]:
+    """Say that joints are redundant: the run goes on, and shares their forces out evenly."""
+    if not found.rows:
+        return ()
+    sentence = f"redundant joint rows share their forces in the least-squares sense: {'; '.join(found.rows)}"
+    LOG.warning(sentence)
+    return (sentence,)
+
+
+def _agreeing(run: Trajectory) -> Trajectory:
+    """A run whose redundant joints agreed along the motion. Raises NotConverged by name where they did
+    not."""
+    if not run.diagnosis.redundant_rows:
+        return run
+    off = np.abs(run.joint_residuals())
+    if off.max() <= CONSISTENT:
+        return run
+    step = int(np.flatnonzero(off.max(axis=1) > CONSISTENT)[0])
+    name = compiled(run.system).row_names[int(off[step].argmax())]
+    raise NotConverged(
+        f"redundant joints do not agree along the motion: from t = {run.times[step]:.6g} s '{name}' is "
+        "off by "
+        f"{off[step].max():.2g}. {'; '.join(run.diagnosis.redundant_rows)} were redundant at the start "
+        "only: check "
+        "their points and lengths, or remove them",
+        float(run.times[step]),
+    )
+
+
+def _start_with_laws(parts: Compiled, tables: Tables, q0: Array, v0: Array) -> tuple[Array, Array]:
+    """Consistent initial accelerations with the users' laws in the forces."""
+    equations = PlanarEquations(parts, tables)
+    equations.look(0, q0, v0, np.zeros(len(tables.row)))
+    return accelerations_from(parts, tables, equations.work)
+
+
+class Run:
+    """Arrays of one integration, and the kernel's account of it."""
+
+    __slots__ = ("info", "lam", "q", "tangents", "v", "w", "work", "z", "zdot")
+
+    def __init__(self, nodes: int, n: int, m: int, bushings: int, *, springs: bool) -> None:
+        self.q, self.v, self.w = np.zeros((nodes, n)), np.zeros((nodes, n)), np.zeros((nodes, n))
+        self.lam = np.zeros((nodes, m))
+        self.z, self.zdot = np.zeros((nodes, bushings)), np.zeros((nodes, bushings))
+        self.info = np.zeros(5)
+        self.work: Work | None = None
+        # bushings carry states of their own: their adjoint needs more than the tangents
+        small = bushings == 0 and 8 * nodes * n * (2 * n + m) <= KEEP
+        kept = nodes if small else 0
+        self.tangents = Tangents(
+            stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), jacobian=np.empty((kept, m, n)),
+            energy=np.empty(kept if springs else 0),
+        )  # fmt: skip
+
+
+def proximal(tables: Tables, *, redundant: bool) -> float:
+    """Size of the regularisation of the multipliers: none for independent joints."""
+    return SHIFT / float(tables.mass.min()) if redundant else 0.0
+
+
+def integrate(
+    parts: Compiled,
+    tables: Tables,
+    scheme: GeneralisedAlpha | VelocityVerlet,
+    q0: Array,
+    v0: Array,
+    *,
+    redundant: bool,
+) -> Run:
+    """Run the compiled loop from consistent initial accelerations."""
+    n, m, bushings = len(q0), len(tables.row), len(tables.bushing_pair)
+    run = Run(len(tables.times), n, m, bushings, springs=isinstance(tables, SpringTables))
+    work = run.work = work_space(tables)
+    run.q[0], run.v[0] = q0, v0
+    run.w[0], run.lam[0] = initial_accelerations(parts, tables, work, q0, v0)
+    run.zdot[0] = work.zdot
+    total = n + m
+    # 1: factors are kept from step to step until Newton slows down; forces alone are cheaper than tangents
+    settings = np.array([
+        scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), 1.0,
+        0.0 if isinstance(tables, SpringTables) else 1.0,
+    ])  # fmt: skip
+    alpha_forward(
+        tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), run.q, run.v, run.w, run.lam,
+        run.z, run.zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
+        settings, run.info, run.tangents.stiffness, run.tangents.damping, run.tangents.jacobian,
+        run.tangents.energy,
+    )  # fmt: skip
+    return run
+
+
+def _failure(
+    parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet, info: Array
+) -> NotConverged:
+    """The message of a failed run, with a step that does work when one of a few halvings finds it."""
+    step, h = int(info[1]), float(times[1] - times[0])
+    cause = (
+        "the step's matrix is singular"
+        if int(info[0]) == SINGULAR
+        else f"{scheme.iterations} Newton steps left an acceleration update of {info[3]:.2g} "
+        f"(tolerance {scheme.tolerance:.0e} relative)"
+    )
+    if isinstance(scheme, GeneralisedAlpha) and scheme.rho > UNDAMPED and parts.row_names:
+        return NotConverged(
+            f"GeneralisedAlpha stopped at t = {times[step]:.6g} s (step {h:.3g} s): {cause}. With joints "
+            f"rho={scheme.rho:g} leaves the joint forces alternating undamped from step to step; take "
+            f"rho <= {UNDAMPED}, which keeps the energy as well",
+            float(times[step]),
+        )
+    advice = f"No step down to {h / 64:.3g} s works: look at the forces near that time"
+    for halvings in (1, 2, 3, 4, 5, 6):
+        count = min(step + 5, len(times) - 1) * 2**halvings
+        finer = np.linspace(0.0, times[min(step + 5, len(times) - 1)], count + 1)
+        tables = on_grid(parts, alpha, finer)
+        q0, v0, phi_q = check_start(parts, tables)
+        trial = integrate(parts, tables, scheme, q0, v0, redundant=len(redundancy(parts, phi_q).rows) > 0)
+        if trial.info[0] == 0:
+            advice = (
+                f"A step of {h / 2**halvings:.3g} s passes this point: "
+                f"use steps={(len(times) - 1) * 2**halvings}"
+            )
+            break
+    return NotConverged(
+        f"{type(scheme).__name__} stopped at t = {times[step]:.6g} s (step {h:.3g} s): {cause}. {advice}",
+        float(times[step]),
+    )

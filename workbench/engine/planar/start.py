@@ -1,0 +1,228 @@
+"""Consistent initial conditions: assembly of the positions, check of the velocities, accelerations and
+multipliers.
+
+M w + F + Phi_q^T lambda = 0,   Phi_q w = -(d/dt Phi_q) v - ...   at t = 0 (section 2.4: a_0 = q''_0)
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import AssemblyError
+from ..natural.compiled import NaturalCompiled
+from ._kernels.equations import evaluate
+from ._kernels.tables import Tables, Work, work_space
+from .compiled import (
+    Compiled,
+    compiled,
+    drive_slopes,
+    on_grid,
+)
+from .joints import ANGLE, LINE
+from .system import System
+
+__all__ = ["Redundancy", "assembled", "redundancy"]
+
+Array = np.ndarray[Any, Any]
+
+FEASIBLE = 1e-9  # m or rad; positions typed in with ten digits pass
+RANK = 1e-9  # singular values below this share of the largest count as zero
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Redundancy:
+    """Constraint rows that say nothing new at the start, and the rank of Phi_q."""
+
+    rank: int
+    rows: tuple[str, ...]
+
+
+def residual_of_joints(tables: Tables, work: Work, q: Array, v: Array) -> tuple[Array, Array]:
+    """Phi and Phi_q at the first sample."""
+    z = np.zeros(len(tables.bushing_pair))
+    evaluate(tables, work, 0, q, v, np.zeros(len(tables.row)), z, z, 0.0, False)
+    return work.phi.copy(), work.phi_q.copy()
+
+
+def rates_of_joints(parts: Compiled, work: Work, t: float) -> tuple[Array, Array]:
+    """dPhi/dt, and d2Phi/dt2 with the free accelerations left out, at the state `work` holds."""
+    arrays = parts.arrays
+    free = 3 * len(parts.system.free)
+    aa = np.zeros_like(work.q)
+    for index, body in enumerate(parts.motions[:-1]):
+        aa[free + 3 * index : free + 3 * index + 3] = body.push(t)
+    first, second = drive_slopes(parts, t)
+    rate, bend = -first, -second
+    for r, (kind, _, i, j) in enumerate(arrays["row"]):
+        data = arrays["row_data"][r]
+        if kind < LINE:
+            for body, sign, s in ((i, 1.0, data[0:2]), (j, -1.0, data[2:4])):
+                th, om, al = work.q[3 * body + 2], work.v[3 * body + 2], aa[3 * body + 2]
+                arm = np.array([np.cos(th) * s[0] - np.sin(th) * s[1], np.sin(th) * s[0] + np.cos(th) * s[1]])
+                perp = np.array([-arm[1], arm[0]])
+                rate[r] += sign * (work.v[3 * body + kind] + om * perp[kind])
+                bend[r] += sign * (aa[3 * body + kind] + al * perp[kind] - om**2 * arm[kind])
+            continue
+        x, u, a = _pair_motion(work.q, work.v, aa, i, j)
+        if kind == ANGLE:
+            rate[r] += u[2]
+            bend[r] += a[2]
+            continue
+        c, s = np.cos(x[2]), np.sin(x[2])
+        arm = np.array([c * data[0] - s * data[1], s * data[0] + c * data[1]])
+        perp = np.array([-arm[1], arm[0]])
+        d = arm + x[:2] - data[2:4]
+        d1 = u[:2] + u[2] * perp
+        d2 = a[:2] + a[2] * perp - u[2] ** 2 * arm
+        if kind == LINE:
+            rate[r] += data[4:6] @ d1
+            bend[r] += data[4:6] @ d2
+        else:
+            rate[r] += d @ d1 / data[6]
+            bend[r] += (d1 @ d1 + d @ d2) / data[6]
+    return rate, bend
+
+
+def _pair_motion(q: Array, v: Array, acc: Array, i: int, j: int) -> tuple[Array, Array, Array]:
+    """Pair coordinates with their first and second time derivatives."""
+    th, om, al = q[3 * j + 2], v[3 * j + 2], acc[3 * j + 2]
+    c, s = np.cos(th), np.sin(th)
+    turn = np.array([[c, s], [-s, c]])
+    spin = np.array([[0.0, 1.0], [-1.0, 0.0]])  # d(A^T)/dtheta = spin A^T
+    d, d1, d2 = (z[3 * i : 3 * i + 2] - z[3 * j : 3 * j + 2] for z in (q, v, acc))
+    x = turn @ d
+    u = turn @ d1 + om * spin @ x
+    a = turn @ d2 + 2.0 * om * spin @ (turn @ d1) + al * spin @ x - om**2 * x
+    angle = [z[3 * i + 2] - z[3 * j + 2] for z in (q, v, acc)]
+    return np.append(x, angle[0]), np.append(u, angle[1]), np.append(a, angle[2])
+
+
+def redundancy(parts: Compiled | NaturalCompiled, phi_q: Array) -> Redundancy:
+    """Rank of the joints' Jacobian and the rows that depend on earlier ones."""
+    m = len(phi_q)
+    if m == 0:
+        return Redundancy(rank=0, rows=())
+    names: list[str] = []
+    basis = np.zeros((0, phi_q.shape[1]))
+    for r in range(m):
+        row = phi_q[r] / max(np.linalg.norm(phi_q[r]), 1e-300)
+        for _ in range(2):
+            row = row - basis.T @ (basis @ row)
+        size = np.linalg.norm(row)
+        if size < np.sqrt(RANK):
+            names.append(parts.row_names[r])
+        else:
+            basis = np.vstack([basis, row / size])
+    return Redundancy(rank=len(basis), rows=tuple(names))
+
+
+def check_start(parts: Compiled, tables: Tables) -> tuple[Array, Array, Array]:
+    """Initial q, v and Phi_q after the checks; raises AssemblyError with the nearest consistent state."""
+    q, v = (x.copy() for x in parts.start)
+    work = work_space(tables)
+    phi, phi_q = residual_of_joints(tables, work, q, v)
+    if len(phi) == 0:
+        return q, v, phi_q
+    worst = int(np.abs(phi).argmax())
+    if abs(phi[worst]) > FEASIBLE:
+        fixed, size, left = _assemble(tables, work, q, v)
+        name = parts.row_names[worst]
+        if left > FEASIBLE:
+            raise AssemblyError(
+                f"joints contradict each other: '{name}' is off by {abs(phi[worst]):.3g}, and no nearby "
+                f"positions satisfy all joints (best residual {left:.3g}). Check its points and lengths",
+                fixed,
+                size,
+            )
+        raise AssemblyError(
+            f"initial positions do not satisfy the joints: '{name}' is off by {abs(phi[worst]):.3g} (allowed "
+            f"{FEASIBLE:.0e}). The nearest assembled positions move a coordinate by up to {size:.3g}; "
+            "take them with assembled(system)",
+            fixed,
+            size,
+        )
+    rate, _ = rates_of_joints(parts, work, float(tables.times[0]))
+    worst = int(np.abs(rate).argmax())
+    if abs(rate[worst]) > 1e-8 * max(1.0, np.abs(v).max(initial=0.0)):
+        move = _least_motion(phi_q, rate, tables.mass)
+        raise AssemblyError(
+            f"initial velocities do not satisfy the joints: '{parts.row_names[worst]}' separates at "
+            f"{abs(rate[worst]):.3g} per second. The nearest consistent velocities change one by up to "
+            f"{np.abs(move).max():.3g}; take them with assembled(system)",
+            v + move,
+            float(np.abs(move).max()),
+        )
+    return q, v, phi_q
+
+
+def _least_motion(phi_q: Array, residual: Array, mass: Array) -> Array:
+    """Smallest change, in the metric of the masses, that removes a residual of the joints."""
+    root = 1.0 / np.sqrt(mass)
+    return np.asarray(-root * np.linalg.lstsq(phi_q * root, residual, rcond=RANK)[0])
+
+
+def _assemble(tables: Tables, work: Work, q: Array, v: Array) -> tuple[Array, float, float]:
+    x = q.copy()
+    left = np.inf
+    for _ in range(50):
+        phi, phi_q = residual_of_joints(tables, work, x, v)
+        left = float(np.abs(phi).max())
+        if left < 1e-13:
+            break
+        x += _least_motion(phi_q, phi, tables.mass)
+    return x, float(np.abs(x - q).max()), left
+
+
+def assembled(system: System) -> System:
+    """The system with its bodies moved to the nearest positions and velocities that satisfy the joints.
+
+    Nearest in the metric of the masses. Raises AssemblyError when there are none nearby.
+    """
+    parts = compiled(system)
+    tables = on_grid(parts, np.zeros(len(system.members)), np.zeros(1))
+    work = work_space(tables)
+    q, v = (x.copy() for x in parts.start)
+    q, size, left = _assemble(tables, work, q, v)
+    if left > FEASIBLE:
+        raise AssemblyError(
+            f"joints contradict each other: no nearby positions satisfy all of them "
+            f"(best residual {left:.3g})",
+            q,
+            size,
+        )
+    _, phi_q = residual_of_joints(tables, work, q, v)
+    rate, _ = rates_of_joints(parts, work, 0.0)
+    v = v + _least_motion(phi_q, rate, tables.mass)
+    states = iter(zip(q.reshape(-1, 3), v.reshape(-1, 3), strict=True))
+    bodies = []
+    for body in system.bodies:
+        if body.motion is None:
+            (x, y, th), (vx, vy, om) = (map(float, part) for part in next(states))
+            body = replace(body, position=(x, y, th), velocity=(vx, vy, om))
+        bodies.append(body)
+    return replace(system, bodies=tuple(bodies))
+
+
+def initial_accelerations(
+    parts: Compiled, tables: Tables, work: Work, q: Array, v: Array
+) -> tuple[Array, Array]:
+    """w_0 (n,) and lambda_0 (m,) from the saddle system; least squares when joints are redundant."""
+    z = np.zeros(len(tables.bushing_pair))
+    evaluate(tables, work, 0, q, v, np.zeros(len(tables.row)), z, z, 0.0, False)
+    return accelerations_from(parts, tables, work)
+
+
+def accelerations_from(parts: Compiled, tables: Tables, work: Work) -> tuple[Array, Array]:
+    """The same from forces and Phi_q already evaluated with lambda = 0."""
+    if len(tables.row) == 0:
+        return -work.force / tables.mass, np.zeros(0)
+    force, phi_q = work.force.copy(), work.phi_q.copy()
+    _, bend = rates_of_joints(parts, work, float(tables.times[0]))
+    root = 1.0 / np.sqrt(tables.mass)
+    # projection in the metric of the masses: stable for any rank
+    j = phi_q * root
+    free = -root * force
+    s = free + np.linalg.lstsq(j, -bend - j @ free, rcond=RANK)[0]
+    lam = np.linalg.lstsq(j.T, free - s, rcond=RANK)[0]
+    return root * s, lam
