@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from workbench import Parameter, Space
-from workbench.minimax import minimax
+from workbench.robust.minimax import minimax
 
 __all__ = ["PROBLEMS", "MinimaxProblem", "run"]
 

@@ -26,7 +26,7 @@ from studies.occupant_drawing import motion_of, outlines
 from workbench.engine import Deviation, Impulse, Maximum, System, Trajectory, simulate
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.formulation.transient import Scenario, transient_problem
-from workbench.motion import Motion
+from workbench.motion.frames import Motion
 
 __all__ = ["FACTORS", "LEFT", "NOMINAL", "OccupantRestraint", "braking_occupant", "restraint"]
 
@@ -110,7 +110,7 @@ def responses_of(trajectory: Trajectory) -> dict[str, float]:
 class OccupantRestraint:
     """180 sites of Table C.3 for every kind, densities kind by kind, and one budget or one for each kind.
 
-    A budget is the sum of densities, "so many full members"; see `workbench.layout_model.LayoutModel`.
+    A budget is the sum of densities, "so many full members"; see `workbench.robust_layout.model.LayoutModel`.
     """
 
     kinds: tuple[str, ...]

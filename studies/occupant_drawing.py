@@ -10,7 +10,14 @@ import numpy as np
 
 from studies.occupant import HIP, SEGMENTS, member_sites
 from workbench.engine import Deviation, Trajectory
-from workbench.motion import Body, History, Member, Motion, MotionRun, planar_poses
+from workbench.motion.frames import (
+    Body,
+    History,
+    Member,
+    Motion,
+    MotionRun,
+    planar_poses,
+)
 
 __all__ = ["SHAPES", "motion_of", "outlines"]
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from studies.occupant_braking import LEFT, NOMINAL, braking_occupant
-from workbench.parameter import Parameter
-from workbench.space import Space
-from workbench.worst_case import WorstCase, worst_case
+from workbench.search.worst_case import WorstCase, worst_case
+from workbench.space.box import Space
+from workbench.space.parameter import Parameter
 
 __all__ = ["GRIP", "GripProfile", "profile", "search"]
 

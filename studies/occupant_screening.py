@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from studies.occupant_braking import braking_occupant, restraint
-from workbench.demonstration import copy_study
-from workbench.design import DesignOptions, make_design
-from workbench.screening import screen
-from workbench.study import load_study
+from workbench.sampling.plan import DesignOptions, make_design
+from workbench.screening.screen import screen
+from workbench.stages.demonstration import copy_study
+from workbench.study.loading import load_study
 
 __all__ = ["DESIGNS", "INERT", "Tally", "tallies"]
 

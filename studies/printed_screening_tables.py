@@ -13,7 +13,7 @@ import pandas as pd
 from studies.sampler_question import SAMPLERS
 from studies.screening_functions import FUNCTIONS
 from surrogates import KrigingScreener, ScreeningStep
-from workbench.streams import stream
+from workbench.space.streams import stream
 
 __all__ = ["PRINTED", "first_steps", "successful_path"]
 

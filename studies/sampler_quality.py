@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import doe
-from workbench.streams import stream
+from workbench.space.streams import stream
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -35,7 +35,7 @@ from surrogates.screening.sets.backward import alone
 from surrogates.screening.sets.canonical import canonical_runs
 from surrogates.screening.sets.forward import split
 from surrogates.screening.sets.landscape import landscape_of
-from workbench.streams import stream
+from workbench.space.streams import stream
 
 __all__ = ["METHODS", "SAMPLERS", "SETTINGS", "Trial", "figures", "run", "summarise", "trial"]
 

@@ -88,7 +88,7 @@ def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
     """History, density and layout (figures 7.6 to 7.8, or 7.12 to 7.14 with two domains)."""
     from matplotlib.figure import Figure
 
-    from workbench.layout_plots import plot_density, plot_layout
+    from workbench.figures.layout import plot_density, plot_layout
 
     history = Figure(figsize=(6.4, 3.2), layout="constrained")
     ax = history.add_subplot()

@@ -283,7 +283,7 @@ def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
     """Distance to the optimum over evaluations, and the trusses."""
     from matplotlib.figure import Figure
 
-    from workbench.layout_plots import plot_layout
+    from workbench.figures.layout import plot_layout
 
     history = Figure(figsize=(6.4, 3.6), layout="constrained")
     ax = history.add_subplot()

@@ -161,7 +161,7 @@ def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
     """History of all methods, density and layout of the first one (figures 7.3 to 7.5)."""
     from matplotlib.figure import Figure
 
-    from workbench.layout_plots import plot_density, plot_layout
+    from workbench.figures.layout import plot_density, plot_layout
 
     history = Figure(figsize=(6.4, 3.6), layout="constrained")
     ax = history.add_subplot()

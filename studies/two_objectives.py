@@ -94,7 +94,7 @@ def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
     """The front with the knee, and the layouts of both anchors and the knee as thumbnails."""
     from matplotlib.figure import Figure
 
-    from workbench.layout_plots import plot_front, plot_layout
+    from workbench.figures.layout import plot_front, plot_layout
 
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 1))

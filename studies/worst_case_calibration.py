@@ -30,7 +30,7 @@ from studies.worst_case_gallery import (
     piston,
 )
 from workbench import Parameter, Space
-from workbench.worst_case import worst_case
+from workbench.search.worst_case import worst_case
 
 __all__ = ["FUNCTIONS", "Extremes", "Search", "run", "searches"]
 

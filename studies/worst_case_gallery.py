@@ -18,7 +18,7 @@ import xarray as xr
 
 from studies.welch20 import welch20
 from workbench import Parameter, Space
-from workbench.worst_case import worst_case
+from workbench.search.worst_case import worst_case
 
 __all__ = ["BUDGET", "PROBLEMS", "Problem", "evaluations_to", "run", "spread"]
 

@@ -20,7 +20,7 @@ from scipy.optimize import minimize
 
 import doe
 from workbench import Parameter, Space
-from workbench.worst_case import WorstCase, worst_case
+from workbench.search.worst_case import WorstCase, worst_case
 
 __all__ = [
     "GRIP", "STIFFNESS", "SWITCHES", "grip_response", "grip_worst", "run", "search_grip", "search_stiffness",

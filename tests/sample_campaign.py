@@ -12,7 +12,7 @@ import numpy as np
 
 from studies.welch20 import NAMES, welch20, worst_corner
 from tests.sample_motion import sample_motion
-from workbench.store_schema import SCHEMA
+from workbench.campaign.store_schema import SCHEMA
 
 RUNS = 40
 PATH = ((None, -52.3), ("x12", -44.1), ("x4", -40.7), ("x20", -31.2), ("x19", -20.0), ("x16", -18.5))

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from workbench.motion import Body, History, Member, Motion, MotionRun, planar_poses
+from workbench.motion.frames import (
+    Body,
+    History,
+    Member,
+    Motion,
+    MotionRun,
+    planar_poses,
+)
 
 TIMES = np.linspace(0.0, 1.5, 76)
 SEGMENTS = [  # name, offset from the hip, angle from upright, (radius, length), role

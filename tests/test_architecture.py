@@ -67,8 +67,8 @@ def test_only_the_allowed_rooms_are_imported(path):
         ("doe/latin/lhs.py", "import workbench.space", "workbench"),
         ("surrogates/likelihood/restricted.py", "from doe import lhs", "doe"),
         ("workbench/engine/layout/separable/sequence.py", "import xarray as xr", "xarray"),
-        ("workbench/engine/layout/separable/sequence.py", "from ...study import Study", "workbench"),
-        ("workbench/space.py", "from studies import welch20", "studies"),
+        ("workbench/engine/layout/separable/sequence.py", "from ....study import Study", "workbench"),
+        ("workbench/space/box.py", "from studies import welch20", "studies"),
     ],
 )
 def test_a_seeded_violation_is_found(tmp_path, file, code, stranger):

@@ -1,6 +1,6 @@
 """`python -m workbench`, the same as `holdfast`."""
 
-from workbench.cli import main
+from workbench.terminal.cli import main
 
 __all__: list[str] = []
 

@@ -11,8 +11,8 @@ import pytest
 
 from tests.sample_campaign import write_loop, write_sample
 from tests.sample_motion import sample_motion
-from workbench.report import write_report
-from workbench.stills import png, still
+from workbench.motion.stills import png, still
+from workbench.report.writing import write_report
 
 
 def seconds(work, repeats=3):

@@ -8,11 +8,11 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from workbench import stages
-from workbench.atomic import write_json
-from workbench.campaign import Campaign
-from workbench.model import Answer
-from workbench.space import Parameter, Space
+from workbench.campaign.campaign_runs import Campaign
+from workbench.models.protocol import Answer
+from workbench.space.box import Parameter, Space
+from workbench.stages import run_all as stages
+from workbench.system.atomic import write_json
 
 pytestmark = pytest.mark.bench
 

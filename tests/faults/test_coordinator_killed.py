@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.process_tree import marked_processes
+from workbench.system.process_tree import marked_processes
 
 DRIVER = Path(__file__).with_name("kill_driver.py")
 ROOT = DRIVER.parent.parent.parent

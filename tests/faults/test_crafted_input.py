@@ -5,12 +5,12 @@ import os
 
 import pytest
 
-from workbench.campaign import Campaign
-from workbench.confined import confined
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import EvaluationFailed, HoldfastError, StudyError
-from workbench.readers import read_response
-from workbench.study import load_study
-from workbench.template import compiled
+from workbench.models.readers import read_response
+from workbench.models.template import compiled
+from workbench.study.loading import load_study
+from workbench.system.confined import confined
 
 TEMPLATES = [
     "{{ ''.__class__ }}",

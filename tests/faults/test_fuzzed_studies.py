@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from workbench.errors import StudyError
-from workbench.study import parse_study
+from workbench.study.loading import parse_study
 
 GOOD = """\
 constraint = ["a + b < 5", "road != 'ditch'"]

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from workbench.campaign import Campaign
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import StudyError
-from workbench.process_tree import marked_processes
-from workbench.processes import ProcessPool
-from workbench.study import load_study
+from workbench.study.loading import load_study
+from workbench.system.process_tree import marked_processes
+from workbench.workers.processes import ProcessPool
 
 GONE_WITHIN = 5.0  # s: the promise for processes of a killed coordinator
 SLOWNESS = 2.0  # s: a hang is over within its timeout and this
@@ -154,7 +154,7 @@ def test_memory_that_grows_slowly_in_a_child_is_seen(tmp_path):
 
 
 def test_endless_output_is_stopped(tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.processes.LONGEST_LOG", 1_000_000)
+    monkeypatch.setattr("workbench.workers.processes.LONGEST_LOG", 1_000_000)
     code = "def f(a):\n    while True: print('x' * 10_000, flush=True)"
     with open_study(tmp_path, code, STUDY.replace("timeout = 1.0", "timeout = 30.0")) as campaign:
         (row,) = campaign.evaluate([{"a": 1.0}])
@@ -164,7 +164,7 @@ def test_endless_output_is_stopped(tmp_path, monkeypatch):
 
 
 def test_a_model_that_hangs_while_it_is_opened(tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.processes.START_TIMEOUT", 0.5)
+    monkeypatch.setattr("workbench.workers.processes.START_TIMEOUT", 0.5)
     with open_study(tmp_path, "import time\ntime.sleep(600)") as campaign:
         with pytest.raises(
             StudyError, match=r"the model was not ready after 0.5 s; does importing it start work"
@@ -195,7 +195,7 @@ def test_no_orphan_outlives_a_killed_coordinator(tmp_path):
     text = STUDY.replace("m.py:f", "m.py:g").replace("timeout = 1.0", "")
     open_study(tmp_path, code, text).close()
     driver = (
-        "from workbench.campaign import Campaign\n"
+        "from workbench import Campaign\n"
         f"Campaign.from_file({str(tmp_path / 's.toml')!r}).evaluate([{{'a': 1.0}}, {{'a': 2.0}}])"
     )
     process = subprocess.Popen([sys.executable, "-c", driver], cwd=os.getcwd())

@@ -6,11 +6,11 @@ import sqlite3
 import numpy as np
 import pytest
 
-from workbench import stages
-from workbench.campaign import Campaign
-from workbench.model import Answer
-from workbench.space import Parameter, Space
-from workbench.supervisor import Policy, supervise
+from workbench.campaign.campaign_runs import Campaign
+from workbench.campaign.supervisor import Policy, supervise
+from workbench.models.protocol import Answer
+from workbench.space.box import Parameter, Space
+from workbench.stages import run_all as stages
 
 STUDY = """
 [study]
@@ -119,7 +119,7 @@ def test_completion_in_any_order_with_repetitions(tmp_path, seed):
 
 def test_a_clock_that_jumps_changes_nothing(tmp_path, monkeypatch):
     clock = iter([5e9, 1.0, 3e9, 2.0] * 1000)
-    monkeypatch.setattr("workbench.store.time.time", lambda: next(clock))
+    monkeypatch.setattr("workbench.campaign.store.time.time", lambda: next(clock))
     with Campaign.of(
         lambda a: a, Space([Parameter("a", lower=0, upper=1)]), folder=tmp_path / "c"
     ) as campaign:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from workbench import store_schema
+from workbench.campaign import store_schema
+from workbench.campaign.store import Store
+from workbench.campaign.store_schema import VERSION
 from workbench.errors import StoreError
-from workbench.model import Answer
-from workbench.store import Store
-from workbench.store_schema import VERSION
+from workbench.models.protocol import Answer
 
 HERE = Path(__file__).parent
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.space import Parameter, Space
+from workbench.space.box import Parameter, Space
 
 ROUNDING = 1e-9  # of the unit interval; both directions are a handful of float operations
 

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.design import Design, DesignOptions, make_design
-from workbench.space import Parameter, Space
+from workbench.sampling.plan import Design, DesignOptions, make_design
+from workbench.space.box import Parameter, Space
 
 CASES = settings(max_examples=20, deadline=None)
 

@@ -7,9 +7,9 @@ import warnings
 
 import pytest
 
-from workbench.campaign import Campaign
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import StudyError
-from workbench.validation import check_study
+from workbench.stages.validation import check_study
 
 pytestmark = pytest.mark.peer
 

@@ -5,8 +5,8 @@ import zipfile
 
 import pytest
 
-from workbench.archive import unpack
 from workbench.errors import StudyError
+from workbench.system.archive import unpack
 
 
 def archive(path, entries):

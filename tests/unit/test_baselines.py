@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from workbench.baselines import predicted_baselines, run_baselines
-from workbench.evaluator import FunctionEvaluator
-from workbench.feasibility import Feasibility
-from workbench.search_model import fit_search_model
-from workbench.search_space import SearchSpace
-from workbench.space import Parameter, Space
+from workbench.models.evaluator import FunctionEvaluator
+from workbench.search.evidence.baselines import predicted_baselines, run_baselines
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.surrogate.feasibility import Feasibility
+from workbench.search.surrogate.model import fit_search_model
+from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 WHERE = SearchSpace.of(BOX)

@@ -26,7 +26,7 @@ def holdfast(*arguments, cwd=None):
 
 def in_process(*arguments, capsys):
     """Exit code, output and errors of the command, run here: quicker than a new interpreter."""
-    from workbench.cli import main
+    from workbench.terminal.cli import main
 
     before, handler = sys.argv, signal.getsignal(signal.SIGTERM)
     sys.argv = ["holdfast", *map(str, arguments)]
@@ -71,7 +71,7 @@ def write_study(folder, *, kind="python", model='function = "m.py:f"', more="", 
 def test_help_loads_nothing_heavy():
     code = (
         "import sys; sys.argv = ['holdfast', '--help']\n"
-        "from workbench.cli import main\n"
+        "from workbench.terminal.cli import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
         "print('LOADED', *sys.modules)"

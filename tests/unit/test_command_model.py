@@ -9,13 +9,13 @@ import pytest
 
 import studies
 from studies.adams_loop import solver
-from workbench.campaign import Campaign
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import EvaluationFailed, StudyError
-from workbench.model import History
-from workbench.readers import read_response
-from workbench.reading_rules import checked_rule
-from workbench.study import load_study
-from workbench.template import compiled, format_value
+from workbench.models.protocol import History
+from workbench.models.readers import read_response
+from workbench.models.reading_rules import checked_rule
+from workbench.models.template import compiled, format_value
+from workbench.study.loading import load_study
 
 ENERGY = 5e-4  # relative: the speeds are differences of the written angles, coarse where the belt catches
 ROW = {"k": 0.1 + 0.2, "n": 3, "road": "flat"}
@@ -149,7 +149,7 @@ def test_readers_and_files_that_are_none(tmp_path, monkeypatch):
     (tmp_path / "out").write_bytes(bytes(range(256)))
     with pytest.raises(EvaluationFailed, match="the result file out is not text"):
         read_response(rule, tmp_path, tmp_path, history=False)
-    monkeypatch.setattr("workbench.readers.LARGEST", 10)
+    monkeypatch.setattr("workbench.models.readers.LARGEST", 10)
     with pytest.raises(EvaluationFailed, match="has 256 bytes or is no file; at most 10 are read"):
         read_response(rule, tmp_path, tmp_path, history=False)
 

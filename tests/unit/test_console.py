@@ -2,8 +2,8 @@
 
 import io
 
-from workbench.console import PlainProgress, RichProgress, progress_for
-from workbench.summaries import (
+from workbench.terminal.console import PlainProgress, RichProgress, progress_for
+from workbench.terminal.summaries import (
     design_lines,
     format_number,
     layout_lines,

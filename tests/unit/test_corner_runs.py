@@ -6,11 +6,11 @@ from math import exp
 import numpy as np
 import pytest
 
-from workbench.corner_runs import FINISHING_RUNS, CornerPlan
-from workbench.portfolio import Batch
-from workbench.search_ledger import Ledger
-from workbench.space import Parameter, Space
-from workbench.worst_case import Status, worst_case
+from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
+from workbench.search.proposals.portfolio import Batch
+from workbench.search.runs.ledger import Ledger
+from workbench.search.worst_case import Status, worst_case
+from workbench.space.box import Parameter, Space
 
 search = sys.modules[worst_case.__module__]
 

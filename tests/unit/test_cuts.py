@@ -3,8 +3,8 @@
 import pytest
 
 from workbench import Parameter, Space
-from workbench.cuts import FAR, spread_out_worst
-from workbench.evaluator import Outcome
+from workbench.models.evaluator import Outcome
+from workbench.robust_layout.cuts import FAR, spread_out_worst
 
 SPACE = Space(
     (Parameter("u", lower=0.0, upper=1.0), Parameter("hands", kind="categorical", levels=("off", "on")))

@@ -5,16 +5,16 @@ import re
 import numpy as np
 import pytest
 
-from workbench import stages
-from workbench.campaign import Campaign
-from workbench.enclosure import Enclosure, enclosure_gap
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import StudyError
-from workbench.report_sections.worst_case import gap_sentence
-from workbench.search_space import SearchSpace
-from workbench.space import Parameter, Space
-from workbench.study import load_study
-from workbench.validation import check_study
-from workbench.worst_case import worst_case
+from workbench.report.worst_case.section import gap_sentence
+from workbench.search.evidence.enclosure import Enclosure, enclosure_gap
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.worst_case import worst_case
+from workbench.space.box import Parameter, Space
+from workbench.stages import run_all as stages
+from workbench.stages.validation import check_study
+from workbench.study.loading import load_study
 
 ROUNDING = 1e-9
 BOX = Space([Parameter("a", lower=-2.0, upper=2.0), Parameter("b", lower=-1.0, upper=3.0)])

@@ -4,11 +4,11 @@ import pandas as pd
 import pytest
 
 from workbench.errors import StudyError
-from workbench.given_runs import Run, given_outcomes
-from workbench.readings import weighted, within
-from workbench.space import Parameter, Space
-from workbench.worst_case import worst_case
-from workbench.worst_cases import worst_cases
+from workbench.models.readings import weighted, within
+from workbench.search.runs.given_runs import Run, given_outcomes
+from workbench.search.worst_case import worst_case
+from workbench.search.worst_cases import worst_cases
+from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=2.0), Parameter("b", lower=0.0, upper=1.0)])
 ROWS = [

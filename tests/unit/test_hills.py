@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from studies.worst_case_gallery import PROBLEMS
-from workbench.hills import FEWEST_TRIES, HALF_WIDTH, hill_tops, next_hill
-from workbench.worst_case import worst_case
+from workbench.search.proposals.other_peaks import (
+    FEWEST_TRIES,
+    HALF_WIDTH,
+    hill_tops,
+    next_hill,
+)
+from workbench.search.worst_case import worst_case
 
 DEPTH, GAIN = 0.05, 0.01
 

@@ -3,10 +3,10 @@
 import re
 from pathlib import Path
 
-from workbench import stages
-from workbench.campaign import Campaign
-from workbench.study import parse_study
-from workbench.worst_case_targets import targets
+from workbench.campaign.campaign_runs import Campaign
+from workbench.stages import run_all as stages
+from workbench.study.loading import parse_study
+from workbench.study.worst_case_targets import targets
 
 HOWTO = Path(__file__).parent.parent.parent / "docs" / "howto"
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from workbench.infill import log_expected_improvement, maximise_score, proposals
+from workbench.search.surrogate.pattern_search import log_expected_improvement, maximise_score, proposals
 
 QUADRATURE = 1e-9  # accuracy of scipy's adaptive quadrature on a smooth integrand
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.input_measures import MOST_LEVELS, input_law, input_measure
-from workbench.parameter import Distribution, Parameter
+from workbench.space.laws import MOST_LEVELS, input_law, input_measure
+from workbench.space.parameter import Distribution, Parameter
 
 
 def moments(parameter):

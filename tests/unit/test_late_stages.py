@@ -4,16 +4,21 @@ import json
 
 import pytest
 
-from workbench import stages
-from workbench.atomic import read_json
-from workbench.campaign import Campaign
+from workbench.campaign.campaign_runs import Campaign
+from workbench.campaign.failures import failure_document, failure_lines, where_runs_fail
 from workbench.errors import StoreError, StudyError
-from workbench.failures import failure_document, failure_lines, where_runs_fail
-from workbench.planning import plan_study
-from workbench.space import Parameter, Space
-from workbench.summaries import robust_lines
-from workbench.validation import check_study
-from workbench.watching import page, state, state_lines, write_page
+from workbench.space.box import Parameter, Space
+from workbench.stages import run_all as stages
+from workbench.stages.planning import plan_study
+from workbench.stages.validation import check_study
+from workbench.system.atomic import read_json
+from workbench.terminal.summaries import robust_lines
+from workbench.terminal.watching import (
+    page,
+    state,
+    state_lines,
+    write_page,
+)
 
 STUDY = """
 [study]
@@ -284,7 +289,7 @@ def test_a_campaign_is_watched_from_outside(tmp_path):
 def test_exports_are_whole_files(tmp_path):
     import xarray as xr
 
-    from workbench.exports import write_all
+    from workbench.campaign.exports import write_all
 
     with open_study(tmp_path, code=FAILS) as campaign:
         campaign.evaluate([{"k": 1.0, "u": 1 / 3}, {"k": 4.0, "u": 0.5}])

@@ -8,8 +8,13 @@ from matplotlib.figure import Figure
 
 from studies import trusses
 from workbench.errors import Interrupted, StudyError
-from workbench.layout import check_gradient, load_problem, run_layout
-from workbench.layout_plots import plot_density, plot_front, plot_layout, plot_layout_history
+from workbench.figures.layout import (
+    plot_density,
+    plot_front,
+    plot_layout,
+    plot_layout_history,
+)
+from workbench.stages.layout import check_gradient, load_problem, run_layout
 
 SHORT = {"problem": "studies.two_body_layout:problem", "options": {"case": "short"}, "evaluations": 12}
 

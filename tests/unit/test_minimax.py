@@ -5,9 +5,9 @@ import json
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import FunctionEvaluator
-from workbench.minimax import MinimaxStatus, minimax
-from workbench.space import Parameter, Space
+from workbench.models.evaluator import FunctionEvaluator
+from workbench.robust.minimax import MinimaxStatus, minimax
+from workbench.space.box import Parameter, Space
 
 
 def box(prefix, count, lower, upper):

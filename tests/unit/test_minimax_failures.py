@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import FunctionEvaluator, Outcome
-from workbench.minimax import MinimaxStatus, minimax
-from workbench.readings import within
-from workbench.space import Parameter, Space
+from workbench.models.evaluator import FunctionEvaluator, Outcome
+from workbench.models.readings import within
+from workbench.robust.minimax import MinimaxStatus, minimax
+from workbench.space.box import Parameter, Space
 
 ONE_PERCENT = 0.01
 
@@ -226,7 +226,7 @@ def test_designs_that_all_fail_are_refused_with_the_counts():
 
 
 def test_a_kriging_that_cannot_be_fitted_costs_no_confirmed_design(monkeypatch):
-    from workbench import minimax_oracle
+    from workbench.robust import worst_scenario as minimax_oracle
 
     fit = minimax_oracle.fit_near
     fits = []
@@ -238,7 +238,7 @@ def test_a_kriging_that_cannot_be_fitted_costs_no_confirmed_design(monkeypatch):
         return fit(runs, centre, box)
 
     monkeypatch.setattr(minimax_oracle, "fit_near", breaks_down)
-    monkeypatch.setattr("workbench.minimax_game.fit_near", breaks_down)
+    monkeypatch.setattr("workbench.robust.cycles.fit_near", breaks_down)
     tilted = (Space([Parameter("x0", lower=-1, upper=1)]), Space([Parameter("u0", lower=-1, upper=1)]))
 
     def steep(x, u):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from workbench.errors import StudyError
-from workbench.joint_trend import MixedTrend, largest_trend
-from workbench.minimax import MinimaxStatus, minimax
-from workbench.search_space import SearchSpace
-from workbench.space import Parameter, Space
+from workbench.robust.joint_trend import MixedTrend, largest_trend
+from workbench.robust.minimax import MinimaxStatus, minimax
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.space.box import Parameter, Space
 
 ONE_PERCENT = 0.01
 

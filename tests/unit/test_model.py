@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
-from workbench.model import Answer, History, ModelSpec, Reduction, call, open_model, settle
-from workbench.model_python import load_function, source_digest
-from workbench.model_table import TableModel, read_table
+from workbench.models.protocol import (
+    Answer,
+    History,
+    ModelSpec,
+    Reduction,
+    call,
+    open_model,
+    settle,
+)
+from workbench.models.python import load_function, source_digest
+from workbench.models.table import TableModel, read_table
 
 NUMBERS = {"y": None}
 

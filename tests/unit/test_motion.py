@@ -10,8 +10,22 @@ from matplotlib import image as matplotlib_image
 
 from tests.sample_motion import sample_motion
 from workbench.errors import StudyError
-from workbench.motion import Body, Member, Motion, MotionRun, planar_poses, rotate
-from workbench.stills import Camera, camera_of, member_shapes, png, project, still
+from workbench.motion.frames import (
+    Body,
+    Member,
+    Motion,
+    MotionRun,
+    planar_poses,
+    rotate,
+)
+from workbench.motion.stills import (
+    Camera,
+    camera_of,
+    member_shapes,
+    png,
+    project,
+    still,
+)
 
 FLOAT32 = 1e-6  # relative rounding of what is stored
 

@@ -5,10 +5,10 @@ import textwrap
 
 import pytest
 
-from workbench.campaign import Campaign
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.other_screenings import OTHER_METHODS, other_screening, other_screening_lines
-from workbench.stages import design, evaluate, screen
+from workbench.stages.other_screenings import OTHER_METHODS, other_screening, other_screening_lines
+from workbench.stages.run_all import design, evaluate, screen
 
 STUDY = """
 [study]

@@ -8,7 +8,7 @@ import pytest
 
 from surrogates.screening.planning import random_function, recovery, wilson_interval
 from workbench.errors import StudyError
-from workbench.run_planning import MEASURED, plan_runs, run_plan_lines
+from workbench.screening.run_planning import MEASURED, plan_runs, run_plan_lines
 
 
 def uniform(n, d, rng):

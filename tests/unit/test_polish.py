@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from workbench.polish import reserve
-from workbench.search_ledger import Ledger
-from workbench.space import Parameter, Space
-from workbench.worst_case import worst_case
+from workbench.search.proposals.gradient_ascent import reserve
+from workbench.search.runs.ledger import Ledger
+from workbench.search.worst_case import worst_case
+from workbench.space.box import Parameter, Space
 
 EXACT = 1e-8  # a quasi-Newton climb on a smooth peak, against the peak's height of one
 BOX = Space([Parameter(name, lower=-1.0, upper=2.0, unit="m") for name in ("a", "b", "c")])

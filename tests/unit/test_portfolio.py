@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from workbench import Parameter, Space
-from workbench.feasibility import Feasibility
-from workbench.portfolio import Batch, predicted_worst, propose
-from workbench.proposals import APART, LEAN
-from workbench.search_model import SearchModel, believing, fit_search_model
-from workbench.search_space import SearchSpace
+from workbench.search.proposals.best_point import APART, LEAN
+from workbench.search.proposals.portfolio import Batch, predicted_worst, propose
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.surrogate.feasibility import Feasibility
+from workbench.search.surrogate.model import SearchModel, believing, fit_search_model
 
 WHERE = SearchSpace.of(Space([Parameter("x0", lower=0.0, upper=1.0), Parameter("x1", lower=0.0, upper=1.0)]))
 LINE = np.linspace(0.0, 1.0, 81)

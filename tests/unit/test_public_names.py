@@ -29,7 +29,7 @@ def test_names_are_sorted_and_exist():
 
 
 def test_a_module_never_hides_the_function_of_its_name():
-    code = "import workbench.worst_case; from workbench import worst_case; print(callable(worst_case))"
+    code = "import workbench.search.worst_case; from workbench import worst_case; print(callable(worst_case))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "True\n"
 

@@ -36,7 +36,7 @@ def test_the_python_lines_run(tmp_path):
 
 
 def test_the_study_file_is_valid(tmp_path):
-    from workbench.study import load_study
+    from workbench.study.loading import load_study
 
     (text,) = blocks("toml")
     (tmp_path / "bracket.py").write_text("def peak_stress(load, clearance):\n    return load / clearance\n")

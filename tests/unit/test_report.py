@@ -12,7 +12,7 @@ import pytest
 from tests.browser import needs_browser, visit
 from tests.sample_campaign import PATH, RUNS, SELECTED, write_sample
 from workbench.errors import StoreError, StudyError
-from workbench.report import report_numbers, write_report
+from workbench.report.writing import report_numbers, write_report
 
 WORST_RUN = "002e" * 8
 
@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Drawing is the slow part; tests of words and tables leave it out."""
-    monkeypatch.setattr("workbench.report.draw_svg", lambda draw, **options: "<svg></svg>")
+    monkeypatch.setattr("workbench.report.writing.draw_svg", lambda draw, **options: "<svg></svg>")
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import pytest
 from surrogates import Kriging
 from tests.browser import needs_browser, visit
 from tests.sample_campaign import write_sample
-from workbench.report import HERE, write_report
-from workbench.report_sections.profiler import posterior_arrays
+from workbench.report.sections.profiler import posterior_arrays
+from workbench.report.writing import PAGE, write_report
 
 POINTS = 100
 # the page and Python sum the same numbers in another order
@@ -82,7 +82,7 @@ def test_the_packed_arrays_are_the_whole_prediction(case):
 @pytest.mark.parametrize("case", CASES[:3], ids=lambda c: "-".join(map(str, c)))
 def test_the_script_predicts_as_python_does(case, tmp_path):
     kriging, points = fitted(*case)
-    script = (HERE / "profiler.js").read_text()
+    script = (PAGE / "profiler.js").read_text()
     page = tmp_path / "harness.html"
     page.write_text(
         f'<pre id="out"></pre><script type="application/json" id="profiler-data">'
@@ -100,7 +100,7 @@ def test_the_script_predicts_as_python_does(case, tmp_path):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Drawing is the slow part; tests of words and tables leave it out."""
-    monkeypatch.setattr("workbench.report.draw_svg", lambda draw, **options: "<svg></svg>")
+    monkeypatch.setattr("workbench.report.writing.draw_svg", lambda draw, **options: "<svg></svg>")
 
 
 def data_of(page):

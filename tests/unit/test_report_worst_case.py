@@ -5,15 +5,15 @@ import json
 import matplotlib.pyplot as plt
 import pytest
 
-from workbench import stages
-from workbench.campaign import Campaign
-from workbench.report_sections.blocks import Figure, Note, Table
-from workbench.report_sections.folder import CampaignFolder
-from workbench.report_sections.gap_figure import gap_figure
-from workbench.report_sections.worst_case import gap_sentence, worst_case_section
-from workbench.report_sections.worst_case_figures import baseline_figures
-from workbench.space import Parameter, Space
-from workbench.worst_case import worst_case
+from workbench.campaign.campaign_runs import Campaign
+from workbench.report.page.blocks import Figure, Note, Table
+from workbench.report.page.folder import CampaignFolder
+from workbench.report.worst_case.figures import baseline_figures
+from workbench.report.worst_case.gap_figure import gap_figure
+from workbench.report.worst_case.section import gap_sentence, worst_case_section
+from workbench.search.worst_case import worst_case
+from workbench.space.box import Parameter, Space
+from workbench.stages import run_all as stages
 
 BOX = Space([Parameter("a", lower=-1.0, upper=2.0, unit="m"), Parameter("b", lower=0.0, upper=1.0)])
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.robust import re_evaluate, wilson
-from workbench.space import Distribution, Parameter, Space
+from workbench.robust.re_evaluation import re_evaluate, wilson
+from workbench.space.box import Distribution, Parameter, Space
 
 U = Space([Parameter("f", lower=0.0, upper=1.0, unit="N"), Parameter("g", lower=-1.0, upper=1.0)])
 

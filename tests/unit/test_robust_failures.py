@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns
-from workbench.robust import re_evaluate
-from workbench.robust_failures import failure_warnings
-from workbench.robust_statistics import quantile
-from workbench.space import Parameter, Space
+from workbench.robust.failures import failure_warnings
+from workbench.robust.re_evaluation import re_evaluate
+from workbench.robust.statistics import quantile
+from workbench.space.box import Parameter, Space
 
 F = Space([Parameter("f", lower=0.0, upper=1.0, unit="N")])
 SOFT_AND_STIFF = {"soft": {"k": 1.0, "holds": 1.0}, "stiff": {"k": 1.1, "holds": 0.7}}

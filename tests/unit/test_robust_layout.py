@@ -8,14 +8,14 @@ import pytest
 
 from studies.occupant_braking import NOMINAL, restraint
 from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
-from workbench import robust_layout_stage
-from workbench.campaign import Campaign
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import Interrupted, StudyError
-from workbench.layout_model import load_layout_model
-from workbench.planning import plan_study
-from workbench.report import write_report
-from workbench.study import parse_study
-from workbench.validation import check_study
+from workbench.report.writing import write_report
+from workbench.robust_layout.model import load_layout_model
+from workbench.stages import robust_layout as robust_layout_stage
+from workbench.stages.planning import plan_study
+from workbench.stages.validation import check_study
+from workbench.study.loading import parse_study
 
 NEAR = 0.02  # the loop's own tolerance
 VARIANT = '\n[[robust_layout.variant]]\nname = "half of it"\noptions = { budget = 0.5 }\n'

@@ -5,8 +5,8 @@ import pytest
 
 import doe
 from studies.worst_case_gallery import goldstein_price
-from workbench.gain import accuracy_scale, noticeable_gain
-from workbench.search_model import fit_local_model, fit_search_model
+from workbench.search.runs.noticeable_gain import accuracy_scale, noticeable_gain
+from workbench.search.surrogate.model import fit_local_model, fit_search_model
 
 
 def points(n, d, seed=0):

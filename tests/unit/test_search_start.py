@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns
-from workbench.readings import within
-from workbench.search_space import SearchSpace
-from workbench.search_start import far_points
-from workbench.space import Parameter, Space
-from workbench.worst_case import worst_case
-from workbench.worst_quantile import worst_quantile
+from workbench.models.readings import within
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.start import far_points
+from workbench.search.worst_case import worst_case
+from workbench.search.worst_quantile import worst_quantile
+from workbench.space.box import Parameter, Space
 
 UNIT = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 BELT = Space(

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from workbench.errors import StudyError
-from workbench.space import Distribution, Parameter, Response, Space
+from workbench.space.box import (
+    Distribution,
+    Parameter,
+    Response,
+    Space,
+)
 
 MIXED = Space(
     [

@@ -6,11 +6,11 @@ import sqlite3
 
 import pytest
 
-from workbench import store as module
+from workbench.campaign import store as module
+from workbench.campaign.store import Store, file_system, run_key
 from workbench.errors import StoreError
-from workbench.lease import is_alive, owner_of_this_process
-from workbench.model import Answer
-from workbench.store import Store, file_system, run_key
+from workbench.models.protocol import Answer
+from workbench.system.lease import is_alive, owner_of_this_process
 
 
 def queue(store, *rows, batch="design"):

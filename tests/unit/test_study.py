@@ -5,9 +5,9 @@ import json
 import pytest
 
 from workbench.errors import StudyError
-from workbench.study import json_schema, load_study, parse_study
-from workbench.study_messages import key_path
-from workbench.toml_lines import find_line
+from workbench.study.loading import json_schema, load_study, parse_study
+from workbench.study.messages import key_path
+from workbench.study.toml_lines import find_line
 
 GOOD = """\
 [study]
@@ -153,8 +153,8 @@ def test_the_schema_is_offered_to_editors():
 
 
 def test_the_options_of_a_design_are_those_of_the_designs():
-    from workbench.design_kinds import DesignOptions
-    from workbench.study_schema import DesignTable
+    from workbench.sampling.kinds import DesignOptions
+    from workbench.study.schema import DesignTable
 
     options = set(DesignOptions.__dataclass_fields__)
     assert options <= set(DesignTable.model_fields) - {"kind", "runs", "file"}

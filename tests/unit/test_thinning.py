@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from workbench import stages
-from workbench.campaign import Campaign
-from workbench.report_sections import runs as runs_page
-from workbench.streams import stream
-from workbench.thinning import spread_runs
+from workbench.campaign.campaign_runs import Campaign
+from workbench.campaign.thinning import spread_runs
+from workbench.report.sections import runs as runs_page
+from workbench.space.streams import stream
+from workbench.stages import run_all as stages
 
 STUDY = """
 [study]

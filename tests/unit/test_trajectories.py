@@ -6,8 +6,13 @@ from matplotlib.figure import Figure
 
 from workbench.engine import Airbag, Body, Member, Motion, RevoluteJoint, Spring, System, simulate
 from workbench.errors import StudyError
-from workbench.motion import Motion as Scene
-from workbench.trajectories import dataset, frames, plot_histories, plot_storyboard
+from workbench.motion.frames import Motion as Scene
+from workbench.motion.trajectories import (
+    dataset,
+    frames,
+    plot_histories,
+    plot_storyboard,
+)
 
 
 @pytest.fixture(scope="module")

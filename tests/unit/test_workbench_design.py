@@ -7,11 +7,17 @@ import numpy as np
 import pytest
 
 import doe
-from workbench.design import Design, DesignOptions, compare, make_design, versions
-from workbench.design_files import read_design, write_design
-from workbench.design_kinds import KINDS
 from workbench.errors import StudyError
-from workbench.space import Distribution, Parameter, Space
+from workbench.sampling.files import read_design, write_design
+from workbench.sampling.kinds import KINDS
+from workbench.sampling.plan import (
+    Design,
+    DesignOptions,
+    compare,
+    make_design,
+    versions,
+)
+from workbench.space.box import Distribution, Parameter, Space
 
 SEARCHED = DesignOptions(swaps=2000)
 
@@ -197,7 +203,7 @@ def test_versions_name_a_package_that_is_not_installed(monkeypatch):
     def missing(name):
         raise PackageNotFoundError(name)
 
-    monkeypatch.setattr("workbench.design.version", missing)
+    monkeypatch.setattr("workbench.sampling.plan.version", missing)
     versions.cache_clear()
     assert set(versions().values()) == {"not installed"}
     versions.cache_clear()

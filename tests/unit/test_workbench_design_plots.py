@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from workbench.design import make_design
-from workbench.design_plots import plot_correlations, plot_distances, plot_pair, plot_pairs
 from workbench.errors import StudyError
-from workbench.space import Parameter, Space
+from workbench.figures.design import (
+    plot_correlations,
+    plot_distances,
+    plot_pair,
+    plot_pairs,
+)
+from workbench.sampling.plan import make_design
+from workbench.space.box import Parameter, Space
 
 
 @pytest.fixture

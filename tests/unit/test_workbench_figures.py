@@ -4,9 +4,26 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-import workbench.plots as door
-from workbench import fit_plots, layout_plots, loop_plots, run_plots, screening_plots, worst_case_plots
-from workbench.figure_parts import axis_label, current_axes, whole_numbers
+import workbench.figures.all as door
+from workbench.figures import (
+    fit as fit_plots,
+)
+from workbench.figures import (
+    layout as layout_plots,
+)
+from workbench.figures import (
+    loop as loop_plots,
+)
+from workbench.figures import (
+    runs as run_plots,
+)
+from workbench.figures import (
+    screening as screening_plots,
+)
+from workbench.figures import (
+    worst_case as worst_case_plots,
+)
+from workbench.figures.parts import axis_label, current_axes, whole_numbers
 
 PATH = [
     {"added": ["a"], "log_likelihood": -40.0, "gain": 9.0, "accepted": True},

@@ -9,10 +9,10 @@ import pytest
 from scipy import stats
 
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.evaluator import Outcome
-from workbench.parameter import Distribution, Parameter, Response
-from workbench.screening import screen
-from workbench.space import Space
+from workbench.models.evaluator import Outcome
+from workbench.screening.screen import screen
+from workbench.space.box import Space
+from workbench.space.parameter import Distribution, Parameter, Response
 
 SPACE = Space(
     [

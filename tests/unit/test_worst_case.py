@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 from workbench.errors import StudyError
-from workbench.evaluator import FunctionEvaluator, Outcome
-from workbench.gap import lipschitz_gap
-from workbench.search_space import SearchSpace
-from workbench.space import Parameter, Space
-from workbench.worst_case import Status, search_worst_case, surrogate_worst_case, worst_case
+from workbench.models.evaluator import FunctionEvaluator, Outcome
+from workbench.search.evidence.gap import lipschitz_gap
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.worst_case import (
+    Status,
+    search_worst_case,
+    surrogate_worst_case,
+    worst_case,
+)
+from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=-1.0, upper=2.0, unit="m"), Parameter("b", lower=0.0, upper=1.0)])
 

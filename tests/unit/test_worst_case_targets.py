@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from workbench import stages
-from workbench.campaign import Campaign
+from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.planning import plan_study
-from workbench.report import report_numbers, write_report
-from workbench.study import parse_study
-from workbench.summaries import worst_case_lines
+from workbench.report.writing import report_numbers, write_report
+from workbench.stages import run_all as stages
+from workbench.stages.planning import plan_study
+from workbench.study.loading import parse_study
+from workbench.terminal.summaries import worst_case_lines
 
 STUDY = """
 [study]

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from workbench.errors import StudyError
-from workbench.evaluator import FunctionEvaluator
-from workbench.readings import weighted, within
-from workbench.space import Parameter, Space
-from workbench.worst_case import worst_case
-from workbench.worst_cases import worst_cases
+from workbench.models.evaluator import FunctionEvaluator
+from workbench.models.readings import weighted, within
+from workbench.search.worst_case import worst_case
+from workbench.search.worst_cases import worst_cases
+from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=2.0), Parameter("b", lower=0.0, upper=1.0)])
 

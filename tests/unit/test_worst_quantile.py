@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import norm
 
 from workbench.errors import StudyError
-from workbench.evaluator import FunctionEvaluator
-from workbench.space import Distribution, Parameter, Space
-from workbench.worst_quantile import worst_quantile
+from workbench.models.evaluator import FunctionEvaluator
+from workbench.search.worst_quantile import worst_quantile
+from workbench.space.box import Distribution, Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 

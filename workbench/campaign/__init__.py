@@ -1,0 +1,1 @@
+"""Runs of a study in its folder: store, lock, supervisor, ask and tell, exports, histories, failures."""

@@ -1,0 +1,382 @@
+"""A campaign: a study at work in its folder. Asks the model for runs, keeps every answer, never asks twice.
+
+    campaign = Campaign.from_file("study.toml")
+    campaign.run()                                  # design -> evaluate -> screen -> worst case -> report
+    campaign.results()                              # an xarray Dataset with units
+
+The stages themselves stand in `workbench.stages.run_all`; here are the folder, the runs and the ways to make
+them: our own workers, or `ask` and `tell` for results that come from elsewhere.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from workbench.campaign.lock import check_lock, write_lock
+from workbench.campaign.progress import Progress, Silent
+from workbench.campaign.store import Evaluation, Store, run_key
+from workbench.campaign.supervisor import (
+    Engine,
+    InlineEngine,
+    Policy,
+    supervise,
+)
+from workbench.errors import (
+    HoldfastError,
+    Interrupted,
+    StoreError,
+    StudyError,
+)
+from workbench.models.evaluator import Outcome
+from workbench.models.protocol import Answer, open_model
+from workbench.space.box import Response, Space
+from workbench.study.loading import Study, load_study
+from workbench.system.atomic import write_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+__all__ = ["Asked", "Campaign"]
+
+FAILURES = ("failed", "timeout", "killed", "nonfinite")
+RECYCLE = 400  # runs of a worker of an FMU before it is replaced: units leak instances
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A run that somebody else is to make: its key, and the parameters to make it with."""
+
+    key: str
+    parameters: Mapping[str, Any]
+
+
+class Campaign:
+    """A study, its folder and its runs. Close it, or use it in a `with` statement."""
+
+    def __init__(
+        self,
+        study: Study,
+        *,
+        folder: Path | None = None,
+        function: Callable[..., Any] | None = None,
+        keep_runs: bool = False,
+        progress: Progress | None = None,
+    ) -> None:
+        self.study = study
+        self.folder = study.campaign_folder if folder is None else Path(folder)
+        self.progress: Progress = Silent() if progress is None else progress
+        self._function = function
+        self._engine: Engine | None = None
+        self.spec = study.spec(version=self._version())
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as exc:
+            raise StoreError(
+                f"cannot make the folder {self.folder}: {exc.strerror}. Choose another --folder"
+            ) from exc
+        self.store = Store.opened(self.folder / "runs.sqlite")
+        try:
+            for text in check_lock(
+                self.folder, self.spec, runs=self.store.counts().get("ok", 0), keep_runs=keep_runs
+            ):
+                self.progress.note(text)
+            if study.text:
+                write_text(self.folder / "study.toml", study.text)
+            write_lock(self.folder, study, self.spec)
+        except BaseException:
+            self.store.close()
+            raise
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | Path,
+        *,
+        folder: str | Path | None = None,
+        workers: int | None = None,
+        dask: str | None = None,
+        keep_runs: bool = False,
+        progress: Progress | None = None,
+    ) -> "Campaign":
+        """Open or continue the campaign of a study file, in `folder` or beside the file.
+
+        Raises:
+            StudyError: the file is not usable, or its model changed since runs were stored.
+            StoreError: the folder cannot be used.
+        """
+        study = load_study(path)
+        if workers is not None:
+            study = replace(study, evaluate={**study.evaluate, "workers": workers})
+        if dask is not None:
+            study = replace(study, evaluate={**study.evaluate, "engine": "dask", "address": dask})
+        place = None if folder is None else Path(folder)
+        return cls(study, folder=place, keep_runs=keep_runs, progress=progress)
+
+    @classmethod
+    def of(
+        cls,
+        function: Callable[..., Any],
+        space: Space,
+        *,
+        responses: Sequence[Response] = (Response("y"),),
+        name: str = "campaign",
+        folder: str | Path | None = None,
+        seed: int = 1,
+        version: str = "1",
+        progress: Progress | None = None,
+    ) -> "Campaign":
+        """A campaign of a Python function, run in this process; kept in `folder` or in `name`.holdfast here.
+
+        `version`: change it when the function changes, and its runs are made anew.
+        """
+        reference = (
+            f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', repr(function))}"
+        )
+        study = Study(
+            name=name,
+            seed=seed,
+            space=space,
+            responses=tuple(responses),
+            reductions={r.name: None for r in responses},
+            model={"kind": "python", "function": reference, "version": version},
+            evaluate={"engine": "inline", "workers": 1, "retries": 0},
+        )
+        return cls(
+            study, folder=None if folder is None else Path(folder), function=function, progress=progress
+        )
+
+    def __enter__(self) -> "Campaign":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, exc: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the workers and close the database."""
+        if self._engine is not None:
+            self._engine.close()
+            self._engine = None
+        self.store.close()
+
+    def key(self, row: Mapping[str, Any]) -> str:
+        """The name of the run with these parameters."""
+        return run_key(self.spec.identity, self.spec.version, row)
+
+    def evaluate(
+        self, rows: Sequence[Mapping[str, Any]], *, batch: str = "design", quiet: bool = False
+    ) -> list[Evaluation]:
+        """Have these rows run, unless the store knows them; the answers in the order of the rows.
+
+        `quiet`: do not tell the progress of single runs.
+
+        Raises:
+            Interrupted: Ctrl-C, or a model that only others can run has rows without an answer.
+            StoreError: the store refused a write.
+        """
+        keys = self.enqueue(rows, batch=batch)
+        queued = [key for key, status in self.store.statuses(keys).items() if status == "queued"]
+        if queued:
+            self._make(queued, total=len(set(keys)), quiet=quiet)
+        return self.store.rows(keys=keys)
+
+    def enqueue(self, rows: Sequence[Mapping[str, Any]], *, batch: str) -> list[str]:
+        """Queue the rows that are new, and give all keys; what breaks a constraint is skipped at once."""
+        space = self.study.space
+        plain = space.canonical_rows(rows)
+        keys = [self.key(row) for row in plain]
+        known = self.store.statuses(keys)
+        new = {key: row for key, row in zip(keys, plain, strict=True) if key not in known}
+        if not new:
+            return keys
+        with self.store.transaction():
+            self.store.enqueue(
+                new.items(),
+                batch=batch,
+                model=self.spec.identity,
+                version=self.spec.version,
+                seed=self.study.seed,
+            )
+            for key, row in new.items() if space.constraints else ():
+                broken = space.violated(row)
+                if broken is not None:
+                    self.store.finish(
+                        key, Answer(status="skipped", error=f"constraint {broken} is not met"), attempt=0
+                    )
+        return keys
+
+    def outcomes_of_search(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+        """`evaluate` in the terms of a search; its progress is the search's to tell."""
+        return [outcome(row) for row in self.evaluate(rows, batch="worst_case", quiet=True)]
+
+    def ask(self, n: int | None = None) -> list[Asked]:
+        """Up to `n` rows that wait for an answer, in the order they were asked for."""
+        waiting = [row for row in self.runs() if row.status == "queued"]
+        return [Asked(row.key, row.inputs) for row in waiting[:n]]
+
+    def tell(
+        self,
+        key: str | None,
+        outputs: Mapping[str, Any] | float | None = None,
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        failure: str | None = None,
+    ) -> str:
+        """Store the result of a run made elsewhere: `outputs`, or the `failure` that kept it from giving any.
+
+        Without a `key` the run is named by its `parameters` and joins the campaign. An answer that is there
+        already stays; telling the same twice is no error. Gives the key.
+
+        Raises:
+            StudyError: no such key, or neither outputs nor a failure.
+        """
+        from workbench.campaign.telling import settled_answer
+
+        if key is None:
+            if parameters is None:
+                raise StudyError("tell needs the key of an asked run, or the parameters of a new one")
+            (key,) = self.enqueue([parameters], batch="told")
+        elif not self.store.rows(keys=[key]):
+            raise StudyError(f"no run {key!r} was asked for in {self.folder.name}")
+        answer = settled_answer(outputs, failure, self.study.reductions)
+        attempt = self.store.rows(keys=[key])[0].attempt + 1
+        self.store.finish(key, answer, attempt=attempt)
+        return key
+
+    def runs(self) -> list[Evaluation]:
+        """All runs of the present model and space, in the order they were asked for."""
+        names = set(self.study.space.names)
+        return [row for row in self.store.rows(version=self.spec.version) if set(row.inputs) == names]
+
+    def results(self) -> "xr.Dataset":
+        """All runs as a Dataset over the dimension `run`, with units in the attributes."""
+        from workbench.campaign.exports import dataset
+
+        return dataset(self.runs(), self.study.space, self.study.responses, name=self.study.name)
+
+    def frame(self) -> "pd.DataFrame":
+        """All runs as a table: key, status, batch, parameters, responses, error, seconds."""
+        from workbench.campaign.exports import frame
+
+        return frame(self.runs(), self.study.space, self.study.responses)
+
+    def history(self, key: str) -> "xr.Dataset":
+        """The time histories of a run."""
+        from workbench.campaign.histories import read_histories
+
+        return read_histories(self.folder, key)
+
+    def failures(self) -> dict[str, int]:
+        """How many runs failed, by status; those that a constraint skipped are not among them."""
+        return dict(Counter(row.status for row in self.runs() if row.status in FAILURES))
+
+    def run(self) -> dict[str, Any]:
+        """Walk the stages that the study asks for; what is up to date stays. Gives what each found."""
+        from workbench.stages.run_all import run_all
+
+        found: dict[str, Any] = run_all(self)
+        return found
+
+    def retry(self) -> int:
+        """Put failed runs back in the queue; how many."""
+        keys = [row.key for row in self.runs() if row.status in FAILURES]
+        self.store.retry(keys)
+        return len(keys)
+
+    def _version(self) -> str:
+        model = self.study.model
+        if model["kind"] == "table":
+            from workbench.models.table import table_digest
+
+            return table_digest(self.study.folder / model["file"])
+        return str(model["version"])
+
+    def _make(self, keys: Sequence[str], *, total: int, quiet: bool) -> None:
+        """Run queued rows on the engine of the study."""
+        if self.study.model["kind"] == "ask":
+            raise Interrupted(
+                f"{len(keys)} runs wait for their results: `holdfast design` lists them, "
+                "`holdfast tell` takes the results, then the same command continues"
+            )
+        counts: Counter[str] = Counter({"ok": total - len(keys)} if total > len(keys) else {})
+
+        def watch(rows: Sequence[Evaluation]) -> None:
+            counts.update(row.status for row in rows)
+            if not quiet:
+                self.progress.runs(counts.total(), total, counts)
+
+        if self._engine is None:
+            self._engine = self._opened_engine()
+        try:
+            policy = Policy(retries=self.study.evaluate.get("retries", 0))
+            supervise(
+                self._engine,
+                self.store,
+                keys,
+                policy=policy,
+                watcher=watch,
+                workdir=self._workdir if self.study.model["kind"] == "command" else None,
+                keep=self._keep if any(self.study.reductions.values()) else None,
+            )
+        except HoldfastError:
+            self._engine.close()
+            self._engine = None
+            raise
+
+    def _workdir(self, key: str) -> Path:
+        """Where a run of a command stands."""
+        return (self.folder / "work" / key).resolve()
+
+    def _keep(self, key: str, answer: Answer) -> None:
+        """Write the time histories of a run."""
+        if answer.histories:
+            from workbench.campaign.histories import write_histories
+
+            units = {r.name: r.unit for r in self.study.responses}
+            write_histories(self.folder, key, answer.histories, units)
+
+    def _opened_engine(self) -> Engine:
+        options = self.study.evaluate
+        if self._function is not None:
+            from workbench.models.python import PythonModel, check_signature
+
+            check_signature(self._function, self.spec.names)
+            return InlineEngine(self.spec, PythonModel(self._function))
+        if options.get("engine") == "inline" or self.study.model["kind"] == "table":
+            return InlineEngine(self.spec, open_model(self.spec))
+        if options.get("engine") == "dask":
+            from workbench.workers.dask_engine import DaskEngine
+
+            return DaskEngine(
+                self.spec,
+                address=options.get("address"),
+                workers=options.get("workers", 1),
+                timeout=options.get("timeout"),
+                memory=self.study.memory_bytes,
+            )
+        from workbench.workers.processes import ProcessPool
+
+        return ProcessPool(
+            self.spec,
+            workers=options.get("workers", 1),
+            timeout=options.get("timeout"),
+            memory=self.study.memory_bytes,
+            recycle=RECYCLE if self.study.model["kind"] == "fmu" else None,
+        )
+
+
+def outcome(row: Evaluation) -> Outcome:
+    """A stored run in the terms of a search."""
+    return Outcome(
+        parameters=row.inputs,
+        status=row.status,
+        outputs=row.outputs,
+        gradients=row.gradients,
+        key=row.key,
+        error=row.error,
+    )

@@ -1,0 +1,121 @@
+"""Runs as xarray Datasets, pandas frames and files (netCDF, CSV, parquet), which are written whole."""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.campaign.store import Evaluation
+from workbench.errors import StudyError
+from workbench.space.box import Response, Space
+from workbench.system.atomic import write_text, write_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    from workbench.campaign.campaign_runs import Campaign
+
+__all__ = ["dataset", "frame", "write_all", "write_csv", "write_netcdf", "write_parquet"]
+
+
+def dataset(
+    runs: Sequence[Evaluation], space: Space, responses: Sequence[Response], *, name: str
+) -> "xr.Dataset":
+    """Runs over the dimension `run` (their keys): parameters, responses (NaN without a value), status."""
+    import xarray as xr
+
+    variables: dict[str, Any] = {}
+    for p in space.parameters:
+        values = np.array([r.inputs[p.name] for r in runs], dtype=float if p.is_numeric else str)
+        variables[p.name] = (
+            "run",
+            values,
+            {"units": p.unit, "role": "parameter", "long_name": p.label or p.name},
+        )
+    for response in responses:
+        values = np.array([r.outputs.get(response.name, math.nan) for r in runs], dtype=float)
+        attributes = {
+            "units": response.unit,
+            "role": "response",
+            "long_name": response.label or response.name,
+        }
+        variables[response.name] = ("run", values, attributes)
+    for column in ("status", "batch"):
+        variables[column] = ("run", np.array([getattr(r, column) for r in runs], dtype=str))
+    keys = np.array([r.key for r in runs], dtype=str)
+    return xr.Dataset(variables, coords={"run": keys}, attrs={"study": name, "space_hash": space.hash})
+
+
+def frame(runs: Sequence[Evaluation], space: Space, responses: Sequence[Response]) -> "pd.DataFrame":
+    """One row per run; the index is the key, units stand in `attrs["units"]`."""
+    import pandas as pd
+
+    table = pd.DataFrame(
+        [
+            {
+                "key": r.key,
+                "status": r.status,
+                "batch": r.batch,
+                **r.inputs,
+                **{response.name: r.outputs.get(response.name, math.nan) for response in responses},
+                "error": r.error,
+                "seconds": r.wall,
+            }
+            for r in runs
+        ],
+        columns=["key", "status", "batch", *space.names, *(r.name for r in responses), "error", "seconds"],
+    ).set_index("key")
+    table.attrs["units"] = dict(zip(space.names, space.units, strict=True)) | {
+        r.name: r.unit for r in responses
+    }
+    return table
+
+
+def write_all(campaign: "Campaign", *, parquet: bool = False) -> list[Path]:
+    """`runs.csv`, `results.nc` and, if asked for, `runs.parquet` in the campaign's folder; their paths."""
+    study, runs = campaign.study, campaign.runs()
+    paths = [campaign.folder / "runs.csv", campaign.folder / "results.nc"]
+    write_csv(paths[0], runs, study.space, study.responses)
+    write_netcdf(paths[1], dataset(runs, study.space, study.responses, name=study.name))
+    if parquet:
+        paths.append(campaign.folder / "runs.parquet")
+        write_parquet(paths[-1], frame(runs, study.space, study.responses))
+    return paths
+
+
+def write_csv(path: Path, runs: Sequence[Evaluation], space: Space, responses: Sequence[Response]) -> None:
+    """Runs as CSV in full precision; units stand in results.nc, a second header line would break readers."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = [r.name for r in responses]
+    writer.writerow(["key", "status", "batch", *space.names, *names, "error"])
+    for r in runs:
+        values = [r.inputs[n] for n in space.names] + [r.outputs.get(n, "") for n in names]
+        writer.writerow([r.key, r.status, r.batch, *values, r.error])
+    write_text(path, out.getvalue())
+
+
+def write_netcdf(path: Path, data: "xr.Dataset") -> None:
+    """A Dataset as netCDF 3 (64-bit offset), which every netCDF library reads; bytes follow the data."""
+    content = data.to_netcdf(None, format="NETCDF3_64BIT", engine="scipy")
+    write_whole(path, bytes(content))
+
+
+def write_parquet(path: Path, table: "pd.DataFrame") -> None:
+    """A frame as parquet.
+
+    Raises:
+        StudyError: pyarrow is not installed.
+    """
+    try:
+        import pyarrow  # type: ignore[import-not-found, unused-ignore]  # noqa: F401
+    except ImportError:
+        raise StudyError("parquet needs pyarrow: pip install 'holdfast[parquet]'") from None
+    content = table.to_parquet(None)
+    assert isinstance(content, bytes)
+    write_whole(path, content)

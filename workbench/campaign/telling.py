@@ -1,0 +1,178 @@
+"""Results that come from elsewhere: rows out as CSV, answers in as CSV or from Python."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.errors import EvaluationFailed, StudyError
+from workbench.models.protocol import Answer, Reduction, settle
+
+if TYPE_CHECKING:
+    from workbench.campaign.campaign_runs import Asked, Campaign
+
+__all__ = ["Told", "asked_csv", "asked_lines", "asked_rows", "settled_answer", "tell_csv"]
+
+MOST_SHOWN = 20
+KEY_SHOWN = 10  # characters that tell runs of one campaign apart
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """How many rows of a file answered an asked run, were new, repeated what is stored, or failed."""
+
+    answered: int
+    new: int
+    repeated: int
+    failed: int
+
+
+def settled_answer(
+    outputs: Mapping[str, Any] | float | None, failure: str | None, reductions: Mapping[str, Reduction | None]
+) -> Answer:
+    """The answer that somebody tells."""
+    if failure is not None:
+        return Answer(status="failed", error=failure)
+    if outputs is None:
+        raise StudyError("tell needs outputs, or the failure that kept the run from giving any")
+    try:
+        return settle(outputs, reductions)
+    except EvaluationFailed as exc:
+        return Answer(status="failed", error=str(exc))
+
+
+def asked_csv(asked: Sequence["Asked"], names: Sequence[str], responses: Sequence[str]) -> str:
+    """Rows to run as CSV: key, parameters, and an empty column per response to fill in."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["key", *names, *responses])
+    for run in asked:
+        writer.writerow([run.key, *(run.parameters[n] for n in names), *("" for _ in responses)])
+    return out.getvalue()
+
+
+def asked_rows(campaign: "Campaign") -> list["Asked"]:
+    """The rows that wait in a study without a design: those that its searches asked for.
+
+    Raises:
+        StudyError: the model runs here, so that nobody is asked; or no stage of the study asks for rows.
+    """
+    study = campaign.study
+    if study.model["kind"] != "ask":
+        raise StudyError("the study has no [design] table; add one, such as [design] kind = 'ihs', runs = 50")
+    waiting = campaign.ask()
+    if not waiting and study.worst_case is None and study.robust is None:
+        raise StudyError(
+            "the study asks for no runs: give it a [design] table for points to run, or a [worst_case] "
+            "table, whose search then asks for its own"
+        )
+    return waiting
+
+
+def asked_lines(asked: Sequence["Asked"], *, study: str, csv: Path | None) -> list[str]:
+    """The waiting rows as a table, and how their results come back; `csv` is where they were written."""
+    from workbench.terminal.summaries import format_number, table_lines
+
+    if not asked:
+        return [f"no run waits for its result; `holdfast run {study}` goes on"]
+    rows = [
+        (
+            run.key[:KEY_SHOWN],
+            ", ".join(
+                # a parameter and its value stay on one line
+                f"{name}\u00a0=\u00a0{format_number(value, 6) if isinstance(value, float) else value}"
+                for name, value in run.parameters.items()
+            ),
+        )
+        for run in asked[:MOST_SHOWN]
+    ]
+    lines = table_lines(("key", "parameters"), rows)
+    if len(asked) > MOST_SHOWN:
+        lines.append(f"and {len(asked) - MOST_SHOWN} more")
+    if csv is None:
+        lines.append(f"`holdfast design {study} --csv ask.csv` writes them with all digits;")
+    lines.append(
+        f"fill in the responses in {csv or 'ask.csv'}, or in a column `error` why there are none, then"
+    )
+    return [*lines, f"`holdfast tell {study} {csv or 'ask.csv'}` and `holdfast run {study}`"]
+
+
+def tell_csv(campaign: "Campaign", path: Path) -> Told:
+    """Store the results in a CSV: a `key` column or all parameters, a column per response, and `error`.
+
+    A row with an error is a failed run; a row without a key, an error and any response is left alone.
+
+    Raises:
+        StudyError: columns are missing, a cell is no number, a key is unknown. Nothing of the file is stored
+        then.
+    """
+    from workbench.models.table import read_cells
+
+    names = campaign.study.space.names
+    responses = tuple(campaign.study.reductions)
+    header, lines = read_cells(path)
+    keyed = "key" in header
+    missing = [r for r in responses if r not in header]
+    missing += [] if keyed else [n for n in names if n not in header]
+    if missing:
+        raise StudyError(
+            f"{path.name} has no column {', '.join(map(repr, missing))}; it has {', '.join(header)}"
+        )
+    told: list[tuple[str | None, dict[str, Any] | None, dict[str, float] | None, str | None]] = []
+    known = {row.key for row in campaign.runs()}
+    for line, cells in lines:
+        where = f"{path.name}, line {line}"
+        if len(cells) != len(header):
+            raise StudyError(f"{where}: {len(cells)} cells where the header has {len(header)}")
+        cell = dict(zip(header, (c.strip() for c in cells), strict=True))
+        key = cell["key"] if keyed and cell["key"] else None
+        if key is not None and key not in known:
+            raise StudyError(
+                f"{where}: no run {key!r} was asked for; leave the key empty for a run of your own"
+            )
+        failure = cell.get("error") or None
+        given = [cell[r] for r in responses]
+        if failure is None and not any(given):
+            continue
+        outputs = None if failure else {r: _number(cell[r], where, r) for r in responses}
+        parameters = None
+        if key is None:
+            try:
+                parameters = campaign.study.space.canonical(
+                    {n: _value(campaign, n, cell[n], where) for n in names}
+                )
+            except StudyError as exc:
+                raise StudyError(f"{where}: {exc}") from None
+        told.append((key, parameters, outputs, failure))
+    return _store(campaign, told, known)
+
+
+def _store(campaign: "Campaign", told: Sequence[tuple[Any, Any, Any, Any]], known: set[str]) -> Told:
+    answered = new = repeated = failed = 0
+    with campaign.store.transaction():
+        for key, parameters, outputs, failure in told:
+            name = key or campaign.key(parameters)
+            before = campaign.store.rows(keys=[name])
+            if before and before[0].status not in ("queued", "running"):
+                repeated += 1
+                continue
+            campaign.tell(key, outputs, parameters=parameters, failure=failure)
+            answered += name in known
+            new += name not in known
+            failed += failure is not None
+    return Told(answered=answered, new=new, repeated=repeated, failed=failed)
+
+
+def _number(cell: str, where: str, column: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        came = repr(cell) if cell else "an empty cell"
+        hint = "leave all responses empty for a run that is not made, or fill in the column 'error'"
+        raise StudyError(f"{where}: column {column!r} needs a number, got {came}; {hint}") from None
+
+
+def _value(campaign: "Campaign", name: str, cell: str, where: str) -> Any:
+    return _number(cell, where, name) if campaign.study.space[name].is_numeric else cell

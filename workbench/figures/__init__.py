@@ -1,0 +1,1 @@
+"""Figures: each function draws on given axes and returns them."""

@@ -1,0 +1,217 @@
+"""Figures of the loop from a worst case to a layout and back: data in, axes out, as in
+`workbench.figures.all`.
+
+Members differ in form as well as colour, so that a grey print tells them apart: a belt is a plain line, an
+airbag a row of beads, a retractor dashes.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.figures.parts import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PALE,
+    PURPLE,
+    VERMILLION,
+    axis_label,
+    current_axes,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from workbench.motion.frames import History
+
+__all__ = [
+    "plot_convergence",
+    "plot_differences",
+    "plot_distributions",
+    "plot_history",
+    "plot_layout_matrix",
+    "plot_members",
+    "plot_rounds",
+]
+
+KIND_COLOURS = {"belt": VERMILLION, "airbag": BLUE, "retractor": "#735605"}
+WIDEST = 5.0  # points, at density 1
+THINNEST = 1e-3  # of the largest density: what no line can show
+DASHES = ("-", "--", ":", "-.")
+COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE)
+
+
+def plot_history(history: "History", *, times: np.ndarray, ax: "Axes | None" = None) -> "Axes":
+    """A response over time, one line per run, told apart by dashes too; the limit dotted."""
+    ax = current_axes(ax)
+    for k, (label, values) in enumerate(history.series.items()):
+        ax.plot(times, values, DASHES[k % 4], color=COLOURS[k % 5], label=label)
+    if history.limit is not None:
+        ax.axhline(history.limit, color="#1b1f24", lw=1, ls=(0, (1, 2)), label="limit")
+    ax.set(xlabel="time [s]", ylabel=axis_label(history.name, history.unit))
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_convergence(
+    history: Sequence[Mapping[str, Any]],
+    *,
+    baselines: Mapping[str, float] | None = None,
+    label: str = "objective",
+    unit: str = "1",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Every evaluated layout and the best so far; trivial layouts as level lines."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax = current_axes(ax)
+    number = [h.get("evaluation", k + 1) for k, h in enumerate(history)]
+    best = np.minimum.accumulate([h.get("best", h["value"]) for h in history])
+    ax.plot(number, [h["value"] for h in history], "o", color=PALE, mfc="none", label="evaluated")
+    ax.step(number, best, where="post", color=BLUE, label="best so far")
+    for k, (name, value) in enumerate((baselines or {}).items()):
+        ax.axhline(value, color=GREY, lw=1.2, ls=DASHES[1 + k % 3], label=name)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.set(xlabel="evaluation", ylabel=axis_label(label, unit))
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_rounds(
+    rounds: Sequence[Mapping[str, Any]], *, label: str = "response", unit: str = "1", ax: "Axes | None" = None
+) -> "Axes":
+    """Of every round of a robust loop the bound of the known cases and the worst case found, joined."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax = current_axes(ax)
+    number = np.arange(1, len(rounds) + 1)
+    bound, worst = (np.array([r[key] for r in rounds], dtype=float) for key in ("bound", "worst"))
+    ax.vlines(number, bound, worst, color=GREY, lw=1)
+    ax.plot(number, worst, "^", color=VERMILLION, label="worst case found")
+    ax.plot(number, bound, "_", color=BLUE, ms=14, mew=2, label="bound of the known cases")
+    ax.set(xlabel="round", ylabel=axis_label(label, unit), ylim=(0, 1.1 * float(worst.max())))
+    ax.set_xlim(0.5, len(rounds) + 0.5)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_layout_matrix(
+    density: np.ndarray,
+    *,
+    rows: Sequence[str],
+    columns: Sequence[str],
+    largest: float = 1.0,
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Densities (rows, columns) as squares whose area is the density; NaN where no member may be.
+
+    Areas and a dot for an empty place read in grey print as well as on a screen.
+    """
+    ax = current_axes(ax)
+    there = np.argwhere(~np.isnan(density))
+    size = np.array([density[i, j] for i, j in there]) / (largest or 1.0)
+    ax.scatter(there[:, 1], there[:, 0], s=2, c=GREY, marker=".", linewidths=0)
+    ax.scatter(there[:, 1], there[:, 0], s=60 * size, c="#1b1f24", marker="s", linewidths=0)
+    ax.set_yticks(range(len(rows)), rows, fontsize=7)
+    ax.set_xticks(range(len(columns)), columns, fontsize=6, rotation=90)
+    ax.set(xlim=(-0.7, len(columns) - 0.3), ylim=(len(rows) - 0.3, -0.7))
+    ax.grid(visible=False)
+    return ax
+
+
+def plot_members(
+    members: Sequence[Mapping[str, Any]],
+    *,
+    outlines: Sequence[Sequence[Sequence[float]]] = (),
+    unit: str = "m",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Members between their ends `a` and `b` (x, y), outlines of bodies behind them.
+
+    The width is the density relative to the largest; no threshold decides what is there.
+    """
+    ax = current_axes(ax)
+    for outline in outlines:
+        points = np.asarray(outline, dtype=float)
+        ax.fill(points[:, 0], points[:, 1], facecolor="#eef1f4", edgecolor=GREY, lw=1, zorder=1)
+    shown: set[str] = set()
+    largest = max((float(m["density"]) for m in members), default=0.0) or 1.0
+    # a thousand members are drawn finer than ten
+    widest = WIDEST / max(1.0, len(members) / 100) ** 0.5
+    for m in sorted(members, key=lambda m: float(m["density"])):
+        share, kind = float(m["density"]) / largest, str(m["kind"])
+        if share < THINNEST:
+            continue
+        (ax_, ay), (bx, by) = m["a"][:2], m["b"][:2]
+        colour, width = KIND_COLOURS.get(kind, "#1b1f24"), widest * share
+        label = kind if kind not in shown else None
+        shown.add(kind)
+        if kind == "airbag":
+            ax.plot([ax_, bx], [ay, by], "-", color=colour, lw=0.6, zorder=2)
+            s = (np.arange(7) + 0.5) / 7
+            ax.plot(
+                ax_ + s * (bx - ax_),
+                ay + s * (by - ay),
+                "o",
+                ms=2 + width,
+                color=colour,
+                label=label,
+                zorder=3,
+            )
+        else:
+            dash = (0, (2.2, 1.4)) if kind == "retractor" else "-"
+            ax.plot([ax_, bx], [ay, by], ls=dash, color=colour, lw=width, label=label, zorder=3)
+    ax.set_aspect("equal")
+    ax.set(xlabel=axis_label("x", unit), ylabel=axis_label("y", unit))
+    if shown:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return ax
+
+
+def plot_distributions(
+    values: Mapping[str, Sequence[float | None]],
+    *,
+    limit: float | None = None,
+    label: str = "response",
+    unit: str = "1",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Share of scenarios at or below a value, one stair per design; the limit dotted."""
+    ax = current_axes(ax)
+    for k, (name, given) in enumerate(values.items()):
+        y = np.sort([v for v in given if v is not None])
+        if len(y):
+            share = np.arange(1, len(y) + 1) / len(y) * 100
+            ax.step(y, share, DASHES[k % 4], where="post", color=COLOURS[k % 5], label=name)
+    if limit is not None:
+        ax.axvline(limit, color="#1b1f24", lw=1, ls=(0, (1, 2)), label="limit")
+    ax.set(ylim=(0, 101), xlabel=axis_label(label, unit), ylabel="scenarios at or below [%]")
+    ax.legend(loc="best")
+    return ax
+
+
+def plot_differences(
+    first: Sequence[float | None],
+    second: Sequence[float | None],
+    *,
+    names: tuple[str, str],
+    unit: str = "1",
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Two designs in the same scenarios: below the diagonal the second has the smaller value."""
+    ax = current_axes(ax)
+    pairs = np.array([(a, b) for a, b in zip(first, second, strict=True) if a is not None and b is not None])
+    ends = [float(pairs.min()), float(pairs.max())]
+    ax.plot(ends, ends, color=GREY, lw=1, ls="--")
+    worse = pairs[:, 1] > pairs[:, 0]
+    ax.plot(*pairs[~worse].T, "o", ms=3, color=BLUE, alpha=0.6, label=f"{names[1]} smaller: {(~worse).sum()}")
+    ax.plot(
+        *pairs[worse].T, "x", ms=4, color=VERMILLION, alpha=0.8, label=f"{names[1]} larger: {worse.sum()}"
+    )
+    ax.set(xlabel=axis_label(names[0], unit), ylabel=axis_label(names[1], unit))
+    ax.legend(loc="upper left")
+    return ax

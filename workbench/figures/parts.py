@@ -1,0 +1,39 @@
+"""What the figures share: colours that the colour-blind tell apart, labels with units, the current axes."""
+
+from typing import TYPE_CHECKING, Any
+
+from workbench.space.units import raised
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["axis_label", "current_axes", "whole_numbers"]
+
+BLUE, VERMILLION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"
+GREY, PALE = "#8a939d", "#c9d0d8"
+NORMAL_95 = 1.959963984540054
+
+
+def axis_label(name: str, unit: str = "1") -> str:
+    """A name with its unit in brackets; nothing for the dimensionless unit.
+
+    >>> axis_label("Tu", "m^2/yr"), axis_label("x1")
+    ('Tu [m²/yr]', 'x1')
+    """
+    return name if unit in ("", "1") else f"{name} [{raised(unit)}]"
+
+
+def current_axes(ax: "Axes | None") -> "Axes":
+    """The given axes, or the current ones."""
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot as plt
+
+    return plt.gca()
+
+
+def whole_numbers() -> Any:
+    """A locator of ticks at whole numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(integer=True)

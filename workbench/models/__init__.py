@@ -1,0 +1,1 @@
+"""A row in, an answer out: python, command, fmu, table, and readers of results."""

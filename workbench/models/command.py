@@ -1,0 +1,196 @@
+"""A solver behind a command line: decks from templates, an argument list without a shell, results from files.
+
+Every run has a folder of its own, `work/<key>`, with the decks, the copied files and `output.log`; it is
+removed when the run succeeded and kept when it failed. In arguments `{study}` stands for the study's folder,
+`{python}` for this interpreter, and a parameter's name in braces for its value.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import EvaluationFailed, StudyError
+from workbench.models.protocol import Answer, ModelSpec, settle
+from workbench.models.readers import read_response
+from workbench.models.template import Render, compiled, format_value
+from workbench.system.confined import confined
+from workbench.system.process_tree import end_group
+
+__all__ = ["CommandModel", "command_digest"]
+
+LOG = "output.log"
+LOG_TAIL = 4000  # bytes
+BRACED = re.compile(r"\{([A-Za-z_]\w*)\}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommandModel:
+    """Decks by their name in the run's folder, files to copy there, commands to run one after the other."""
+
+    spec: ModelSpec
+    decks: Mapping[str, Render]
+    files: tuple[Path, ...]
+    commands: tuple[tuple[str, ...], ...]
+
+    @classmethod
+    def opened(cls, spec: ModelSpec) -> "CommandModel":
+        """Read the templates and look for the programs.
+
+        Raises:
+            StudyError: a template or program is missing, leads out of the study's folder, or names no
+            parameter.
+        """
+        study = Path(spec.folder)
+        decks = {}
+        for table in spec.options.get("templates", ()):
+            source = confined(study, table["from"], what="template")
+            target = table["to"]
+            confined(study, target, what="deck")
+            what = f"template {table['from']}"
+            decks[target] = compiled(
+                _read(source, what), spec.names, style=table.get("style", "jinja"), what=what
+            )
+        files = tuple(confined(study, name, what="file") for name in spec.options.get("files", ()))
+        for path in files:
+            if not path.is_file():
+                raise StudyError(f"no file {path} to copy into the runs' folders")
+        commands = tuple(tuple(c) for c in _commands(spec.options))
+        for command in commands:
+            _check_command(command, spec, study, files)
+        return cls(spec=spec, decks=decks, files=files, commands=commands)
+
+    def run(self, row: Mapping[str, Any], workdir: Path | None) -> Answer:
+        """Write the decks, run the commands, read the responses."""
+        if workdir is None:
+            raise EvaluationFailed("a command needs a folder to run in")
+        if workdir.exists():
+            shutil.rmtree(workdir)
+        workdir.mkdir(parents=True)
+        for path in self.files:
+            shutil.copy2(path, workdir / path.name)
+        for name, render in self.decks.items():
+            deck = confined(workdir, name, what="deck")
+            deck.parent.mkdir(parents=True, exist_ok=True)
+            deck.write_text(render(row), encoding="utf-8")
+        answer = self._commands_run(row, workdir) or self._read(workdir)
+        if answer.status == "ok":
+            shutil.rmtree(workdir, ignore_errors=True)
+            return answer
+        error = f"{answer.error} (kept in {workdir.parent.name}/{workdir.name})"
+        return Answer(status=answer.status, error=error, log=_tail(workdir / LOG))
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+    def _commands_run(self, row: Mapping[str, Any], workdir: Path) -> Answer | None:
+        """None when all commands ended well, else how one of them did not."""
+        environment = {**os.environ, **self.spec.options.get("environment", {})}
+        with open(workdir / LOG, "wb") as log:
+            for command in self.commands:
+                arguments = [_filled(a, row, self.spec.folder) for a in command]
+                try:
+                    process = subprocess.Popen(
+                        arguments,
+                        cwd=workdir,
+                        stdin=subprocess.DEVNULL,
+                        stdout=log,
+                        stderr=subprocess.STDOUT,
+                        env=environment,
+                        process_group=0,
+                    )
+                except OSError as exc:
+                    raise EvaluationFailed(f"cannot start {arguments[0]}: {exc.strerror}") from None
+                try:
+                    code = process.wait()
+                finally:
+                    end_group(process.pid)  # what it left running in its group
+                    process.wait()
+                if code != 0:
+                    name = Path(arguments[0]).name
+                    if code < 0:
+                        return Answer(status="killed", error=f"{name} was ended by signal {-code}")
+                    return Answer(status="failed", error=f"{name} ended with exit code {code}")
+        return None
+
+    def _read(self, workdir: Path) -> Answer:
+        study = Path(self.spec.folder)
+        try:
+            raw = {
+                name: read_response(
+                    self.spec.options["read"][name], workdir, study, history=reduction is not None
+                )
+                for name, reduction in self.spec.responses.items()
+            }
+            return settle(raw, self.spec.responses)
+        except EvaluationFailed as exc:
+            return Answer(status="failed", error=str(exc))
+
+
+def command_digest(spec: ModelSpec) -> str:
+    """A digest of templates, copied files and files of the study's folder that stand among the arguments."""
+    study = Path(spec.folder)
+    names = [t["from"] for t in spec.options.get("templates", ())] + list(spec.options.get("files", ()))
+    names += [
+        a.removeprefix("{study}/") for c in _commands(spec.options) for a in c if a.startswith("{study}/")
+    ]
+    total = blake2b(digest_size=16)
+    for name in names:
+        try:
+            total.update(confined(study, name, what="file").read_bytes())
+        except (OSError, StudyError):
+            total.update(b"missing")
+    return total.hexdigest()
+
+
+def _commands(options: Mapping[str, Any]) -> Sequence[Sequence[str]]:
+    command = options["command"]
+    return command if command and not isinstance(command[0], str) else [command]
+
+
+def _check_command(command: Sequence[str], spec: ModelSpec, study: Path, files: Sequence[Path]) -> None:
+    known = {*spec.names, "study", "python"}
+    for argument in command:
+        unknown = next((name for name in BRACED.findall(argument) if name not in known), None)
+        if unknown is not None:
+            raise StudyError(
+                f"command argument {argument!r} names {unknown!r}, which is no parameter, study or python"
+            )
+    program = command[0].replace("{python}", sys.executable).replace("{study}", str(study))
+    copied = {f"./{path.name}" for path in files}
+    if BRACED.search(program) or program in copied:
+        return
+    if shutil.which(program) is None:
+        raise StudyError(
+            f"no program {program!r}; give its path, '{{study}}/...' for one beside the study file"
+        )
+
+
+def _filled(argument: str, row: Mapping[str, Any], study: str) -> str:
+    special = {"study": study, "python": sys.executable}
+    return BRACED.sub(lambda m: special.get(m[1]) or format_value(row[m[1]]), argument)
+
+
+def _read(path: Path, what: str) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as exc:
+        raise StudyError(f"{what} cannot be read: {exc.strerror}") from None
+    except UnicodeDecodeError as exc:
+        raise StudyError(f"{what} is not text in UTF-8 (byte {exc.start})") from None
+
+
+def _tail(log: Path) -> str:
+    try:
+        with open(log, "rb") as file:
+            file.seek(0, os.SEEK_END)
+            file.seek(max(0, file.tell() - LOG_TAIL))
+            return file.read().decode("utf-8", errors="backslashreplace").replace("\0", "\\0").strip()
+    except OSError:
+        return ""

@@ -1,0 +1,277 @@
+"""Models behind one protocol: a row of named parameters in, named responses out, failures as data.
+
+A model is described by a `ModelSpec` of plain types, so that it can be sent to a worker process or a cluster
+as JSON and opened there. `call` runs an opened model on one row and never raises: whatever the model does,
+short of taking the process down, becomes an `Answer`.
+"""
+
+import math
+import time
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from workbench.errors import EvaluationFailed, StudyError
+from workbench.models.gradients import checked_gradients, parted
+
+__all__ = ["Answer", "History", "Model", "ModelSpec", "Reduction", "call", "open_model", "settle"]
+
+REDUCTIONS = ("max", "min", "max_abs", "final", "mean", "at", "norm")
+LONGEST_ERROR = 4000  # characters of a message that are kept
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """A response over time: two sequences of equal length, `time` rising."""
+
+    time: Sequence[float]
+    values: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reduction:
+    """How a history becomes a number: max, min, max_abs, final, mean, at (a time), norm (of order p, over
+    time).
+
+    The mean and the p-norm are integrals by the trapezoidal rule, (1/T int |y|^p dt)^(1/p) for the norm.
+
+    >>> Reduction(kind="max_abs").of(History([0, 1, 2], [0.5, -3, 1]))
+    3.0
+    """
+
+    kind: str
+    at: float | None = None
+    p: float = 2.0
+
+    def of(self, history: History) -> float:
+        """The number.
+
+        Raises:
+            EvaluationFailed: lengths differ, the history is empty, or `at` lies outside its time.
+        """
+        t, y = [float(v) for v in history.time], [float(v) for v in history.values]
+        if len(t) != len(y) or not y:
+            raise EvaluationFailed(f"a history needs times and values alike, got {len(t)} and {len(y)}")
+        if not all(math.isfinite(v) for v in (*t, *y)):
+            return math.nan
+        if self.kind in ("max", "min"):
+            return max(y) if self.kind == "max" else min(y)
+        if self.kind == "max_abs":
+            return max(abs(v) for v in y)
+        if self.kind == "final":
+            return y[-1]
+        if self.kind == "at":
+            assert self.at is not None
+            return _interpolated(t, y, self.at)
+        if self.kind == "mean":
+            return _integral(t, y) / (t[-1] - t[0]) if t[-1] > t[0] else y[0]
+        largest = max(abs(v) for v in y)
+        if largest == 0 or t[-1] <= t[0]:
+            return largest
+        # scaled by the peak: |y|^p of a large p would overflow
+        inner = _integral(t, [abs(v / largest) ** self.p for v in y]) / (t[-1] - t[0])
+        return float(largest * inner ** (1 / self.p))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """One evaluation as it ended: ok, failed, timeout, killed, nonfinite or skipped.
+
+    `gradients`: response -> parameter -> derivative, where the model gives them.
+    """
+
+    status: str
+    outputs: Mapping[str, float] = field(default_factory=dict)
+    gradients: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    histories: Mapping[str, History] = field(default_factory=dict)
+    error: str = ""
+    log: str = ""
+    wall: float = 0.0
+    cpu: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelSpec:
+    """What to run, in plain types: `kind`, the options of that kind, the study's folder, names, responses.
+
+    `responses` maps each response's name to its reduction (None: a number), `identity` and `version` enter
+    the key of every run.
+    """
+
+    kind: str
+    options: Mapping[str, Any]
+    folder: str
+    names: tuple[str, ...]
+    responses: Mapping[str, Reduction | None]
+    identity: str
+    version: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain types for JSON; `ModelSpec.from_dict` takes them back."""
+        reductions = {
+            name: None if r is None else {"kind": r.kind, "at": r.at, "p": r.p}
+            for name, r in self.responses.items()
+        }
+        return {
+            "kind": self.kind,
+            "options": dict(self.options),
+            "folder": self.folder,
+            "names": list(self.names),
+            "responses": reductions,
+            "identity": self.identity,
+            "version": self.version,
+        }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> "ModelSpec":
+        """The description of a mapping as `to_dict` writes it."""
+        reductions = {name: None if r is None else Reduction(**r) for name, r in data["responses"].items()}
+        return cls(**{**data, "names": tuple(data["names"]), "responses": reductions})
+
+
+class Model(Protocol):
+    """An opened model. `run` may raise anything; `call` turns that into an answer."""
+
+    def run(self, row: Mapping[str, Any], workdir: Path | None) -> Any:
+        """A number, a mapping of response names to numbers or histories, or an `Answer`."""
+
+    def close(self) -> None:
+        """Release what the model holds."""
+
+
+def open_model(spec: ModelSpec) -> Model:
+    """The model of a description, ready to run.
+
+    Raises:
+        StudyError: the function, file or solver does not exist or does not take the study's parameters.
+    """
+    if spec.kind == "python":
+        from workbench.models.python import PythonModel
+
+        return PythonModel.opened(spec)
+    if spec.kind == "table":
+        from workbench.models.table import TableModel
+
+        return TableModel.opened(spec)
+    if spec.kind == "command":
+        from workbench.models.command import CommandModel
+
+        return CommandModel.opened(spec)
+    if spec.kind == "fmu":
+        from workbench.models.fmu import FmuModel
+
+        return FmuModel.opened(spec)
+    if spec.kind == "layout":
+        from workbench.robust_layout.model import LayoutRun
+
+        return LayoutRun.opened(spec)
+    raise StudyError(f"model kind {spec.kind!r} cannot be run here; it is one of python, command, fmu, table")
+
+
+def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path | None = None) -> Answer:
+    """Run the model on one row; every way to fail becomes an `Answer`. KeyboardInterrupt passes through."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        raw = model.run(row, workdir)
+        answer = raw if isinstance(raw, Answer) else _settled(raw, spec)
+    except EvaluationFailed as exc:
+        answer = Answer(status="failed", error=str(exc)[:LONGEST_ERROR])
+    except MemoryError:
+        answer = Answer(status="failed", error="MemoryError: the model ran out of memory")
+    except (Exception, SystemExit) as exc:  # a model may raise anything; the run becomes data
+        text = f"{type(exc).__name__}: {exc}"[:LONGEST_ERROR]
+        trace = "".join(traceback.format_exception(exc)[-6:])
+        answer = Answer(status="failed", error=text, log=trace[-LONGEST_ERROR:])
+    return replace(answer, wall=time.perf_counter() - wall, cpu=answer.cpu or time.process_time() - cpu)
+
+
+def _settled(raw: Any, spec: ModelSpec) -> Answer:
+    """The answer with its gradients, where the model returned a pair; those never cost a run its values."""
+    values, slopes = parted(raw)
+    answer = settle(values, spec.responses)
+    if slopes is None or answer.status != "ok":
+        return answer
+    try:
+        return replace(answer, gradients=checked_gradients(slopes, spec.names, tuple(spec.responses)))
+    except EvaluationFailed as exc:
+        return replace(answer, error=f"no gradient: {exc}"[:LONGEST_ERROR])
+
+
+def settle(raw: Any, responses: Mapping[str, Reduction | None]) -> Answer:
+    """The answer in what a model returned: declared responses as finite floats, histories reduced.
+
+    Raises:
+        EvaluationFailed: a response is missing, is no number, or is a history without a reduction.
+    """
+    if not isinstance(raw, Mapping):
+        if len(responses) != 1:
+            names = ", ".join(responses)
+            raise EvaluationFailed(f"the model returned {_short(raw)}; a mapping with {names} is needed")
+        raw = {next(iter(responses)): raw}
+    outputs: dict[str, float] = {}
+    histories: dict[str, History] = {}
+    for name, reduction in responses.items():
+        if name not in raw:
+            came = ", ".join(map(str, list(raw)[:20])) or "an empty mapping"
+            raise EvaluationFailed(f"the model returned no {name!r}, it returned {came}")
+        value = raw[name]
+        if reduction is not None:
+            histories[name] = _history(name, value)
+            outputs[name] = reduction.of(histories[name])
+        else:
+            outputs[name] = _number(name, value)
+    wrong = [f"{name} = {value}" for name, value in outputs.items() if not math.isfinite(value)]
+    if wrong:
+        return Answer(
+            status="nonfinite", histories=histories, error=f"not a finite number: {', '.join(wrong)}"
+        )
+    return Answer(status="ok", outputs=outputs, histories=histories)
+
+
+def _number(name: str, value: Any) -> float:
+    shape = getattr(value, "shape", ())
+    if value is None or isinstance(value, str | bytes | complex | Mapping) or shape != ():
+        came = f"an array of shape {shape}" if shape != () else _short(value)
+        raise EvaluationFailed(
+            f"response {name!r} came as {came}; a number is needed (a history needs reduce)"
+        )
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise EvaluationFailed(f"response {name!r} came as {_short(value)}; a number is needed") from None
+
+
+def _history(name: str, value: Any) -> History:
+    try:
+        time_, values = (value.time, value.values) if isinstance(value, History) else value
+        return History([float(v) for v in time_], [float(v) for v in values])
+    except (TypeError, ValueError):
+        raise EvaluationFailed(
+            f"response {name!r} came as {_short(value)}; a pair (time, values) is needed"
+        ) from None
+
+
+def _short(value: Any) -> str:
+    try:
+        text = repr(value)
+    except Exception:
+        text = f"an object of type {type(value).__name__}"
+    return text if len(text) < 200 else f"{text[:200]}..."
+
+
+def _interpolated(t: list[float], y: list[float], at: float) -> float:
+    if not t[0] <= at <= t[-1]:
+        raise EvaluationFailed(
+            f"the history runs from {t[0]:g} to {t[-1]:g}, its value at {at:g} does not exist"
+        )
+    for k in range(1, len(t)):
+        if at <= t[k]:
+            share = (at - t[k - 1]) / (t[k] - t[k - 1]) if t[k] > t[k - 1] else 1.0
+            return y[k - 1] + share * (y[k] - y[k - 1])
+    return y[-1]
+
+
+def _integral(t: list[float], y: list[float]) -> float:
+    return sum(0.5 * (t[k] - t[k - 1]) * (y[k] + y[k - 1]) for k in range(1, len(t)))

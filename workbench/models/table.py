@@ -1,0 +1,197 @@
+"""A table of runs made elsewhere as a model: a CSV with one column per parameter and response.
+
+Nothing can be run; a row of the table is looked up. Every cell is checked when the table is opened, and what
+is wrong is named by row and column. A response that is empty, nan or infinite is a run that failed.
+"""
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
+from workbench.models.protocol import ModelSpec
+
+__all__ = ["FEWEST_RUNS", "TableModel", "read_cells", "read_table", "table_digest"]
+
+FEWEST_RUNS = 3
+LARGEST_FILE = 500_000_000  # bytes
+
+
+@dataclass(frozen=True, slots=True)
+class TableModel:
+    """`rows` in the order of the file: parameters and responses by name, None for a response not there."""
+
+    rows: tuple[dict[str, Any], ...]
+    names: tuple[str, ...]
+    file: str
+    _place: dict[tuple[Any, ...], int]
+
+    @classmethod
+    def opened(cls, spec: ModelSpec) -> "TableModel":
+        """Read and check the file of a description."""
+        path = Path(spec.folder) / spec.options["file"]
+        words = tuple(spec.options.get("words", ()))
+        rows = read_table(
+            path, spec.names, tuple(spec.responses), columns=spec.options.get("columns", {}), words=words
+        )
+        place = {tuple(row[name] for name in spec.names): k for k, row in enumerate(rows)}
+        return cls(tuple(rows), spec.names, path.name, place)
+
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        """The parameters of every row."""
+        return [{name: row[name] for name in self.names} for row in self.rows]
+
+    def run(self, row: Mapping[str, Any], workdir: Path | None) -> Any:
+        """The table's row with these parameters."""
+        k = self._place.get(tuple(row[name] for name in self.names))
+        if k is None:
+            raise EvaluationFailed("the table holds no such run; a table cannot run anything new")
+        values = {name: value for name, value in self.rows[k].items() if name not in self.names}
+        absent = [name for name, value in values.items() if value is None]
+        if absent:
+            raise EvaluationFailed(f"{self.file} has no value of {', '.join(absent)} for this run")
+        return values
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+
+def table_digest(path: Path) -> str:
+    """A digest of the file's content, which is the version of a table model."""
+    try:
+        return blake2b(path.read_bytes(), digest_size=8).hexdigest()
+    except OSError as exc:
+        raise StudyError(f"cannot read the table {path}: {exc.strerror or exc}") from None
+
+
+def read_table(
+    path: Path,
+    parameters: Sequence[str],
+    responses: Sequence[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    words: Sequence[str] = (),
+    complete: bool = True,
+) -> list[dict[str, Any]]:
+    """Rows of a CSV as mappings of parameters and responses; numbers as floats, `words` as text.
+
+    A response with an empty cell is None, one with nan or inf is that number.
+    `complete`: refuse fewer than three rows with values, repeated rows and constant responses.
+
+    Raises:
+        StudyError: columns are missing, a parameter's cell holds no finite number or a response's something
+            else than a number, rows repeat, a response is constant.
+        NotEnoughRuns: fewer than three rows with values.
+    """
+    columns = columns or {}
+    header, lines = read_cells(path)
+    wanted = {name: columns.get(name, name) for name in (*parameters, *responses)}
+    missing = [column for column in wanted.values() if column not in header]
+    if missing:
+        raise StudyError(
+            f"{path.name} has no column {', '.join(map(repr, missing))}; it has {', '.join(header)}. "
+            "Rename them in the file or map them in [model] columns"
+        )
+    place = {name: header.index(column) for name, column in wanted.items()}
+    rows = []
+    for line, cells in lines:
+        where = f"{path.name}, line {line}"
+        if len(cells) != len(header):
+            raise StudyError(f"{where}: {len(cells)} cells where the header has {len(header)}")
+        row: dict[str, Any] = {}
+        for name in parameters:
+            cell = cells[place[name]].strip()
+            row[name] = cell if name in words else _number(cell, where, wanted[name])
+        for name in responses:
+            row[name] = _value(cells[place[name]].strip(), where, wanted[name])
+        rows.append(row)
+    if complete:
+        _check_rows(path.name, rows, [line for line, _ in lines], parameters, responses)
+    return rows
+
+
+def read_cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The header, and every row that is not empty with its line number."""
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise StudyError(f"the table {path} is larger than {LARGEST_FILE} bytes")
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file)
+            lines = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
+    except FileNotFoundError:
+        raise StudyError(f"no table {path}: [model] file is looked up beside the study file") from None
+    except UnicodeDecodeError as exc:
+        raise StudyError(f"the table {path} is not text in UTF-8 (byte {exc.start})") from None
+    except (OSError, csv.Error) as exc:
+        raise StudyError(f"cannot read the table {path}: {exc}") from None
+    if not lines:
+        raise StudyError(f"the table {path} is empty; its first line names the columns")
+    header = [cell.strip() for cell in lines[0][1]]
+    twice = next((name for k, name in enumerate(header) if name in header[:k]), None)
+    if twice is not None:
+        raise StudyError(f"{path.name} has the column {twice!r} twice")
+    return header, lines[1:]
+
+
+def _number(cell: str, where: str, column: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        came = f"{cell!r}" if cell else "an empty cell"
+        raise StudyError(
+            f"{where}: column {column!r} needs a number, got {came}. Fill it in or remove the row"
+        ) from None
+    if not math.isfinite(value):
+        raise StudyError(f"{where}: column {column!r} needs a finite number, got {cell}. Remove the row")
+    return value
+
+
+def _value(cell: str, where: str, column: str) -> float | None:
+    """A response: None where the cell is empty."""
+    try:
+        return float(cell) if cell else None
+    except ValueError:
+        raise StudyError(
+            f"{where}: column {column!r} needs a number, got {cell!r}. Leave the cell empty for a failed run"
+        ) from None
+
+
+def _check_rows(
+    name: str,
+    rows: list[dict[str, Any]],
+    lines: list[int],
+    parameters: Sequence[str],
+    responses: Sequence[str],
+) -> None:
+    good = [row for row in rows if all(row[r] is not None and math.isfinite(row[r]) for r in responses)]
+    if len(good) < FEWEST_RUNS:
+        failed = f", {len(rows) - len(good)} of them failed" if len(good) < len(rows) else ""
+        raise NotEnoughRuns(f"{name} has {len(rows)} runs{failed}; at least {FEWEST_RUNS} are needed")
+    seen: dict[tuple[Any, ...], int] = {}
+    repeated: list[tuple[int, int]] = []
+    for row, line in zip(rows, lines, strict=True):
+        first = seen.setdefault(tuple(row[p] for p in parameters), line)
+        if first != line:
+            repeated.append((first, line))
+    if repeated:
+        cure = "Remove one"
+        if responses:
+            cure = (
+                "A campaign knows a run by its parameters: put the mean of the responses in one row, or "
+                "screen the rows as they are with workbench.screen, which reads the noise off repeated runs"
+            )
+        others = f", and {len(repeated) - 1} more pairs" if len(repeated) > 1 else ""
+        raise StudyError(
+            f"{name}: lines {repeated[0][0]} and {repeated[0][1]} hold the same parameters{others}. {cure}"
+        )
+    for response in responses:
+        if len({row[response] for row in good}) == 1:
+            raise StudyError(
+                f"{name}: response {response!r} is {good[0][response]:g} in every row; nothing to explain. "
+                "Leave that [[response]] out, or add runs in which it changes"
+            )

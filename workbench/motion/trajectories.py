@@ -1,0 +1,229 @@
+"""Runs of the engine at the edge: as an xarray Dataset, as figures, and as frames for the report's viewer.
+
+    dataset(trajectory)          names, units and dimensions on the plain arrays of the engine
+    frames(trajectory)           a `MotionRun` of boxes and members, for `Motion` and the stills
+    plot_histories, plot_storyboard    data in, axes out
+
+Bodies of the engine have no shape. A frame draws each as the smallest box, centred on its mass, that holds
+the points where members, joints and bushings are tied to it.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from workbench.engine import Trajectory
+from workbench.errors import StudyError
+from workbench.figures.parts import (
+    BLUE,
+    GREY,
+    VERMILLION,
+    axis_label,
+    current_axes,
+)
+from workbench.motion.frames import (
+    Body,
+    Member,
+    MotionRun,
+    frame_at,
+    planar_poses,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["dataset", "frames", "plot_histories", "plot_storyboard"]
+
+Array = NDArray[np.float64]
+
+_DEPTH = 0.06  # m, thickness of the drawn boxes
+_LEAST = 0.04  # m, smallest edge of a drawn box
+_KINDS = {"Airbag": "airbag", "Retractor": "retractor"}  # all other laws are drawn as belts
+_STYLES = ("-", "--", "-.", ":")
+
+
+def _names(trajectory: Trajectory) -> list[str]:
+    system = trajectory.system
+    return [body.name for body in (*system.free, *system.prescribed)]
+
+
+def dataset(trajectory: Trajectory) -> xr.Dataset:
+    """Motion by time, body and axis; joint forces and residuals; energies.
+
+    Dimensions: time (s), body (free bodies), axis (x, y, angle), row (of the joints). Units of the axis
+    "angle" are rad where those of x and y are m.
+
+    >>> from workbench.engine import Body, Member, Spring, System, simulate
+    >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
+    >>> spring = Member(a="mass", b="ground", point_b=(-1.0, 0.0), law=Spring(k=10.0))
+    >>> ds = dataset(simulate(System(bodies=(mass,), members=(spring,)), [1.0], t_end=1.0, steps=200))
+    >>> float(ds.position.sel(body="mass", axis="x", time=1.0).round(4))
+    -0.0033
+    """
+    r = trajectory
+    free = [body.name for body in r.system.free]
+    moving = ("time", "body", "axis")
+
+    def by_body(table: Array) -> Array:
+        return table.reshape(len(r.times), len(free), 3)
+
+    return xr.Dataset(
+        {
+            "position": (moving, by_body(r.position), {"units": "m, rad"}),
+            "velocity": (moving, by_body(r.velocity), {"units": "m/s, rad/s"}),
+            "acceleration": (moving, by_body(r.acceleration), {"units": "m/s^2, rad/s^2"}),
+            "multiplier": (("time", "row"), r.multiplier, {"units": "N, N m"}),
+            "joint_residual": (("time", "row"), r.joint_residuals(), {"units": "m, rad"}),
+            "kinetic_energy": ("time", r.kinetic_energy(), {"units": "J"}),
+            "stored_energy": ("time", r.stored_energy(), {"units": "J"}),
+            "mechanical_energy": ("time", r.mechanical_energy(), {"units": "J"}),
+        },
+        coords={"time": ("time", r.times, {"units": "s"}), "body": free, "axis": ["x", "y", "angle"]},
+        attrs={"scheme": repr(r.scheme), "step": r.step, "status": r.status.value},
+    )
+
+
+def _tied_points(trajectory: Trajectory) -> dict[str, Array]:
+    """Body name -> (points, 2) where something is tied to it, in its own frame."""
+    found: dict[str, list[Any]] = {name: [(0.0, 0.0)] for name in _names(trajectory)}
+    system = trajectory.system
+    for part in (*system.members, *system.joints, *system.bushings):
+        for side in ("a", "b"):
+            point = getattr(part, f"point_{side}", None)
+            if point is not None and getattr(part, side) in found:
+                found[getattr(part, side)].append(point)
+    return {name: np.array(points, dtype=float) for name, points in found.items()}
+
+
+def frames(
+    trajectory: Trajectory,
+    *,
+    label: str = "run",
+    count: int = 60,
+    roles: dict[str, str] | None = None,
+    thinnest: float = 1e-3,
+) -> tuple[Array, MotionRun]:
+    """Times (T,) and a `MotionRun` of about `count` frames, evenly taken from the run's nodes.
+
+    roles: body name -> role of the viewer ("occupant", "seat", ...).    thinnest: members of a smaller
+    density are not drawn. Raises StudyError for fewer than two frames or a role for a body that is not there.
+
+    >>> from workbench.engine import Body, System, simulate
+    >>> run = simulate(System(bodies=(Body(name="ball"),)), [], t_end=1.0, steps=100)
+    >>> times, motion = frames(run, count=11)
+    >>> motion.poses.shape, float(times[-1])
+    ((11, 1, 7), 1.0)
+    """
+    names = _names(trajectory)
+    if count < 2:
+        raise StudyError(f"frames needs count >= 2, got {count}")
+    strangers = sorted(set(roles or {}) - set(names))
+    if strangers:
+        raise StudyError(f"roles name {strangers[0]!r}; bodies of the run are {', '.join(names)}")
+    nodes = np.unique(np.linspace(0, len(trajectory.times) - 1, count).round().astype(int))
+    places = np.stack([trajectory.of(name)[nodes] for name in names], axis=1)
+    bodies = []
+    for name, points in _tied_points(trajectory).items():
+        x, y = np.maximum(2 * np.abs(points).max(axis=0), _LEAST)
+        bodies.append(Body(
+            name=name, shape="box", size=(float(x), _DEPTH, float(y)), role=(roles or {}).get(name, "other"),
+            see_through=True,
+        ))  # fmt: skip
+    index = {name: i for i, name in enumerate(names)}
+    members = tuple(
+        Member(
+            name=f"M{i}", kind=_KINDS.get(type(m.law).__name__, "belt"),
+            density=float(min(1.0, trajectory.density[i])),
+            body_a=index.get(m.a, -1), point_a=(m.point_a[0], 0.0, m.point_a[1]),
+            body_b=index.get(m.b, -1), point_b=(m.point_b[0], 0.0, m.point_b[1]),
+        )
+        for i, m in enumerate(trajectory.system.members)
+        if trajectory.density[i] >= thinnest
+    )  # fmt: skip
+    poses = planar_poses(*(places[..., axis] for axis in range(3)))
+    return trajectory.times[nodes], MotionRun(label=label, bodies=tuple(bodies), poses=poses, members=members)
+
+
+def plot_histories(
+    series: dict[str, Any], times: Any, *, label: str = "value", unit: str = "1", ax: "Axes | None" = None
+) -> "Axes":
+    """Several series over time, told apart by line style as well as colour."""
+    ax = current_axes(ax)
+    colours = (BLUE, VERMILLION, GREY)
+    for i, (name, values) in enumerate(series.items()):
+        ax.plot(times, values, _STYLES[i % len(_STYLES)], color=colours[i % len(colours)], label=name)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel(axis_label(label, unit))
+    if len(series) > 1:
+        ax.legend(frameon=False)
+    return ax
+
+
+def plot_storyboard(trajectory: Trajectory, times: Sequence[float], *, ax: "Axes | None" = None) -> "Axes":
+    """The bodies at some times, side by side, with members as thick as their density; y up, one scale.
+
+    Bodies are drawn as the outline of their tied points, free ones dark, prescribed ones grey.
+    """
+    ax = current_axes(ax)
+    outlines = {name: _outline(points) for name, points in _tied_points(trajectory).items()}
+    free = {body.name for body in trajectory.system.free}
+    stills = [frame_at(trajectory.times, t) for t in times]
+    ends = {name: trajectory.of(name)[stills] for name in outlines}
+    reach = [_placed(points, place)[:, 0] for name, points in outlines.items() for place in ends[name]]
+    pitch = 1.15 * float(max(x.max() for x in reach) - min(x.min() for x in reach))
+    for k, node in enumerate(stills):
+        for name, points in outlines.items():
+            corners = _placed(points, ends[name][k]) + np.array([k * pitch, 0.0])
+            closed = np.vstack([corners, corners[:1]])
+            ax.plot(closed[:, 0], closed[:, 1], color=BLUE if name in free else GREY, linewidth=1.3)
+        _draw_members(trajectory, node, k * pitch, ax)
+        middle = np.mean(
+            [_placed(points, ends[name][k]).mean(axis=0)[0] for name, points in outlines.items()]
+        )
+        ax.annotate(
+            f"{trajectory.times[node]:.3g} s", (middle + k * pitch, 1.02), va="bottom", ha="center",
+            xycoords=("data", "axes fraction"),
+        )  # fmt: skip
+    ax.set_aspect("equal")
+    ax.set_xlabel("x [m], shifted from still to still")
+    ax.set_ylabel("y [m]")
+    return ax
+
+
+def _draw_members(trajectory: Trajectory, node: int, shift: float, ax: "Axes") -> None:
+    from matplotlib.collections import LineCollection
+
+    density = trajectory.density
+    share = density / max(float(density.max(initial=0.0)), 1e-300)
+    lines, widths = [], []
+    for i, member in enumerate(trajectory.system.members):
+        if share[i] < 1e-3:
+            continue
+        ends = []
+        for body, point in ((member.a, member.point_a), (member.b, member.point_b)):
+            place = np.zeros(3) if body == "ground" else trajectory.of(body)[node]
+            ends.append(_placed(np.array([point]), place)[0] + np.array([shift, 0.0]))
+        lines.append(ends)
+        widths.append(share[i])
+    thickest = min(2.0, 60.0 / max(len(lines), 1))
+    ax.add_collection(
+        LineCollection(lines, linewidths=thickest * np.array(widths), colors=VERMILLION, alpha=0.6)
+    )
+
+
+def _outline(points: Array) -> Array:
+    """Convex outline of the tied points, or the points themselves when there are too few."""
+    spread = points - points.mean(axis=0)
+    if len(np.unique(points, axis=0)) < 3 or np.linalg.matrix_rank(spread, tol=1e-9) < 2:
+        return points
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(points[ConvexHull(points).vertices])
+
+
+def _placed(points: Array, place: Array) -> Array:
+    c, s = np.cos(place[2]), np.sin(place[2])
+    return np.asarray(points @ np.array([[c, s], [-s, c]]) + place[:2])

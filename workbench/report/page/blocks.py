@@ -1,0 +1,208 @@
+"""What a section is made of: sentences, notes, figures with their table twins; and how numbers read."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from workbench.space.units import raised
+
+__all__ = [
+    "Card",
+    "Column",
+    "Figure",
+    "Note",
+    "Panel",
+    "Section",
+    "Table",
+    "names_of",
+    "number",
+    "percent",
+    "quantity",
+]
+
+Level = Literal["good", "fair", "poor", "plain"]
+DIGITS = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """One column of a table, with its unit ("1" for none)."""
+
+    name: str
+    unit: str = "1"
+
+    @property
+    def heading(self) -> str:
+        """Name and unit."""
+        return self.name if self.unit in ("", "1") else f"{self.name} [{self.unit}]"
+
+    @property
+    def shown(self) -> str:
+        """The heading as it is read."""
+        return self.name if self.unit in ("", "1") else f"{self.name} [{raised(self.unit)}]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Rows of raw values; `marked` rows are set off and say why in their cell of the column `mark`.
+
+    A `folded` table is opened by a click and left out in print: for details that are long and told elsewhere.
+    """
+
+    id: str
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    marked: frozenset[int] = frozenset()
+    folded: bool = False
+
+    @property
+    def trimmed(self) -> "Table":
+        """Without columns that say nothing: empty ones, and units when all are 1."""
+        kept = [
+            j
+            for j, column in enumerate(self.columns)
+            if not self.rows
+            or (
+                any(row[j] not in (None, "") for row in self.rows)
+                and not (column.name == "unit" and all(row[j] == "1" for row in self.rows))
+            )
+        ]
+        return replace(
+            self,
+            columns=tuple(self.columns[j] for j in kept),
+            rows=tuple(tuple(row[j] for j in kept) for row in self.rows),
+        )
+
+    @property
+    def cells(self) -> list[list[str]]:
+        """The rows as they are read."""
+        return [[number(value) for value in row] for row in self.rows]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Panel:
+    """One drawing of a figure: `draw` gets the axes. Sizes in inches."""
+
+    draw: Callable[[Any], Any]
+    width: float = 4.6
+    height: float = 3.0
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figure:
+    """Drawings with a sentence on what they show (`alt`), what to read off, and the numbers as table."""
+
+    id: str
+    title: str
+    alt: str
+    read_off: str
+    panels: tuple[Panel, ...]
+    table: Table
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """A sentence set off from the text."""
+
+    text: str
+    level: Level = "plain"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Card:
+    """One answer on the first screen: question, answer, a sentence below, and the section it comes from."""
+
+    question: str
+    answer: str
+    detail: str
+    section: str
+    level: Level = "plain"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Html:
+    """A part of the page that a section brings itself; `text` stands for it in Markdown."""
+
+    id: str
+    markup: str
+    text: str
+
+
+Block = Figure | Table | Note | Html
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """A heading with sentences and blocks, and the printed numbers under their names."""
+
+    id: str
+    title: str
+    sentences: tuple[str, ...] = ()
+    blocks: tuple[Block, ...] = ()
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def tables(self) -> list[Table]:
+        """All tables, twins of figures included."""
+        return [
+            block.table if isinstance(block, Figure) else block
+            for block in self.blocks
+            if isinstance(block, (Figure, Table))
+        ]
+
+
+def number(value: Any, digits: int = DIGITS) -> str:
+    """A value as it is read: `digits` significant digits, no exponent between 1e-4 and 1e7.
+
+    >>> [number(v) for v in (115600.0, 0.123456789, 13.3125, 2e-9, 64, None, True, "x1", -0.5)]
+    ['115600', '0.123457', '13.3125', '2e-09', '64', '–', 'yes', 'x1', '-0.5']
+    """
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int) or not isinstance(value, float):
+        return str(value)
+    if not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    exponent = math.floor(math.log10(abs(value)))
+    if not -4 <= exponent < 7:
+        return f"{value:.{digits - 1}g}"
+    text = f"{value:.{max(digits - 1 - exponent, 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def quantity(value: Any, unit: str = "1", digits: int = DIGITS) -> str:
+    """A value with its unit.
+
+    >>> quantity(309.57559, "m^3/yr"), quantity(13.3125)
+    ('309.576 m³/yr', '13.3125')
+    """
+    return number(value, digits) if unit in ("", "1") else f"{number(value, digits)} {raised(unit)}"
+
+
+def percent(share: float, digits: int = 0) -> str:
+    """A share of one as percent.
+
+    >>> percent(0.953)
+    '95\xa0%'
+    """
+    return f"{100.0 * share:.{digits}f}\N{NO-BREAK SPACE}%"
+
+
+def names_of(names: Sequence[str], *, at_most: int = 12) -> str:
+    """Names as a list in a sentence.
+
+    >>> names_of(["x1", "x4", "x5"]), names_of(["x1"]), names_of([])
+    ('x1, x4 and x5', 'x1', 'none')
+    """
+    if not names:
+        return "none"
+    if len(names) > at_most:
+        return f"{', '.join(names[:at_most])} and {len(names) - at_most} more"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

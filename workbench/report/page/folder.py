@@ -1,0 +1,168 @@
+"""A campaign's folder as the report sees it: the documents of its stages and the rows of `runs.sqlite`."""
+
+import json
+import sqlite3
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import StoreError, StudyError
+from workbench.system.atomic import read_json
+
+__all__ = ["CampaignFolder", "Run"]
+
+DOCUMENTS = ("design", "screening", "worst_case", "layout", "robust", "robust_layout", "motion")
+COLUMNS = ("id", "key", "status", "attempt", "batch", "inputs", "outputs", "error", "wall", "cpu", "host")
+UNFINISHED = ("queued", "running")
+KEY_SHOWN = 10  # characters of a key that tell runs of one campaign apart
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """One row of the table `evaluation`."""
+
+    id: int
+    key: str
+    status: str
+    attempt: int
+    batch: str
+    inputs: Mapping[str, Any]
+    outputs: Mapping[str, Any]
+    error: str
+    wall: float | None
+    cpu: float | None
+    host: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignFolder:
+    """Documents by stage (None where a stage has not run) and all runs in the order asked for."""
+
+    path: Path
+    lock: Mapping[str, Any]
+    documents: Mapping[str, Any]
+    runs: tuple[Run, ...]
+
+    @classmethod
+    def opened(cls, path: Path) -> "CampaignFolder":
+        """Read a folder.
+
+        Raises:
+            StudyError: it is not a campaign's folder.
+            StoreError: a document or the database cannot be read.
+        """
+        documents = {name: _document(path / f"{name}.json") for name in DOCUMENTS}
+        lock = _document(path / "study.lock.json")
+        database = path / "runs.sqlite"
+        if lock is None and not any(documents.values()) and not database.exists():
+            raise StudyError(
+                f"{path} is not the folder of a campaign: it has neither study.lock.json nor runs.sqlite "
+                "nor a "
+                "stage's document. Give the folder that `holdfast run` printed"
+            )
+        return cls(
+            path=path,
+            lock=lock or {},
+            documents=documents,
+            runs=_runs(database) if database.exists() else (),
+        )
+
+    def __getitem__(self, name: str) -> Mapping[str, Any] | None:
+        found: Mapping[str, Any] | None = self.documents[name]
+        return found
+
+    @property
+    def name(self) -> str:
+        """The study's name."""
+        resolved = self.lock.get("resolved", {})
+        return str(resolved.get("study", {}).get("name") or self.path.name.removesuffix(".holdfast"))
+
+    @property
+    def parameters(self) -> dict[str, Mapping[str, Any]]:
+        """Parameters by name: unit, kind, bounds, label."""
+        design = self["design"] or {}
+        space = design.get("space", {}).get("parameters")
+        given = space or design.get("parameters") or self.lock.get("resolved", {}).get("parameter", [])
+        return {str(p["name"]): p for p in given}
+
+    def unit_of(self, parameter: str) -> str:
+        """The unit of a parameter, "1" when unknown."""
+        return str(self.parameters.get(parameter, {}).get("unit") or "1")
+
+    @property
+    def responses(self) -> dict[str, str]:
+        """Units of the responses by name."""
+        given = self.lock.get("resolved", {}).get("response", [])
+        found = {str(r["name"]): str(r.get("unit") or "1") for r in given}
+        for name in ("screening", "worst_case"):
+            document = self[name]
+            if document is not None and not document.get("weights"):
+                found.setdefault(str(document["response"]), str(document.get("unit") or "1"))
+        return found
+
+    @property
+    def main_response(self) -> str | None:
+        """The response that the study is about."""
+        for name in ("worst_case", "screening"):
+            document = self[name]
+            if document is not None and not document.get("weights"):  # a sum is no response
+                return str(document["response"])
+        return next(iter(self.responses), None)
+
+    @property
+    def finished(self) -> tuple[Run, ...]:
+        """Runs that have an answer, good or bad."""
+        return tuple(run for run in self.runs if run.status not in UNFINISHED)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Runs by status."""
+        return dict(sorted(Counter(run.status for run in self.runs).items()))
+
+    def run_name(self, key: str | None) -> str:
+        """A run as a person refers to it: its number and the beginning of its key."""
+        if not key:
+            return "–"
+        number = next((run.id for run in self.runs if run.key == key), None)
+        return f"run {key[:KEY_SHOWN]}" if number is None else f"run {number} ({key[:KEY_SHOWN]})"
+
+
+def _document(path: Path) -> Any:
+    found = read_json(path)
+    if found is not None and not isinstance(found, dict):
+        raise StoreError(
+            f"{path} holds {type(found).__name__}, not a document. Remove it to have it made anew"
+        )
+    return found
+
+
+def _runs(database: Path) -> tuple[Run, ...]:
+    try:
+        connection = sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True)
+        try:
+            rows = connection.execute(f"SELECT {', '.join(COLUMNS)} FROM evaluation ORDER BY id").fetchall()
+        finally:
+            connection.close()
+    except sqlite3.Error as exc:
+        raise StoreError(f"cannot read {database}: {exc}. Run `holdfast validate` on the study") from exc
+    found = []
+    for row in rows:
+        cell = dict(zip(COLUMNS, row, strict=True))
+        found.append(
+            Run(
+                id=cell["id"],
+                key=cell["key"],
+                status=cell["status"],
+                attempt=cell["attempt"],
+                batch=cell["batch"],
+                inputs=json.loads(cell["inputs"]),
+                outputs=json.loads(cell["outputs"] or "{}"),
+                error=cell["error"] or "",
+                wall=cell["wall"],
+                cpu=cell["cpu"],
+                host=cell["host"] or "",
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,160 @@
+"""The first screen: each question of the study with its answer in a plain sentence."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.report.page.blocks import (
+    Card,
+    names_of,
+    number,
+    percent,
+    quantity,
+)
+from workbench.report.page.folder import CampaignFolder
+from workbench.report.sections.fit import GOOD_Q2, trust_in
+from workbench.report.sections.layout import improvement_sentence
+from workbench.report.worst_case.section import gap_sentence
+
+__all__ = ["answer_cards", "question"]
+
+
+def question(folder: CampaignFolder) -> str:
+    """What was asked, in one sentence."""
+    count = len(folder.parameters)
+    what = f"the {count} uncertain parameters" if count else "the uncertain parameters"
+    response, worst = folder.main_response, folder["worst_case"]
+    if response is None:
+        return f"What do {what} do?"
+    asked = f"Which of {what} drive {response}"
+    if worst is None:
+        return f"{asked}?"
+    what = "it" if worst["response"] == response else worst["response"]
+    return f"{asked}, and how {'large' if worst['sense'] == 'max' else 'small'} can {what} get?"
+
+
+def answer_cards(folder: CampaignFolder) -> list[Card]:
+    """One card per stage that has run."""
+    cards = []
+    if (worst := folder["worst_case"]) is not None:
+        cards.append(_worst(folder, worst, section="worst-case"))
+        cards += [
+            _worst(folder, other, section=f"worst-case-{other['response']}")
+            for other in worst.get("others") or ()
+        ]
+    if (layout := folder["layout"]) is not None:
+        cards.append(_layout(layout))
+    if (robust := folder["robust"]) is not None:
+        cards.append(_robust(robust))
+    if (screening := folder["screening"]) is not None:
+        cards.append(_screening(screening))
+        if screening.get("leave_one_out"):
+            trust = trust_in(screening["leave_one_out"])
+            cards.append(
+                Card(
+                    question="How far can the Kriging be trusted?",
+                    answer={"good": "It predicts well.", "fair": "With care.", "poor": "Not far."}.get(
+                        trust.word, "Unknown."
+                    ),
+                    detail=trust.sentence,
+                    section="fit",
+                    level=trust.level,
+                )
+            )
+    if folder.runs:
+        cards.append(_runs(folder))
+    return cards
+
+
+def _worst(folder: CampaignFolder, worst: Mapping[str, Any], *, section: str) -> Card:
+    response, unit = str(worst["response"]), str(worst.get("unit") or "1")
+    confirmed = bool(worst["confirmed"])
+    if confirmed:
+        detail = (
+            f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}, after "
+            f"{worst['evaluations']} runs of "
+            f"the search. {gap_sentence(worst)}"
+        )
+    else:
+        std = worst.get("predicted_std")
+        bar = f" (standard deviation {quantity(std, unit, 3)})" if isinstance(std, (int, float)) else ""
+        detail = f"Surrogate only, unconfirmed: no run was made there{bar}. Run the model at this point."
+    return Card(
+        question=f"How {'large' if worst['sense'] == 'max' else 'small'} can {response} get?",
+        answer=f"{response} = {quantity(worst['value'], unit)}",
+        detail=detail,
+        section=section,
+        level="good" if confirmed else "fair",
+    )
+
+
+def _layout(layout: Mapping[str, Any]) -> Card:
+    unit = str(layout.get("unit") or "1")
+    baselines = layout.get("baselines") or {}
+    better = all(float(layout["value"]) < float(value) for value in baselines.values())
+    return Card(
+        question="Which layout holds fast in it?",
+        answer=f"worst {layout['response']} {quantity(layout['value'], unit)}",
+        detail=improvement_sentence(layout),
+        section="layout",
+        level="good" if baselines and better else "fair",
+    )
+
+
+def _robust(robust: Mapping[str, Any]) -> Card:
+    unit, last = str(robust.get("unit") or "1"), robust["summaries"][-1]
+    first = robust["summaries"][0]
+    sign = 1.0 if robust.get("sense", "max") == "max" else -1.0
+    better = sign * (first["worst"] - last["worst"]) >= 0
+    beyond = last.get("beyond_limit")
+    before = quantity(first["worst"], unit)
+    met = int(robust["samples"]) - int(robust.get("left_out") or 0)
+    detail = f"Worst of {met} scenarios; with {first['design']} it was {before}."
+    if beyond is not None:
+        share, most = percent(beyond[0], 1), percent(beyond[2], 1)
+        detail += f" {share} of scenarios exceed the limit (95 % interval up to {most})."
+    doubtful = bool(robust.get("left_out") and robust.get("warnings"))
+    if doubtful:
+        detail += " Runs failed and may hide something worse."
+    return Card(
+        question="Does it hold over the whole uncertainty?",
+        answer=f"{last['design']}: {quantity(last['worst'], unit)} at worst",
+        detail=detail,
+        section="robust",
+        level="poor" if not better else "fair" if doubtful else "good",
+    )
+
+
+def _screening(screening: Mapping[str, Any]) -> Card:
+    selected, total = list(screening["selected"]), len(screening["ranking"])
+    left = total - len(selected)
+    rest = f"The other {left} were not selected." if left else "None was left out."
+    q2 = (screening.get("leave_one_out") or {}).get("q2")
+    # whatever the likelihood says: parameters that predict badly on their own are not all there are
+    enough = q2 is None or q2 >= GOOD_Q2 or not left
+    if q2 is not None and not enough:
+        said = percent(max(float(q2), 0.0))
+        rest += f" The selected ones alone predict {said} of the variance: others may matter too."
+    return Card(
+        question=f"Which parameters drive {screening['response']}?",
+        answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
+        detail=f"{rest} Judged on {screening['n_runs']} runs.",
+        section="screening",
+        level="plain" if enough else "fair",
+    )
+
+
+def _runs(folder: CampaignFolder) -> Card:
+    finished = folder.finished
+    bad = [run for run in finished if run.status not in ("ok", "skipped")]
+    waiting = len(folder.runs) - len(finished)
+    detail = "All of them gave a value." if not bad else f"{len(bad)} gave none; see where they lie."
+    if waiting:
+        detail += f" {waiting} more are not finished."
+    return Card(
+        question="What ran?",
+        answer=f"{len(finished)} run{'' if len(finished) == 1 else 's'}"
+        + (f", {len(bad)} failed" if bad else ""),
+        detail=detail + f" CPU time {number(sum(r.cpu or 0.0 for r in finished), 3)} s.",
+        section="runs",
+        level="good" if not bad else "poor" if len(bad) > 0.2 * len(finished) else "fair",
+    )

@@ -1,0 +1,195 @@
+"""What a designer takes to a review: the findings of a robust loop in plain sentences, first on the page."""
+
+import html
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.report.page.blocks import (
+    Block,
+    Column,
+    Html,
+    Note,
+    Section,
+    Table,
+    names_of,
+    number,
+    quantity,
+)
+from workbench.report.page.folder import CampaignFolder
+
+__all__ = ["case_text", "findings_section"]
+
+
+def findings_section(folder: CampaignFolder) -> Section | None:
+    """None without `robust_layout.json`."""
+    loop = folder["robust_layout"]
+    if loop is None:
+        return None
+    unit = str(loop.get("unit") or "1")
+    findings = [
+        *_unrestrained(folder, loop, unit),
+        *_drivers(folder),
+        *_layout(loop, unit),
+        *_samples(folder, loop, unit),
+        *_after(loop),
+        *_variants(loop, unit),
+    ]
+    blocks: list[Block] = [_listed(findings)]
+    if not loop["certified"] or loop.get("broken_by_samples"):
+        blocks.append(Note(text=f"{loop['status']} Treat the worst case as a lower end.", level="poor"))
+    blocks += [Note(text=f"A case could not be used: {text}", level="fair") for text in loop["failures"]]
+    blocks.append(_table(loop, unit))
+    return Section(
+        id="findings",
+        title="What was found",
+        sentences=(f"Of {loop['title']}:",),
+        blocks=tuple(blocks),
+        numbers={"layouts": {name: kept["worst"] for name, kept in loop["layouts"].items()}},
+    )
+
+
+def case_text(
+    folder: CampaignFolder, case: Mapping[str, Any], nominal: Mapping[str, Any] | None = None
+) -> str:
+    """A case as a person reads it: what differs from the nominal one, in the order of the study.
+
+    What the screening did not select goes last: it differs, but hardly matters.
+    """
+    names = [name for name in folder.parameters if name in case] or list(case)
+    chosen = (folder["screening"] or {}).get("selected") or []
+    names.sort(key=lambda name: name not in chosen)
+    apart = [name for name in names if nominal is None or case[name] != nominal[name]]
+    return ", ".join(
+        f"{name} = {number(case[name], 4)}"
+        + ("" if folder.unit_of(name) == "1" else f" {folder.unit_of(name)}")
+        for name in (apart or names)
+    )
+
+
+def _listed(findings: list[str]) -> Html:
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in findings)
+    return Html(
+        id="finding-list", markup=f"<ol>{items}</ol>", text="\n".join(f"- {text}" for text in findings)
+    )
+
+
+def _unrestrained(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> list[str]:
+    bare = loop["layouts"].get("none")
+    if bare is None:
+        return []
+    said = (
+        f"Without restraints the {loop['response']} is {quantity(bare['nominal'], unit, 3)} in the nominal "
+    )
+    said += f"case and {quantity(bare['worst'], unit, 3)} in the worst one found"
+    return [said + f" ({case_text(folder, bare['case'], loop['cases'][0])})."]
+
+
+def _drivers(folder: CampaignFolder) -> list[str]:
+    screening = folder["screening"]
+    if screening is None:
+        return []
+    chosen, ranking = list(screening["selected"]), list(screening["ranking"])
+    rest = [name for name in ranking if name not in chosen]
+    said = f"Of {len(ranking)} uncertain parameters {names_of(chosen, at_most=8)} drive it, on "
+    said += f"{screening['n_runs']} runs."
+    return [said + (f" No effect was seen of {names_of(rest, at_most=12)}." if rest else "")]
+
+
+def _layout(loop: Mapping[str, Any], unit: str) -> list[str]:
+    name = loop["robust"]
+    kept, others = loop["layouts"][name], loop["layouts"]
+    said = [
+        f"The {'robust layout' if name == 'robust' else name + ' layout'} keeps it at or below "
+        f"{quantity(kept['worst'], unit, 4)} in every case found: {_beside(kept, others, unit)}."
+    ]
+    if "nominal only" in others and name == "robust":
+        price = kept["nominal"] - others["nominal only"]["nominal"]
+        said.append(
+            f"In the nominal case that costs {quantity(price, unit, 3)} (price of robustness): "
+            f"{quantity(kept['nominal'], unit, 4)} instead of "
+            f"{quantity(others['nominal only']['nominal'], unit, 4)} with the one made for that case alone."
+        )
+    second = loop.get("second_start")
+    if second is not None:
+        agrees = "agrees" if second["agrees"] else "does not agree"
+        said.append(
+            f"A layout optimised from another start reaches {quantity(second['worst'], unit, 4)} in the same "
+            f"cases: it {agrees} within {100 * loop['tolerance']:.3g} %."
+        )
+    return [*said, str(loop["status"])]
+
+
+def _beside(kept: Mapping[str, Any], others: Mapping[str, Any], unit: str) -> str:
+    words = {
+        "nominal only": "the layout made for the nominal case alone",
+        "uniform": "the same amount spread evenly",
+    }
+    found = []
+    for name, what in words.items():
+        if name in others and others[name]["worst"] > 0 and others[name] is not kept:
+            change = 100 * (1 - kept["worst"] / others[name]["worst"])
+            side = "below" if change >= 0 else "above"
+            found.append(f"{abs(change):.3g} % {side} {what} ({quantity(others[name]['worst'], unit, 4)})")
+    return " and ".join(found) or "nothing to compare it with"
+
+
+def _samples(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> list[str]:
+    robust = folder["robust"]
+    if robust is None:
+        return []
+    last, name = robust["summaries"][-1], loop["robust"]
+    bound = loop["layouts"][name]["worst"]
+    sampled = [v for v in robust["values"][last["design"]][: loop["samples"]] if v is not None]
+    beyond = sum(v > bound for v in sampled)
+    said = (
+        f"Of {len(sampled)} sampled cases {'none' if beyond == 0 else beyond} went beyond that; "
+        f"the median is {quantity(last['quantiles']['P50'][0], unit, 4)} and the 95 % quantile "
+        f"{quantity(last['quantiles']['P95'][0], unit, 4)}."
+    )
+    first = robust["summaries"][0]
+    return [
+        said + f" With the layout '{first['design']}' the same cases have the 95 % quantile "
+        f"{quantity(first['quantiles']['P95'][0], unit, 4)}."
+    ]
+
+
+def _after(loop: Mapping[str, Any]) -> list[str]:
+    found = loop.get("screening")
+    if not found:
+        return []
+    if found["after"] is None:
+        return [f"With the layout in, the screening told nothing: {found['reason']}."]
+    said = f"With the layout in, {names_of(found['after'], at_most=8)} drive it"
+    changes = [
+        f"{word} {names_of(found[key], at_most=8)}"
+        for key, word in (("gained", "new are"), ("lost", "no longer"))
+        if found[key]
+    ]
+    return [f"{said}; {'; '.join(changes)}." if changes else f"{said}, as before."]
+
+
+def _variants(loop: Mapping[str, Any], unit: str) -> list[str]:
+    said = []
+    for variant in loop["variants"]:
+        if variant.get("failure") or variant["worst"] is None:
+            said.append(f"{variant['name'].capitalize()}: no layout was found.")
+            continue
+        text = f"{variant['name'].capitalize()}: {quantity(variant['worst'], unit, 4)} in the same cases"
+        clean = variant.get("purified")
+        if clean:
+            text += f"; with {clean['fractional']} fractional members {quantity(clean['value'], unit, 4)}"
+        said.append(text + ".")
+    return said
+
+
+def _table(loop: Mapping[str, Any], unit: str) -> Table:
+    worst_first = sorted(loop["layouts"].items(), key=lambda item: -item[1]["worst"])
+    return Table(
+        id="findings",
+        title=f"Worst {loop['response']} of every layout, by true runs",
+        columns=(
+            Column(name="layout"), Column(name="worst", unit=unit), Column(name="at nominal", unit=unit),
+            Column(name="runs of its search"),
+        ),
+        rows=tuple((name, kept["worst"], kept["nominal"], kept["runs"]) for name, kept in worst_first),
+    )  # fmt: skip

@@ -1,0 +1,121 @@
+"""The motion: the viewer, time histories before and after, and a storyboard that prints."""
+
+import html
+import json
+from base64 import b64encode
+from typing import Any
+
+import numpy as np
+
+from workbench.figures.loop import plot_history
+from workbench.motion.frames import Motion
+from workbench.motion.stills import camera_of, png, still
+from workbench.report.page.blocks import (
+    Block,
+    Column,
+    Figure,
+    Html,
+    Panel,
+    Section,
+    Table,
+    names_of,
+    number,
+)
+from workbench.report.page.folder import CampaignFolder
+
+__all__ = ["motion_section"]
+
+MOST_STILLS = 6
+MOST_ROWS = 60
+WIDTH, HEIGHT = 400, 250
+
+
+def motion_section(folder: CampaignFolder) -> Section | None:
+    """None without `motion.json`."""
+    document = folder["motion"]
+    if document is None:
+        return None
+    motion = Motion.from_dict(document)
+    labels = [run.label for run in motion.runs]
+    blocks: list[Block] = [_viewer(document), _storyboard(motion)]
+    blocks += [_history(motion, k) for k in range(len(motion.histories))]
+    duration = float(motion.times[-1] - motion.times[0])
+    return Section(
+        id="motion",
+        title="The motion",
+        sentences=(
+            f"{motion.title[:1].upper()}{motion.title[1:]}: {names_of(labels)}, {number(duration, 3)} s, "
+            f"{len(motion.times)} frames.",
+            "Drag to turn, use the wheel or plus and minus to zoom; the line in the time histories follows "
+            "the "
+            "slider. A belt is a plain line, an airbag a row of beads, a retractor dashes; thickness is "
+            "density.",
+        ),
+        blocks=tuple(blocks),
+        numbers={
+            "runs": labels,
+            "frames": len(motion.times),
+            "peaks": {
+                h.name: {label: float(np.max(values)) for label, values in h.series.items()}
+                for h in motion.histories
+            },
+        },
+    )
+
+
+def _viewer(document: Any) -> Html:
+    content = json.dumps(document, sort_keys=True, allow_nan=False).replace("<", "\\u003c")
+    markup = (
+        '<div id="viewer-panel" class="screen-only"><p>The motion needs JavaScript; the stills below show it.'
+        f'</p></div>\n<script type="application/json" id="viewer-data">{content}</script>'
+    )
+    return Html(id="viewer", markup=markup, text="The motion stands in `report.html`.")
+
+
+def _storyboard(motion: Motion) -> Html:
+    times = motion.storyboard or tuple(np.linspace(motion.times[0], motion.times[-1], 4).tolist())
+    camera = camera_of(motion)
+    cells = []
+    for run, label in enumerate(r.label for r in motion.runs):
+        for time in times[:MOST_STILLS]:
+            image = png(still(motion, run=run, time=time, camera=camera, width=WIDTH, height=HEIGHT))
+            words = html.escape(f"{label}, {number(float(time), 3)} s")
+            cells.append(
+                f'<figure><img width="{WIDTH}" height="{HEIGHT}" alt="The scene {words}" '
+                f'src="data:image/png;base64,{b64encode(image).decode()}"><figcaption>{words}</figcaption></figure>'
+            )
+    return Html(
+        id="storyboard",
+        markup=f'<div class="stills">{"".join(cells)}</div>',
+        text=f"{len(cells)} stills stand in `report.html`.",
+    )
+
+
+def _history(motion: Motion, k: int) -> Figure:
+    history = motion.histories[k]
+    peaks = {label: float(np.max(values)) for label, values in history.series.items()}
+    said = ", ".join(f"{label} {number(v, 4)}" for label, v in peaks.items())
+    limit = "" if history.limit is None else " The dotted line is the limit."
+    rows = np.unique(
+        np.linspace(0, len(motion.times) - 1, min(MOST_ROWS, len(motion.times))).round().astype(int)
+    )
+    return Figure(
+        id=f"history-{k + 1}",
+        title=f"{history.name[:1].upper()}{history.name[1:]} over time",
+        alt=f"{history.name} over {number(float(motion.times[-1]), 3)} s; largest values: {said}.",
+        read_off=f"Largest values: {said}{'' if history.unit == '1' else f' {history.unit}'}.{limit}",
+        panels=(
+            Panel(draw=lambda ax: plot_history(history, times=motion.times, ax=ax), width=6.0, height=2.6),
+        ),
+        table=Table(
+            id=f"history-{k + 1}",
+            title=f"{history.name} over time",
+            columns=(
+                Column(name="time", unit="s"),
+                *(Column(name=label, unit=history.unit) for label in history.series),
+            ),
+            rows=tuple(
+                (float(motion.times[i]), *(float(v[i]) for v in history.series.values())) for i in rows
+            ),
+        ),
+    )

@@ -1,0 +1,180 @@
+"""The prediction profiler: the Kriging of the screening, packed so that `profiler.js` can evaluate it.
+
+The Kriging is set up again from what `screening.json` says (theta, nugget, trend, correlation) on the runs
+that were screened, without estimating anything, its intervals are scaled as they were there, and its
+posterior is exported as arrays:
+
+    mean = shift + scale (f'b + r'v)        sd = scale sqrt(sigma^2 (1 - a'a + h'h + new_run))
+    a = L^-1 r    h = rf^-T f - q'a         L packed by rows, F'C^-1 F = rf'rf
+
+All arrays are base64 of little-endian float64, so the page computes with the same bits as Python.
+"""
+
+import html
+import json
+from base64 import b64encode
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from workbench.report.page.blocks import (
+    Html,
+    Note,
+    Section,
+    quantity,
+)
+from workbench.report.page.folder import CampaignFolder
+
+__all__ = ["posterior_arrays", "profiler_section"]
+
+TRENDS = ("constant", "linear", "interactions", "quadratic")
+
+
+def profiler_section(folder: CampaignFolder) -> Section | None:
+    """None without a screening whose Kriging can be set up again."""
+    screening = folder["screening"]
+    if screening is None or not screening.get("kriging") or not screening.get("leave_one_out"):
+        return None
+    title = "Try other values"
+    theta = screening["kriging"]["theta"]
+    names = [n for n in screening["ranking"] if n in theta]
+    words = [n for n in names if folder.parameters[n].get("kind") == "categorical"]
+    if words or screening["kriging"].get("trend") not in TRENDS:
+        text = f"No profiler: {words[0]} takes words." if words else "No profiler for a trend of one's own."
+        return Section(id="profiler", title=title, blocks=(Note(text=text),))
+    posterior = _posterior(folder, screening, names)
+    if posterior is None:
+        return None
+    packed = posterior_arrays(posterior)
+    packed |= {
+        "response": screening["response"],
+        "unit": str(screening.get("unit") or "1"),
+        "parameters": [_parameter(folder.parameters[name]) for name in names],
+        "presets": _presets(folder, names),
+    }
+    return Section(
+        id="profiler",
+        title=title,
+        sentences=(
+            "Move a slider to see what the Kriging of the screening predicts there. Lines are sections "
+            "through the "
+            "present values, bands hold the response with 95 % by the Kriging. Nothing here is a true run.",
+            *_truth(folder),
+        ),
+        blocks=(Html(id="profiler", markup=_markup(packed), text="The profiler stands in `report.html`."),),
+    )
+
+
+def _truth(folder: CampaignFolder) -> list[str]:
+    """What a run at the worst case really gave, beside what this Kriging says there."""
+    worst = folder["worst_case"]
+    if worst is None or not worst["confirmed"]:
+        return []
+    found = quantity(worst["value"], str(worst.get("unit") or "1"))
+    return [
+        "This Kriging knows the screening's runs only, not those of the search: at the worst case the true "
+        f"run gave {found}, whatever is predicted there."
+    ]
+
+
+def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list[str]) -> Any:
+    """The posterior of the Kriging of the document, None when its runs are not in the folder."""
+    from surrogates import Kriging
+    from workbench.space.box import Space
+
+    loo, said = screening["leave_one_out"], screening["kriging"]
+    runs = {run.key: run for run in folder.runs}
+    design = folder["design"] or {}
+    keys = [str(key) for key in loo.get("run_ids") or []]
+    if "space" not in design or not keys or any(key not in runs for key in keys):
+        return None
+    space = Space.from_dict(design["space"])
+    columns = [space.names.index(name) for name in names]
+    x = space.unit([{n: runs[key].inputs[n] for n in space.names} for key in keys])[:, columns]
+    fitted = Kriging(
+        trend=said["trend"],
+        correlation=said["correlation"],
+        eta=float(said.get("eta") or 2.0),
+        theta=[said["theta"][name] for name in names],
+        nugget=float(said["nugget"]),
+    ).fit(x, np.asarray(loo["observed"], dtype=float))
+    if said.get("calibration", "none") == "none":
+        return fitted.posterior_
+    return fitted.posterior_.calibrated(float(said["interval_factor"]), nugget=fitted.nugget_)
+
+
+def posterior_arrays(posterior: Any) -> dict[str, Any]:
+    """A posterior of `surrogates` with polynomial trend as plain types."""
+    n, d = posterior.u.shape
+    rows, columns = np.tril_indices(n)
+    return {
+        "n": n,
+        "d": d,
+        "p": posterior.f.shape[1],
+        "kind": posterior.correlation.kind,
+        "eta": float(posterior.correlation.eta),
+        "terms": [list(map(int, term)) for term in posterior.trend.terms],
+        "sigma2": float(posterior.sigma2),
+        "shift": float(posterior.shift),
+        "scale": float(posterior.scale),
+        "new_run": float(posterior.new_run),
+        "u": _packed(posterior.u),
+        "theta": _packed(posterior.theta),
+        "low": _packed(posterior.scaling.low),
+        "width": _packed(posterior.scaling.width),
+        "weights": _packed(posterior.weights),
+        "coefficients": _packed(posterior.coefficients),
+        "lower": _packed(posterior.factor.lower[rows, columns]),
+        "q": _packed(posterior.factor.q),
+        "rf": _packed(posterior.factor.rf),
+    }
+
+
+def _packed(array: Any) -> str:
+    return b64encode(np.ascontiguousarray(array, dtype="<f8").tobytes()).decode()
+
+
+def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
+    levels = list(p.get("levels") or [])
+    if not levels and p.get("kind") == "integer":
+        levels = list(range(round(p["lower"]), round(p["upper"]) + 1))
+    elif not levels and p.get("step"):
+        count = round((p["upper"] - p["lower"]) / p["step"]) + 1
+        levels = [p["lower"] + k * p["step"] for k in range(count)]
+    elif not levels and p.get("kind") == "binary":
+        levels = [0, 1]
+    return {
+        "name": p["name"],
+        "unit": str(p.get("unit") or "1"),
+        "lower": p.get("lower"),
+        "upper": p.get("upper"),
+        "scale": p.get("scale") or "linear",
+        "levels": levels,
+    }
+
+
+def _presets(folder: CampaignFolder, names: list[str]) -> list[dict[str, Any]]:
+    from workbench.space.box import Space
+
+    presets = [{"label": "middle of all ranges", "point": [0.5] * len(names)}]
+    worst = folder["worst_case"]
+    if worst is not None and all(name in worst["parameters"] for name in names):
+        space = Space.from_dict((folder["design"] or {})["space"])
+        points = space.unit([{n: worst["parameters"][n] for n in space.names}])[0]
+        at = [float(points[space.names.index(name)]) for name in names]
+        presets.insert(0, {"label": "worst case", "point": at})
+    return presets
+
+
+def _markup(data: Mapping[str, Any]) -> str:
+    # "<" cannot end the script element when it is written as an escape, which JSON reads back
+    content = json.dumps(data, sort_keys=True, allow_nan=False).replace("<", "\\u003c")
+    response = html.escape(str(data["response"]))
+    return (
+        '<div id="profiler-panel" class="screen-only">\n'
+        '<p class="profiler-answer" role="status" aria-live="polite">'
+        f"Prediction of {response}: needs JavaScript.</p>\n"
+        '<div class="profiler-buttons"></div>\n<div class="profiler-grid"></div>\n</div>\n'
+        f'<script type="application/json" id="profiler-data">{content}</script>'
+    )

@@ -1,0 +1,221 @@
+"""Which parameters matter: the path of the screening, the correlation parameters, Sobol' shares."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.figures.screening import plot_likelihood_path, plot_theta, plot_waterfall
+from workbench.report.page.blocks import (
+    Block,
+    Column,
+    Figure,
+    Note,
+    Panel,
+    Section,
+    Table,
+    names_of,
+    number,
+)
+from workbench.report.page.folder import CampaignFolder
+
+__all__ = ["screening_section"]
+
+MOST_BARS = 14  # a longer path is drawn as a line
+
+
+def screening_section(folder: CampaignFolder) -> Section | None:
+    """None without `screening.json`."""
+    screening = folder["screening"]
+    if screening is None:
+        return None
+    selected, path = list(screening["selected"]), list(screening["path"])
+    total = len(screening["ranking"])
+    sentences = [
+        f"Of {total} parameters {len(selected)} matter for {screening['response']}: {names_of(selected)}.",
+        f"Judged on {screening['n_runs']} runs"
+        + (f" ({screening['n_left_out']} failed runs left out)" if screening.get("n_left_out") else "")
+        + f", method {screening['method']}.",
+        f"Criterion: {screening['criterion']}. Rule: {screening['rule']}.",
+    ]
+    blocks: list[Block] = []
+    if screening.get("verdict"):
+        text = f"Verdict: {screening['verdict']}."
+        if screening.get("advice"):
+            text += f" Advice: {screening['advice']}."
+        blocks.append(Note(text=text, level=verdict_level(screening)))
+    if path:
+        blocks.append(_path_figure(screening, path))
+    theta = {str(k): float(v) for k, v in (screening.get("theta") or {}).items()}
+    if theta:
+        blocks.append(_theta_figure(screening, theta, selected))
+    blocks += _shares(screening)
+    return Section(
+        id="screening",
+        title="Which parameters matter",
+        sentences=tuple(sentences),
+        blocks=tuple(blocks),
+        numbers={
+            "response": screening["response"],
+            "selected": selected,
+            "ranking": list(screening["ranking"]),
+            "theta": theta,
+            "path": [
+                {key: step.get(key) for key in ("step", "added", "log_likelihood", "gain", "accepted")}
+                for step in path
+            ],
+        },
+    )
+
+
+def verdict_level(screening: Mapping[str, Any]) -> Any:
+    """How loudly the screener's own verdict is said."""
+    resolved = (screening.get("diagnosis") or {}).get("resolved")
+    return "plain" if resolved is None else "good" if resolved else "fair"
+
+
+def threshold_of(screening: Mapping[str, Any]) -> float | None:
+    """The gain that a step needs, when the document states it as a number."""
+    found = screening.get("threshold", (screening.get("diagnosis") or {}).get("threshold"))
+    return float(found) if isinstance(found, (int, float)) else None
+
+
+def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Figure:
+    threshold = threshold_of(screening)
+    rejected = [step for step in path if not step.get("accepted", True)]
+    # the first rejected step shows the threshold at work; the others are in the table
+    shown = [step for step in path if step.get("accepted", True) or step is rejected[0]]
+    bars = len(shown) <= MOST_BARS
+    read_off = (
+        "l is larger when the Kriging explains the runs better; a bar is the gain of one more θ of its own."
+    )
+    if rejected:
+        last = rejected[0]
+        read_off += (
+            f" The rejected step ({_added(last) or 'last'}, gain {number(last.get('gain'), 3)}) is "
+            f"{'hatched' if bars else 'a cross'}: too little to count."
+        )
+    if threshold is not None:
+        read_off += f" A step needs a gain of at least {number(threshold, 3)}."
+
+    if len(rejected) > 1:
+        read_off += f" {len(rejected) - 1} more were tried after it and rejected; they stand in the table."
+
+    def draw(ax: Any) -> Any:
+        plot = plot_waterfall if bars else plot_likelihood_path
+        return plot(shown, threshold=threshold, ax=ax)
+
+    steps = [f"{_added(step) or 'start'} {number(step['log_likelihood'], 4)}" for step in path[:6]]
+    return Figure(
+        id="screening-path",
+        title="Screening, step by step",
+        alt=f"Restricted log-likelihood over {len(path)} steps: {', '.join(steps)}.",
+        read_off=read_off,
+        panels=(Panel(draw=draw, width=max(4.8, min(7.2, 1.4 + 0.62 * len(shown))), height=3.2),),
+        table=Table(
+            id="screening-path",
+            title="Screening, step by step",
+            columns=(
+                Column(name="step"),
+                Column(name="parameters with a θ of their own"),
+                Column(name="common θ of the others"),
+                Column(name="sigma^2", unit=_squared(str(screening.get("unit") or "1"))),
+                Column(name="restricted log-likelihood l"),
+                Column(name="gain"),
+                Column(name="accepted"),
+            ),
+            rows=tuple(
+                (
+                    step.get("step", k),
+                    ", ".join(step["selected"]),
+                    step.get("theta_common"),
+                    step.get("sigma2"),
+                    step["log_likelihood"],
+                    step.get("gain"),
+                    bool(step.get("accepted", True)),
+                )
+                for k, step in enumerate(path)
+            ),
+            marked=frozenset(k for k, step in enumerate(path) if not step.get("accepted", True)),
+        ),
+    )
+
+
+def _added(step: Mapping[str, Any]) -> str:
+    added = step.get("added") or []
+    return added if isinstance(added, str) else names_of(added)
+
+
+def _squared(unit: str) -> str:
+    return unit if unit in ("", "1") else f"({unit})^2"
+
+
+def _theta_figure(screening: Mapping[str, Any], theta: dict[str, float], selected: list[str]) -> Figure:
+    order = sorted(theta, key=lambda name: -theta[name])
+    at_bound = list((screening.get("diagnosis") or {}).get("at_bound") or [])
+    at_bound = [name for name in at_bound if name in theta]
+    read_off = (
+        "θ says how fast the response changes along a parameter. On this log axis a factor of two is little."
+    )
+    if any(value <= 0 for value in theta.values()):
+        read_off += " An arrow at the left edge stands for zero."
+    if at_bound:
+        read_off += (
+            f" {names_of(at_bound)} stand at the bound of the estimation (arrow): only an order of magnitude."
+        )
+    return Figure(
+        id="theta",
+        title="Correlation parameters θ",
+        alt=f"θ of {len(theta)} parameters on a log axis, largest {order[0]} with "
+        f"{number(theta[order[0]], 3)}.",
+        read_off=read_off,
+        panels=(
+            Panel(
+                draw=lambda ax: plot_theta(theta, selected=selected, at_bound=at_bound, ax=ax),
+                width=5.0,
+                height=1.0 + 0.2 * max(len(theta), 6),
+            ),
+        ),
+        table=Table(
+            id="theta",
+            title="Correlation parameters θ",
+            columns=(
+                Column(name="parameter"),
+                Column(name="θ"),
+                Column(name="selected"),
+                Column(name="at bound"),
+            ),
+            rows=tuple((name, theta[name], name in selected, name in at_bound) for name in order),
+        ),
+    )
+
+
+def _shares(screening: Mapping[str, Any]) -> list[Block]:
+    """Sobol' indices and stability over resampled runs, as one table."""
+    sobol = screening.get("sobol") or {}
+    total, main = dict(sobol.get("total") or {}), dict(sobol.get("main") or {})
+    stability = dict(screening.get("stability") or {})
+    names = [n for n in screening["ranking"] if n in total or n in stability]
+    if not names:
+        return []
+    columns = [Column(name="parameter")]
+    cells: list[dict[str, Any]] = []
+    if total:
+        columns += [Column(name="share of variance alone"), Column(name="with interactions")]
+        cells += [main, total]
+    if laws := sobol.get("averaged_over"):
+        columns.append(Column(name="averaged over"))
+        cells.append(laws)
+    if stability:
+        columns.append(Column(name="selected in this share of repeated screenings"))
+        cells.append(stability)
+    return [
+        Table(
+            id="shares",
+            title="Shares of the variance of the response, by Kriging",
+            columns=tuple(columns),
+            rows=tuple((name, *(_plain(column.get(name)) for column in cells)) for name in names),
+        )
+    ]
+
+
+def _plain(value: Any) -> Any:
+    return value.get("value", value.get("mean")) if isinstance(value, dict) else value

@@ -1,0 +1,1 @@
+"""Designs compared over the uncertainty, and searched against their worst scenario."""

@@ -1,0 +1,228 @@
+"""The moves of a minimax search: start design, cycles of master and oracle, zoom, the best design."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from workbench.errors import NotEnoughRuns
+from workbench.robust.joint_prediction import fit_near
+from workbench.robust.joint_runs import JointRuns
+from workbench.robust.master import robust_design
+from workbench.robust.minimax_record import (
+    Cycle,
+    Minimax,
+    MinimaxStatus,
+    failure_counts,
+)
+from workbench.robust.worst_scenario import (
+    SETTLED,
+    Unmodelled,
+    challenge,
+    confirm,
+    expected_worst,
+    modelling,
+)
+
+__all__ = ["Game"]
+
+Array = np.ndarray
+
+START_PER_DIMENSION = 8  # a category of m levels counts as m - 1
+START_REPEATS = 5
+START_STREAM = 1_000_003  # replicates of the start, apart from the numbers of the cycles
+FEWEST_RUNS = 3
+RUNS_TO_ZOOM = 2  # new runs per coordinate in a zoomed box
+SMALLEST_BOX = 2e-3
+QUIET_CYCLES = 2
+RE_EXAMINED = 4
+RE_EXPECTED = 12
+FAILURES_BEFORE_FILL = 3  # proposed designs without a value in a row
+IDLE_CYCLES = 6  # cycles without a new run before the search stops
+
+
+class Game:
+    """The moves of a minimax search over its runs."""
+
+    def __init__(self, runs: JointRuns) -> None:
+        self.runs = runs
+        self.tried: list[Array] = []  # designs run in their predicted worst scenario
+        self.proposed: list[Array] = []
+        self.cycles: list[Cycle] = []
+
+    def play(self, *, tolerance: float, progress: Callable[[Cycle], None] | None) -> Minimax:
+        """Search and report."""
+        runs = self.runs
+        self.start()
+        note = ""
+        try:
+            status, box = self.search(tolerance=tolerance, progress=progress)
+            value, x, scenario = self.lowest()
+            if status is not MinimaxStatus.EXHAUSTED:
+                value, x, scenario = self.best_confirmed(box, len(self.cycles) + 1)
+                if runs.has_failures:
+                    value, x, scenario = self.best_expected(box, len(self.cycles) + 2)
+        except Unmodelled as exc:
+            status, note = MinimaxStatus.UNMODELLED, str(exc)
+            self.tried += [x for x in self.proposed[-1:] if np.isfinite(runs.worst_run(x)[0])]
+            value, x, scenario = self.lowest()
+        if not self.tried:
+            if note:
+                raise NotEnoughRuns(
+                    f"no design could be confirmed: no Kriging could be fitted to {self.n_ok} runs ({note}); "
+                    "mend the model, or rescale its response. An evaluator that you pass keeps the runs"
+                )
+            raise NotEnoughRuns(
+                f"no design could be confirmed: every run at a proposed design failed, {len(runs.failed)} of "
+                f"{len(runs.y)} runs in all ({failure_counts(runs.failed)}); mend the model or narrow the "
+                "spaces"
+            )
+        return Minimax(
+            design=runs.design.rows(runs.worst_design(x)[None])[0],
+            scenario=runs.uncertain.rows(scenario[None])[0],
+            value=value,
+            lower=value if status is MinimaxStatus.EXHAUSTED else min(self.last_lower, value),
+            status=status,
+            cycles=tuple(self.cycles),
+            scenarios=tuple(runs.uncertain.rows(np.array(runs.scenarios))) if runs.scenarios else (),
+            evaluations=len(runs.y),
+            budget=runs.budget,
+            seed=runs.seed,
+            failed=tuple(runs.failed),
+            note=note,
+        )
+
+    @property
+    def last_lower(self) -> float:
+        """The master's value of the last cycle."""
+        return self.cycles[-1].lower if self.cycles else -np.inf
+
+    @property
+    def n_ok(self) -> int:
+        """Runs that gave a value."""
+        return int(np.isfinite(self.runs.y).sum())
+
+    def start(self) -> None:
+        """Run the start design, and more where many of its runs fail, within half the budget."""
+        runs = self.runs
+        start = min(START_PER_DIMENSION * runs.free_features, max(runs.budget // 3, 2 * runs.dimension))
+        wanted = max(FEWEST_RUNS, start // 2)
+        centre = np.full(runs.dx, 0.5)
+        runs.fill(start, centre=centre, box=1.0, replicate=0)
+        for repeat in range(START_REPEATS):
+            allowance = runs.budget // 2 - len(runs.y)
+            if self.n_ok >= wanted or not self.n_ok or allowance < 1:
+                break
+            more = min(wanted - self.n_ok, allowance)
+            runs.fill(more, centre=centre, box=1.0, replicate=START_STREAM + repeat)
+        if self.n_ok < FEWEST_RUNS and not (self.n_ok and runs.is_exhausted()):
+            raise NotEnoughRuns(
+                f"{self.n_ok} of {len(runs.y)} runs of the start design gave a value and {FEWEST_RUNS} are "
+                f"needed ({failure_counts(runs.failed)}); mend the model or narrow the spaces"
+            )
+
+    def search(
+        self, *, tolerance: float, progress: Callable[[Cycle], None] | None
+    ) -> tuple[MinimaxStatus, float]:
+        """Cycles until the bounds meet or nothing is left to run; why it stopped, and in which box."""
+        runs = self.runs
+        centre, box = np.full(runs.dx, 0.5), 1.0
+        quiet, idle, unconfirmed, whole = 0, 0, 0, True
+        while not runs.is_exhausted():
+            if runs.left < 1:
+                return MinimaxStatus.BUDGET, box
+            before = len(runs.y)
+            number = len(self.cycles) + 1
+            with modelling():
+                model = fit_near(runs, centre, box)
+                x, lower = robust_design(runs, model, centre, box, number)
+            x = runs.design.snap(x[None])[0]
+            self.proposed.append(x)
+            upper = confirm(runs, model, x, centre, box, number)
+            if np.isfinite(upper):
+                self.tried.append(x)
+            best, best_x, best_u = self.best_confirmed(box, number)
+            self.cycles.append(
+                Cycle(
+                    number=number,
+                    evaluations=len(runs.y),
+                    lower=lower,
+                    upper=upper,
+                    best=best,
+                    box=box,
+                    design=runs.design.rows(best_x[None])[0],
+                    scenario=runs.uncertain.rows(best_u[None])[0],
+                )
+            )
+            if progress is not None:
+                progress(self.cycles[-1])
+            threshold = tolerance * max(abs(best), 1e-2 * runs.spread) if self.tried else 0.0
+            met = best - lower <= threshold and abs(upper - lower) <= threshold
+            if runs.has_failures:  # a design whose worst scenarios failed so far may look too good
+                met = met and lower - best <= threshold
+            quiet = quiet + 1 if met else 0
+            if quiet >= QUIET_CYCLES:
+                if whole:
+                    return MinimaxStatus.CONVERGED, box
+                # the box has converged: look once more at the whole design space before believing it
+                centre, box, whole, quiet = best_x, 1.0, True, QUIET_CYCLES - 1
+                continue
+            if np.isfinite(upper):
+                low, high = runs.design_box(centre, box)
+                at_edge = np.any(
+                    ((x - low < 1e-3 * box) & (low > 0)) | ((high - x < 1e-3 * box) & (high < 1))
+                )
+                moved = float(np.abs(x - centre).max())
+                centre = best_x if upper > best + threshold else x
+                if at_edge:
+                    box = min(1.0, 2 * box)
+                elif moved < box / 4 or abs(upper - lower) > threshold:
+                    box = max(box / 2, SMALLEST_BOX)
+            elif self.tried:
+                centre = best_x  # nothing was learnt about the values at x: the box stays as wide
+            whole = box >= 1.0
+            unconfirmed = 0 if np.isfinite(upper) else unconfirmed + 1
+            # a design that cannot be run says where not to look: the master looks again at once
+            if not met and unconfirmed % FAILURES_BEFORE_FILL == 0:
+                runs.fill(RUNS_TO_ZOOM * runs.dimension, centre=centre, box=box, replicate=number)
+            idle = idle + 1 if len(runs.y) == before else 0
+            if idle >= IDLE_CYCLES:
+                return MinimaxStatus.SETTLED, box
+        self.tried = list(np.unique(runs.z[np.isfinite(runs.y), : runs.dx], axis=0))
+        return MinimaxStatus.EXHAUSTED, box
+
+    def best_confirmed(self, box: float, number: int) -> tuple[float, Array, Array]:
+        """The tried design of the lowest worst run, re-examined with what was learnt since it was tried."""
+        for round_ in range(RE_EXAMINED if self.tried and self.runs.left > 0 else 0):
+            before, x, _ = self.lowest()
+            with modelling():
+                model = fit_near(self.runs, x, box)
+            confirm(self.runs, model, x, x, box, 104_729 * number + round_)
+            challenge(self.runs, model, x, box, 104_729 * number + round_)
+            if self.runs.worst_run(x)[0] <= before + SETTLED * (1 + abs(before)):
+                break
+        return self.lowest()
+
+    def lowest(self) -> tuple[float, Array, Array]:
+        """The tried design of the lowest worst run; inf at the middle of the space while there is none."""
+        if not self.tried:
+            return np.inf, np.full(self.runs.dx, 0.5), np.full(self.runs.du, 0.5)
+        x = self.tried[int(np.argmin([self.runs.worst_run(t)[0] for t in self.tried]))]
+        worst, u = self.runs.worst_run(x)
+        return worst, x, u
+
+    def best_expected(self, box: float, number: int) -> tuple[float, Array, Array]:
+        """The tried design of the lowest expected worst: where worse scenarios failed or the budget ended
+        first, the worst run of a design may be far from its worst."""
+        order = np.argsort([self.runs.worst_run(x)[0] for x in self.tried], kind="stable")
+        if not len(order):
+            return self.lowest()
+        best, lowest = self.tried[order[0]], np.inf
+        for i in order[:RE_EXPECTED]:
+            x = self.tried[i]
+            if self.runs.worst_run(x)[0] >= lowest:
+                break
+            expected = expected_worst(self.runs, x, box, 104_729 * number + int(i))
+            if expected < lowest:
+                best, lowest = x, expected
+        value, u = self.runs.worst_run(best)
+        return value, best, u

@@ -1,0 +1,87 @@
+"""Layouts for given cases: the engine's, made once and kept, and the trivial ones that it must beat."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.engine.errors import EngineError
+from workbench.engine.layout.formulation.problem import LayoutProblem
+from workbench.engine.layout.optimise import optimise_layout
+from workbench.engine.layout.outcome.purify import purify
+from workbench.robust_layout.model import LayoutModel, layout_name
+from workbench.stages.layout import check_gradient, layout_document
+from workbench.system.atomic import read_json, write_json
+
+__all__ = ["Optimised", "optimise_for_cases", "trivial_layouts"]
+
+Array = NDArray[np.float64]
+Case = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Optimised:
+    """A layout of the engine over some cases, and its `layout.json` content."""
+
+    density: Array
+    document: Mapping[str, Any]
+
+
+def trivial_layouts(problem: LayoutProblem) -> dict[str, Array]:
+    """uniform: the same share of every member, as much as the budgets allow; none."""
+    width = problem.upper - problem.lower
+    need, room = problem.costs @ width, problem.limits - problem.costs @ problem.lower
+    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
+    return {"uniform": problem.into_budgets(problem.lower + share * width), "none": problem.lower.copy()}
+
+
+def optimise_for_cases(
+    model: LayoutModel,
+    cases: Sequence[Case],
+    *,
+    start: Array | None,
+    folder: Path,
+    evaluations: int,
+    identity: str,
+) -> Optimised | str:
+    """The engine's layout for these cases, made once and kept in `folder`; a sentence when there is none."""
+    text = repr((identity, [dict(case) for case in cases], evaluations))
+    text += "" if start is None else layout_name(start)
+    place = folder / f"{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
+    document = read_json(place)
+    if document is None:
+        document = _optimise(model, cases, start, evaluations)
+        folder.mkdir(parents=True, exist_ok=True)
+        write_json(place, document)
+    if "error" in document:
+        return str(document["error"])
+    return Optimised(density=np.array(document["density"]), document=document)
+
+
+def _optimise(
+    model: LayoutModel, cases: Sequence[Case], start: Array | None, evaluations: int
+) -> dict[str, Any]:
+    try:
+        problem = model.problem(cases)
+        given = problem if start is None else replace(problem, start=problem.into_budgets(start.copy()))
+        result = optimise_layout(given, max_evaluations=evaluations)
+        clean = purify(problem, result.density) if problem.geometry is not None else None
+        check = check_gradient(problem)
+    except (EngineError, ArithmeticError) as error:
+        return {"error": f"{type(error).__name__} in {len(cases)} cases, the last {dict(cases[-1])}: {error}"}
+    history = [
+        {
+            "evaluation": h.evaluation, "value": h.value, "best": h.best if np.isfinite(h.best) else None,
+            "active_peaks": h.active,
+        }
+        for h in result.history
+        if h.start >= 0  # the trivial layouts stand beside the others, and would squeeze the figure
+    ]  # fmt: skip
+    return layout_document(
+        problem, result, name=model.title, method="gsao", history=history, start_value=result.start_value,
+        check=check, clean=clean, baselines=({}, {}),
+    )  # fmt: skip

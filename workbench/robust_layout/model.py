@@ -1,0 +1,119 @@
+"""A multibody model whose restraints may be laid out: what the robust loop asks of it, how workers run it.
+
+    class MyModel:                                  # a planar one, a spatial one, or a bridge to another code
+        title, response, unit, members
+        def problem(self, scenarios): ...           # LayoutProblem of the engine over these uncertain cases
+        def as_response(self, objective): ...       # what a value of the problem means as response
+        def responses(self, density, uncertain): ...  # one true run: named responses
+
+The loop knows nothing else of the model. `problem` may minimise any stand-in of the response (its square, a
+norm); what counts and is reported are true runs by `responses`. Three optional methods serve the report:
+`motion(layouts, uncertain)` gives a `workbench.motion.frames.Motion` of named layouts in one case,
+`outlines()` closed lines behind the drawing of the members, `places()` the layout matrix: names of its rows
+and columns, and the (row, column) of every member.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.engine.layout.formulation.problem import LayoutProblem
+from workbench.errors import StudyError
+from workbench.models.protocol import ModelSpec
+from workbench.stages.layout import load_problem
+from workbench.system.atomic import read_json
+
+__all__ = ["LAYOUT", "LayoutModel", "LayoutRun", "layout_name", "load_layout_model"]
+
+Array = NDArray[np.float64]
+
+LAYOUT = "layout"  # the key beside the uncertain parameters that names the layout of a run
+NEEDED = ("title", "response", "unit", "members", "problem", "as_response", "responses")
+
+
+class LayoutModel(Protocol):
+    """Densities of candidate members (members,), each in [0, 1], in uncertain cases by name."""
+
+    @property
+    def title(self) -> str:
+        """What is laid out, for reports."""
+
+    @property
+    def response(self) -> str:
+        """The response whose worst case counts; smaller is better."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+    @property
+    def members(self) -> int:
+        """Number of densities."""
+
+    def problem(self, scenarios: Sequence[Mapping[str, Any]]) -> LayoutProblem:
+        """Minimise the largest value over these cases, within the budgets."""
+
+    def as_response(self, objective: float) -> float:
+        """A value of the problem's objective in the response's terms; increasing, such as a root."""
+
+    def responses(self, density: Array, uncertain: Mapping[str, Any]) -> Mapping[str, float]:
+        """One true run."""
+
+
+def load_layout_model(
+    reference: str, options: Mapping[str, Any] | None = None, *, folder: Path | None = None
+) -> LayoutModel:
+    """Call "module:function" with the options; modules beside the study file are found.
+
+    Raises StudyError when it cannot be called or what it gives is no layout model.
+    """
+    model = load_problem(reference, options, folder=folder)
+    missing = [name for name in NEEDED if not hasattr(model, name)]
+    if missing:
+        raise StudyError(
+            f"layout model '{reference}' gives a {type(model).__name__} without {', '.join(missing)}; "
+            f"it needs {', '.join(NEEDED)}"
+        )
+    return model  # type: ignore[no-any-return]
+
+
+def layout_name(density: Array) -> str:
+    """The name of a layout: a digest of its densities.
+
+    >>> layout_name(np.zeros(3)) == layout_name(np.ones(3))
+    False
+    """
+    return blake2b(np.ascontiguousarray(density, dtype="<f8").tobytes(), digest_size=8).hexdigest()
+
+
+@dataclass(slots=True)
+class LayoutRun:
+    """Runs a layout model on rows that hold the uncertain parameters and the name of a layout.
+
+    Densities stand in `<options["layouts"]>/<name>.json`, so that a worker serves all layouts of a study.
+    """
+
+    model: LayoutModel
+    folder: Path
+    _known: dict[str, Array] = field(default_factory=dict)
+
+    @classmethod
+    def opened(cls, spec: ModelSpec) -> "LayoutRun":
+        """Make the model once per worker."""
+        model = load_layout_model(spec.options["model"], spec.options["options"], folder=Path(spec.folder))
+        return cls(model, Path(spec.options["layouts"]))
+
+    def run(self, row: Mapping[str, Any], workdir: Path | None) -> Any:
+        """One true run of the named layout."""
+        name = str(row[LAYOUT])
+        if name not in self._known:
+            self._known[name] = np.array(read_json(self.folder / f"{name}.json")["density"], dtype=float)
+        return self.model.responses(self._known[name], {k: v for k, v in row.items() if k != LAYOUT})
+
+    def close(self) -> None:
+        """Nothing to release."""

@@ -1,0 +1,1 @@
+"""Designs over a space: kinds, factors, growth, files, the plan of runs."""

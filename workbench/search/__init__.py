@@ -1,0 +1,1 @@
+"""The search for the worst case with few true runs."""

@@ -1,0 +1,1 @@
+"""How sure a worst case is: gap, certificates, corner audit, baselines."""

@@ -1,0 +1,217 @@
+"""What was really run around a worst case: corners, combinations, monotonicity, and which factors it moved.
+
+The reader of a worst case asks four things that the number alone does not answer: which corners of the box
+were true runs and which does the Kriging still hold open; is the worst a corner because the response is
+monotone; which combinations of discrete factors were tried; and what would a plain search have found at the
+same cost.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from workbench.search.evidence.certificates import failed_points
+from workbench.search.evidence.gap import BOUND_FACTOR
+from workbench.search.runs.ledger import Ledger, distinct
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.surrogate.model import SearchModel
+
+__all__ = ["Audit", "audit_runs"]
+
+PROBES = 200  # points at which the sign of the slope is read
+STEP = 0.02  # of the unit cube, for the slope
+NO_CORNER = "no corner of the box meets the constraints"
+MONOTONE = 0.975  # chance of one sign at every probe that counts as monotone
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Audit:
+    """Counts of corners, evidence of monotonicity per parameter, combinations with their bounds.
+
+    `corners` is None when there are too many to count out (more than 4096). `corners_open` are corners that
+    were not run and whose upper bound exceeds the worst run. `monotone` maps a parameter to "rising",
+    "falling" or "mixed" in the response's own sign, `monotone_share` to the share of probes where that sign
+    is credible. `gradient_signs` are the same words from the model's own gradients at `gradient_runs` runs.
+    """
+
+    corners: int | None
+    corners_run: int
+    corners_open: int | None
+    is_corner: bool
+    monotone: Mapping[str, str] = field(default_factory=dict)
+    monotone_share: Mapping[str, float] = field(default_factory=dict)
+    combinations: tuple[Mapping[str, Any], ...] = ()
+    corner_consistent: bool = False
+    gradient_signs: Mapping[str, str] = field(default_factory=dict)
+    gradient_runs: int = 0
+    corners_failed: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """For the JSON document."""
+        return {**asdict(self), "sentences": self.sentences}
+
+    @property
+    def sentences(self) -> list[str]:
+        """What to tell a reader."""
+        out = []
+        failed = f"; {self.corners_failed} more failed and may be worse" if self.corners_failed else ""
+        if self.corners is None:
+            out.append(f"{self.corners_run} corners were run; there are too many to run them all{failed}")
+        elif self.corners_run == self.corners:
+            out.append(f"all {self.corners} corners were run" if self.corners else NO_CORNER)
+        elif self.corners_run + self.corners_failed == self.corners:
+            out.append(f"{self.corners_run} of {self.corners} corners gave a value{failed}")
+        else:
+            out.append(
+                f"{self.corners_run} of {self.corners} corners were run; "
+                f"the Kriging holds {self.corners_open} others open{failed}"
+            )
+        if self.corner_consistent:
+            out.append(
+                "the worst run is the corner that the signs of all slopes point to (monotone, model-based)"
+            )
+        if self.gradient_runs:
+            one = [name for name, word in self.gradient_signs.items() if word != "mixed"]
+            several = [name for name, word in self.gradient_signs.items() if word == "mixed"]
+            text = f"the model's own gradients at {self.gradient_runs} runs have one sign for "
+            text += ", ".join(one) or "no parameter"
+            out.append(text + (f" and both signs for {', '.join(several)}" if several else ""))
+        open_combinations = [c for c in self.combinations if c["open"]]
+        if self.combinations:
+            out.append(
+                f"{len(self.combinations)} discrete combinations, {len(open_combinations)} of them with an "
+                "upper bound above the worst run"
+            )
+        return out
+
+
+def audit_runs(ledger: Ledger, model: SearchModel | None, *, rng: np.random.Generator) -> Audit:
+    """Audit the runs of a search; `model` is None where too few gave a value for a Kriging."""
+    where, u, v = ledger.where, ledger.u_ok, ledger.v
+    best, incumbent = float(v.max()), ledger.incumbent
+    corners = where.corners()
+    failed = failed_points(ledger)
+    is_corner = np.array([_is_corner(where, point) for point in u], dtype=bool)
+    corners_run = len(np.unique(np.round(u[is_corner & where.allowed(u)], 9), axis=0))
+    corners_open = None
+    if corners is not None:
+        corners = corners[where.allowed(corners)]
+        left = distinct(corners, ledger.u)
+        bounds = np.empty(0)
+        if len(left) and model is not None:
+            bounds = (model.cautious or model).bound(where.features(left), BOUND_FACTOR)
+        corners_open = int((bounds > best).sum())
+    monotone, share, towards = _monotonicity(where, model, sign=ledger.sign, rng=rng)
+    numeric = [j for j, word in enumerate(towards) if word != 0]
+    consistent = len(numeric) == where.dimension and all(
+        abs(incumbent[j] - (1.0 if towards[j] * ledger.sign > 0 else 0.0)) < 1e-9 for j in numeric
+    )
+    slopes = np.array(list(ledger.slopes.values())).reshape(-1, where.dimension)
+    return Audit(
+        corners=None if corners is None else len(corners),
+        corners_run=corners_run,
+        corners_open=corners_open,
+        corners_failed=sum(_is_corner(where, point) for point in failed),
+        is_corner=_is_corner(where, incumbent),
+        monotone=monotone,
+        monotone_share=share,
+        combinations=_combinations(ledger, model, rng=rng),
+        corner_consistent=consistent,
+        gradient_signs=_gradient_signs(where, slopes * ledger.sign) if len(slopes) else {},
+        gradient_runs=len(slopes),
+    )
+
+
+def _gradient_signs(where: SearchSpace, slopes: np.ndarray) -> dict[str, str]:
+    """Words per continuous parameter from slopes (m, d) in the response's own sign."""
+    words = {}
+    for name, column, grid in zip(where.space.names, slopes.T, where.levels, strict=True):
+        if grid is None:
+            words[name] = "rising" if (column >= 0).all() else "falling" if (column <= 0).all() else "mixed"
+    return words
+
+
+def _is_corner(where: SearchSpace, point: np.ndarray) -> bool:
+    ends = (np.abs(point) < 1e-9) | (np.abs(point - 1) < 1e-9)
+    return bool(np.all(ends | np.array(where.categorical)))
+
+
+def _monotonicity(
+    where: SearchSpace, model: SearchModel | None, *, sign: float, rng: np.random.Generator
+) -> tuple[dict[str, str], dict[str, float], list[int]]:
+    """Words, shares and signs (in the response's own sign) per parameter, from slopes predicted at random."""
+    words: dict[str, str] = {}
+    shares: dict[str, float] = {}
+    signs: list[int] = []
+    if model is None:
+        return words, shares, [0] * where.dimension
+    base = rng.random((PROBES, where.dimension))
+    for j, (name, grid) in enumerate(zip(where.space.names, where.levels, strict=True)):
+        if where.categorical[j]:
+            signs.append(0)
+            continue
+        low, high = base.copy(), base.copy()
+        if grid is None:
+            low[:, j], high[:, j] = np.clip(base[:, j] - STEP, 0, 1), np.clip(base[:, j] + STEP, 0, 1)
+        else:
+            k = np.minimum((base[:, j] * (len(grid) - 1)).astype(int), len(grid) - 2)
+            low[:, j], high[:, j] = grid[k], grid[k + 1]
+        rise = sign * (
+            model.predict(where.features(where.snap(high)))[0]
+            - model.predict(where.features(where.snap(low)))[0]
+        )
+        up, down = float((rise > 0).mean()), float((rise < 0).mean())
+        shares[name] = max(up, down)
+        word = "rising" if up >= MONOTONE else "falling" if down >= MONOTONE else "mixed"
+        words[name] = word
+        signs.append({"rising": 1, "falling": -1, "mixed": 0}[word])
+    return words, shares, signs
+
+
+def _combinations(
+    ledger: Ledger, model: SearchModel | None, *, rng: np.random.Generator
+) -> tuple[dict[str, Any], ...]:
+    """Per discrete combination that the constraints allow: runs, worst value run, and whether its upper bound
+    exceeds the worst run. Where every factor is discrete, a combination that was run is known."""
+    where, u, v = ledger.where, ledger.u_ok, ledger.v
+    table = where.combinations()
+    if table is None or model is None:
+        return ()
+    discrete = list(where.discrete)
+    sample = rng.random((500 if ledger.points is None else 1, where.dimension))
+    names = [where.space.names[j] for j in discrete]
+    judge = model.cautious or model
+    is_excluded = np.array([run.status == "excluded" for run in ledger.runs], dtype=bool)
+    excluded = ledger.u[is_excluded]
+    out = []
+    for combination in table:
+        points = sample.copy()
+        points[:, discrete] = combination
+        points = points[where.allowed(points)]
+        if not len(points):
+            continue
+        mine = _among(u, discrete, combination)
+        is_known = where.is_finite and (mine.any() or _among(excluded, discrete, combination).any())
+        worst = float(v[mine].max()) if mine.any() else None
+        bound = float(judge.bound(where.features(points), BOUND_FACTOR).max())
+        if where.is_finite and worst is not None:
+            bound = worst
+        values = where.rows(points[:1])[0]
+        out.append(
+            {
+                "combination": {name: values[name] for name in names},
+                "runs": int(mine.sum()),
+                "worst": None if worst is None else ledger.sign * worst,
+                "bound": ledger.sign * bound,
+                "open": bool(not is_known and bound > v.max()),
+            }
+        )
+    return tuple(out)
+
+
+def _among(u: np.ndarray, discrete: list[int], combination: np.ndarray) -> np.ndarray:
+    """Which of the points (n, d) have the combination (k,) of discrete coordinates."""
+    same: np.ndarray = np.all(np.abs(u[:, discrete] - combination) < 1e-9, axis=1)
+    return same

@@ -1,0 +1,198 @@
+"""How much worse could it still be: an upper bound of the response over the whole space, with its kind
+stated.
+
+    model-based    max over u of m(u) + 3 kappa s(u), kappa from leave-one-out, the larger of two models: the
+                   cautious twin of the search's model, and the roughest model of the plain values that the
+                   runs do not refute; regions where runs almost surely fail are left out
+    Lipschitz      max over u of min_i (v_i + L |u - u_i|), a certificate when L is right
+    enclosure      branch and bound on the user's interval enclosure, a certificate
+    (`workbench.search.evidence.enclosure`) enumerated     every point of a finite space was run: nothing is
+    left but points that failed
+
+A model-based gap is a statement about the Kriging and is calibrated, not proven:
+`studies/worst_case_calibration.py` counts how often it covers the true gap of functions with known extremes.
+A bound through a logarithm can lie absurdly far out; the cautious twin states no more than the range of the
+values seen.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import StudyError
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.surrogate.feasibility import Feasibility
+from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.pattern_search import maximise_score
+
+__all__ = ["COVERAGE", "Gap", "lipschitz_gap", "remaining_gap"]
+
+COVERAGE = 0.95
+BOUND_FACTOR = 3.0  # a supremum over the box needs a wider factor than one point does
+HOPELESS = 0.2  # chance of success below which a region is left out of the gap
+RANDOM_POINTS = 4000
+POLISHED = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gap:
+    """`width` >= 0: how far beyond the confirmed worst the response could lie, in its unit. `upper` is the
+    bound itself (a lower bound of the response when small is bad); both are infinite where nothing is known.
+    Of an enclosure: its `calls`, and whether they brought the width below the tolerance. Of an enumeration:
+    how many points `failed`. `note`: what a reader must know beside it, such as a certificate that the runs
+    refute."""
+
+    upper: float
+    width: float
+    coverage: float
+    kind: str
+    calls: int = 0
+    closed: bool = True
+    failed: int = 0
+    note: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """For the JSON document."""
+        plain = asdict(self)
+        if self.kind != "enclosure":
+            del plain["calls"], plain["closed"]
+        for name in ("failed", "note"):
+            if not plain[name]:
+                del plain[name]
+        for name in ("upper", "width"):
+            plain[name] = plain[name] if isfinite(plain[name]) else None
+        return {**plain, "lower": 0.0, "sentence": self.sentence}
+
+    @property
+    def sentence(self) -> str:
+        """What to tell a reader."""
+        return f"{self._claim}; {self.note}" if self.note else self._claim
+
+    @property
+    def _claim(self) -> str:
+        if self.kind == "enumerated":
+            if not self.failed:
+                return "every point of the space was run: nothing worse exists"
+            text = f"every point of the space was run; {self.failed} failed and may be worse"
+            if isfinite(self.width):
+                text += f": by at most {self.width:.4g} there (model-based, {self.coverage:.0%})"
+            return text
+        if self.kind == "Lipschitz":
+            return f"certified by the given Lipschitz constant: at most {self.width:.4g} worse"
+        if self.kind == "enclosure":
+            end = "" if self.closed else "; they did not suffice to close the gap"
+            return (
+                f"certified by the given enclosure: at most {self.width:.4g} worse ({self.calls} calls{end})"
+            )
+        return (
+            f"model-based, {self.coverage:.0%}: at most {self.width:.4g} worse "
+            "(a statement of the Kriging, not a proof)"
+        )
+
+
+def remaining_gap(
+    where: SearchSpace,
+    model: SearchModel,
+    *,
+    u: np.ndarray,
+    v: np.ndarray,
+    feasibility: Feasibility,
+    rng: np.random.Generator,
+    rough: SearchModel | None = None,
+    polish: bool = True,
+) -> Gap:
+    """The model-based gap above the best of the values v (n,), bound searched from random points, the runs'
+    own points u (m, d) and, when `polish`, by pattern search from the highest of them.
+
+    Without `rough` (`fit_rough_model`) it is the gap of the cautious twin alone: a quick look, which a search
+    may take before every batch.
+    """
+    best = float(v.max())
+    cautious = model.cautious or model
+    ceiling = best + float(np.ptp(v))
+
+    def score(points: np.ndarray) -> np.ndarray:
+        features = where.features(points)
+        bound = np.minimum(cautious.bound(features, BOUND_FACTOR), ceiling)
+        if rough is not None:
+            bound = np.maximum(bound, rough.bound(features, BOUND_FACTOR))
+        possible = where.allowed(points) & (feasibility.probability(features) > HOPELESS)
+        return np.where(possible, bound, -np.inf)
+
+    inside = rng.random((RANDOM_POINTS, where.dimension))
+    corners = rng.integers(0, 2, (RANDOM_POINTS // 2, where.dimension)).astype(float)
+    points = where.snap(np.vstack([inside, corners, u]))
+    bounds = score(points)
+    upper = float(bounds.max())
+    if polish:
+        top = points[np.argsort(bounds)[-POLISHED:]]
+        upper = max(upper, float(maximise_score(score, top, where.levels, sweeps=25)[1].max()))
+    return Gap(upper=max(upper, best), width=max(upper - best, 0.0), coverage=COVERAGE, kind="model-based")
+
+
+def lipschitz_gap(
+    where: SearchSpace,
+    *,
+    u: np.ndarray,
+    v: np.ndarray,
+    constant: float,
+    names: Sequence[str] | None = None,
+    boxes: int = 20_000,
+) -> Gap:
+    """A certificate: branch and bound on max_u min_i (v_i + L |u - u_i|) for runs u (n, d), v (n,).
+
+    A box with centre c and half diagonal h cannot hold more than min_i (v_i + L |c - u_i|) + L h. The
+    largest such bound is an upper bound of the response at any time, so stopping after `boxes` boxes leaves
+    it valid. Levelled coordinates are treated as continuous, which only loosens it.
+
+    `names` (n,) of the runs, for the message.
+
+    Raises:
+        StudyError: the constant is not positive, or the runs contradict it.
+    """
+    if not constant > 0:
+        raise StudyError(f"lipschitz needs a constant > 0 per unit of the cube, got {constant}")
+    distance = np.linalg.norm(u[:, None] - u[None], axis=2)
+    excess = np.abs(v[:, None] - v[None]) - constant * distance
+    if excess.max() > 1e-9 * max(1.0, float(np.abs(v).max())):
+        i, j = sorted(int(k) for k in np.unravel_index(int(excess.argmax()), excess.shape))
+        first, second = (f"run {k + 1}" if names is None else names[k] for k in (i, j))
+        raise StudyError(
+            f"lipschitz={constant:g} is contradicted by {first} and {second}, which differ by "
+            f"{abs(v[i] - v[j]):.6g} over a distance of {distance[i, j]:.6g} in the unit cube. "
+            "Give a larger constant"
+        )
+
+    def cone(points: np.ndarray) -> np.ndarray:
+        gaps = np.linalg.norm(points[:, None] - u[None], axis=2)
+        lowest: np.ndarray = (v + constant * gaps).min(axis=1)
+        return lowest
+
+    best = float(v.max())
+    d = where.dimension
+    centres, halves = np.full((1, d), 0.5), np.full((1, d), 0.5)
+    bounds = cone(centres) + constant * np.linalg.norm(halves, axis=1)
+    done = 0
+    while done < boxes and bounds.max() > best:
+        split = np.argsort(bounds)[-256:]
+        done += len(split)
+        keep = np.setdiff1d(np.arange(len(bounds)), split)
+        axis = halves[split].argmax(axis=1)
+        half = halves[split].copy()
+        half[np.arange(len(split)), axis] /= 2
+        shift = np.zeros_like(half)
+        shift[np.arange(len(split)), axis] = half[np.arange(len(split)), axis]
+        new_centres = np.vstack([centres[split] - shift, centres[split] + shift])
+        new_halves = np.vstack([half, half])
+        parents = np.concatenate([bounds[split], bounds[split]])
+        new_bounds = np.minimum(parents, cone(new_centres) + constant * np.linalg.norm(new_halves, axis=1))
+        centres = np.vstack([centres[keep], new_centres])
+        halves = np.vstack([halves[keep], new_halves])
+        bounds = np.concatenate([bounds[keep], new_bounds])
+        if halves.max() < 1e-4:
+            break
+    upper = max(float(bounds.max()), best)
+    return Gap(upper=upper, width=upper - best, coverage=1.0, kind="Lipschitz")

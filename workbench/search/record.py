@@ -1,0 +1,143 @@
+"""What a worst-case search reports: the worst true run, how it was found, how much worse it may still be."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from workbench.search.evidence.audit import Audit
+from workbench.search.evidence.baselines import Baseline
+from workbench.search.evidence.gap import Gap
+from workbench.search.evidence.gap_history import GapLook
+from workbench.search.runs.ledger import Ledger, Run
+from workbench.search.surrogate.model import SearchModel
+
+__all__ = ["Status", "WorstCase", "profile_of"]
+
+PROFILE_POINTS = 41
+
+
+class Status(Enum):
+    """Why the search stopped."""
+
+    CONVERGED = "the model-based gap stayed below the tolerance"
+    BUDGET = "the budget of runs was spent"
+    EXHAUSTED = "every point of the finite space was run"
+    NO_POINT = "no point that meets the constraints was found beside those that were run"
+    CONSTANT = (
+        "every run gave the same value: the response does not depend on these parameters, "
+        "or the model ignores its inputs"
+    )
+    SURROGATE = "no model to run: the extreme of the surrogate, unconfirmed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorstCase:
+    """The worst true run found, how it was found, and how much worse it could still be."""
+
+    response: str
+    unit: str
+    sense: str
+    value: float
+    parameters: Mapping[str, Any]
+    confirmed: bool
+    run_key: str
+    predicted: float | None
+    predicted_std: float | None
+    status: Status
+    budget: int
+    seed: int
+    runs: tuple[Run, ...]
+    gap: Gap
+    audit: Audit
+    profile: Mapping[str, Mapping[str, list[float]]] = field(default_factory=dict)
+    baselines: Mapping[str, Baseline] = field(default_factory=dict)
+    gap_history: tuple[GapLook, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """How the value was obtained."""
+        return "confirmed by a true run" if self.confirmed else "surrogate only, unconfirmed"
+
+    @property
+    def history(self) -> np.ndarray:
+        """True values in the order run, failed runs left out."""
+        return np.array([run.value for run in self.runs if run.number and run.value is not None])
+
+    @property
+    def evaluations(self) -> int:
+        """True runs of this search, failures included."""
+        return sum(run.number > 0 for run in self.runs)
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """Runs without a value, by status."""
+        return dict(Counter(run.status for run in self.runs if run.value is None))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document `worst_case.json`."""
+        sign = 1.0 if self.sense == "max" else -1.0
+        best, history = -np.inf, []
+        for run in self.runs:
+            best = max(best, sign * run.value) if run.value is not None else best
+            history.append(
+                {
+                    "run_key": run.key,
+                    "iteration": run.number,
+                    "proposal": run.proposal,
+                    "status": run.status,
+                    "value": run.value,
+                    "best": sign * best if np.isfinite(best) else None,
+                    "predicted": run.predicted,
+                    "predicted_std": run.std,
+                    "parameters": dict(run.parameters),
+                }
+            )
+        return {
+            "response": self.response,
+            "unit": self.unit,
+            "sense": self.sense,
+            "value": self.value,
+            "parameters": dict(self.parameters),
+            "confirmed": self.confirmed,
+            "label": self.label,
+            "run_key": self.run_key,
+            "predicted": self.predicted,
+            "predicted_std": self.predicted_std,
+            "status": self.status.value,
+            "evaluations": self.evaluations,
+            "budget": self.budget,
+            "seed": self.seed,
+            "failures": self.failures,
+            "history": history,
+            "gap": self.gap.to_dict(),
+            "gap_history": [look.to_dict() for look in self.gap_history],
+            "audit": self.audit.to_dict(),
+            "profile": {name: dict(band) for name, band in self.profile.items()},
+            "baselines": {name: baseline.to_dict() for name, baseline in self.baselines.items()},
+        }
+
+
+def profile_of(ledger: Ledger, model: SearchModel, point: np.ndarray) -> dict[str, dict[str, list[Any]]]:
+    """The predicted response along every parameter through `point` (d,), with its 95 % band."""
+    where = ledger.where
+    out: dict[str, dict[str, list[Any]]] = {}
+    for j, (name, grid) in enumerate(zip(where.space.names, where.levels, strict=True)):
+        line = np.linspace(0, 1, PROFILE_POINTS) if grid is None or len(grid) > PROFILE_POINTS else grid
+        points = np.repeat(point[None], len(line), axis=0)
+        points[:, j] = line
+        points = where.snap(points)
+        mean, std = model.predict(where.features(points))
+        low, middle, high = (
+            ledger.sign * model.warp.inverse(mean + k * model.inflation * std) for k in (-1.96, 0.0, 1.96)
+        )
+        out[name] = {
+            "x": [row[name] for row in where.rows(points)],
+            "mean": middle.tolist(),
+            "lower": np.minimum(low, high).tolist(),
+            "upper": np.maximum(low, high).tolist(),
+        }
+    return out

@@ -1,0 +1,1 @@
+"""Runs of a search: the ledger, given runs, the unit space they live in."""

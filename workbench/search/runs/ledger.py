@@ -1,0 +1,237 @@
+"""The runs of a worst-case search in the order they were made, seen as points and signed values."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from workbench.errors import NotEnoughRuns, StudyError
+from workbench.models.evaluator import Outcome, Reading, response_reader
+from workbench.search.evidence.gap import Gap
+from workbench.search.evidence.gap_history import GapLook, gap_look, with_look
+from workbench.search.runs.given_runs import Run, Start, given_outcomes
+from workbench.search.runs.noticeable_gain import accuracy_scale, noticeable_gain, runs_since_gain
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.space.box import Space
+
+__all__ = ["FEWEST_RUNS", "Ledger", "Run", "distinct"]
+
+FEWEST_RUNS = 3
+SLOPE_STEP = 1e-5  # of the unit interval
+SAME = 1e-12  # relative: values that differ by rounding only
+# errors of a program, not of a point: a wrong name of an argument, a missing file or package
+MISPROGRAMMED = ("TypeError", "NameError", "AttributeError", "ImportError", "ModuleNotFoundError")
+
+
+@dataclass(slots=True, kw_only=True)
+class Ledger:
+    """Runs so far; v = +value or -value is what the search maximises.
+
+    `slopes`: number of the run -> dv/du (d,) in the unit cube, NaN where a coordinate has none.
+    """
+
+    where: SearchSpace
+    sign: float
+    read: Reading
+    response: str | None = None
+    is_combination: bool = False
+    slopes: dict[int, np.ndarray] = field(default_factory=dict)
+    progress: Callable[[Run, float], None] | None = None
+    runs: list[Run] = field(default_factory=list)
+    looks: list[GapLook] = field(default_factory=list)
+    # the admissible points of a finite space, None when it cannot be enumerated
+    points: np.ndarray | None = None
+    _u: list[np.ndarray] = field(default_factory=list)
+
+    @classmethod
+    def opened(
+        cls,
+        space: Space,
+        *,
+        response: str | Reading | None,
+        sense: str,
+        start: Start,
+        progress: Callable[[Run, float], None] | None,
+    ) -> "Ledger":
+        """A ledger holding the runs in `start`."""
+        if sense not in ("max", "min"):
+            raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
+        where = SearchSpace.of(space)
+        ledger = cls(where=where, sign=1.0 if sense == "max" else -1.0, read=response_reader(response))
+        ledger.points = where.points()
+        ledger.response = None if callable(response) else response
+        ledger.is_combination = callable(response)
+        given = given_outcomes(start, space, response=response)
+        if given:
+            rows = [{k: v for k, v in o.parameters.items() if k in space.names} for o in given]
+            u = np.empty((len(given), space.dimension))
+            for i, (row, outcome) in enumerate(zip(rows, given, strict=True)):
+                try:
+                    u[i] = space.unit([row])[0]
+                except StudyError as exc:
+                    raise StudyError(
+                        f"run {outcome.key or i + 1} of start is not in the space: {exc}. "
+                        "Leave it out or widen the bounds"
+                    ) from None
+            ledger.add(given, u, proposals=["given"] * len(given), given=True)
+        ledger.progress = progress
+        return ledger
+
+    def add(
+        self,
+        outcomes: Sequence[Outcome],
+        u: np.ndarray,
+        *,
+        proposals: Sequence[str],
+        predicted: np.ndarray | None = None,
+        std: np.ndarray | None = None,
+        given: bool = False,
+    ) -> None:
+        """Append outcomes at the points u (m, d); `predicted` and `std` in the response's unit and sign."""
+        for i, (outcome, point) in enumerate(zip(outcomes, u, strict=True)):
+            run = Run(
+                key=outcome.key,
+                number=0 if given else self.spent + 1,
+                proposal=proposals[i],
+                parameters=dict(outcome.parameters),
+                status=outcome.status,
+                value=self.read(outcome.outputs) if outcome.status == "ok" else None,
+                predicted=None if predicted is None else float(predicted[i]),
+                std=None if std is None else float(std[i]),
+                outputs=dict(outcome.outputs),
+                error=outcome.error if outcome.status != "ok" else "",
+            )
+            if run.value is not None and not np.isfinite(run.value):
+                # the outputs are finite: a reading such as `within` leaves this run out
+                run = replace(run, status="excluded", value=None, predicted=None, std=None)
+            self.runs.append(run)
+            self._u.append(np.asarray(point, dtype=float))
+            slope = self._slope(outcome, self._u[-1]) if run.value is not None else None
+            if slope is not None:
+                self.slopes[len(self.runs) - 1] = slope
+            if self.progress is not None:
+                self.progress(run, self.best_value)
+
+    def _slope(self, outcome: Outcome, point: np.ndarray) -> np.ndarray | None:
+        """dv/du (d,) of a run that brought the gradient of the searched response; None otherwise."""
+        if self.is_combination or not outcome.gradients:
+            return None
+        response = self.response if self.response is not None else next(iter(outcome.outputs))
+        given = outcome.gradients.get(response)
+        if given is None:
+            return None
+        slope = np.full(self.where.dimension, np.nan)
+        for j, (name, grid) in enumerate(zip(self.where.space.names, self.where.levels, strict=True)):
+            if grid is None and name in given:
+                # dx/du: not constant where the scale of a parameter is logarithmic
+                low, high = np.repeat(point[None], 2, axis=0)
+                low[j], high[j] = max(point[j] - SLOPE_STEP, 0.0), min(point[j] + SLOPE_STEP, 1.0)
+                a, b = self.where.rows(np.array([low, high]))
+                slope[j] = self.sign * given[name] * (b[name] - a[name]) / (high[j] - low[j])
+        free = [j for j, grid in enumerate(self.where.levels) if grid is None]
+        return slope if np.isfinite(slope[free]).all() else None
+
+    @property
+    def spent(self) -> int:
+        """True runs of this search."""
+        return sum(run.number > 0 for run in self.runs)
+
+    @property
+    def u(self) -> np.ndarray:
+        """Unit points (n, d) of all runs, failed ones included."""
+        return np.array(self._u).reshape(len(self._u), self.where.dimension)
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Whether every admissible point of a finite space was run."""
+        if self.points is None or len(self.points) > len(self.runs):
+            return False
+        return not len(distinct(self.points, self.u))
+
+    @property
+    def ok(self) -> np.ndarray:
+        """Which runs gave a value, (n,)."""
+        return np.array([run.value is not None for run in self.runs], dtype=bool)
+
+    @property
+    def u_ok(self) -> np.ndarray:
+        """Unit points of the runs that gave a value."""
+        points: np.ndarray = self.u[self.ok]
+        return points
+
+    @property
+    def incumbent(self) -> np.ndarray:
+        """Unit point (d,) of the worst run so far."""
+        point: np.ndarray = self.u_ok[int(np.argmax(self.v))]
+        return point
+
+    @property
+    def v(self) -> np.ndarray:
+        """Signed values of the runs that gave one."""
+        return self.sign * np.array([run.value for run in self.runs if run.value is not None])
+
+    @property
+    def scale(self) -> float:
+        """What accuracies are shares of: the spread of the values or the size of the worst one."""
+        return accuracy_scale(self.v) if self.ok.any() else 0.0
+
+    @property
+    def best(self) -> Run:
+        """The worst true run so far."""
+        self.require_values(1)
+        return max((run for run in self.runs if run.value is not None), key=lambda run: self.sign * run.value)  # type: ignore[operator]
+
+    @property
+    def best_value(self) -> float:
+        """Its value, NaN before any run succeeded."""
+        return float(self.sign * self.v.max()) if self.ok.any() else float("nan")
+
+    @property
+    def since_improvement(self) -> int:
+        """Runs made since the best value last rose by a noticeable amount."""
+        return runs_since_gain(self.v, noticeable_gain(self.v)) if self.ok.any() else 0
+
+    def note(self, gap: Gap, *, full: bool) -> Gap:
+        """Put a gap that was stated on record, where there is one; gives it back."""
+        if not np.isfinite(gap.upper):
+            return gap
+        look = gap_look(gap, v=self.v, sign=self.sign, runs=len(self.runs), iteration=self.spent, full=full)
+        self.looks = with_look(self.looks, look)
+        return gap
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether several runs gave a value and all gave the same."""
+        v = self.v
+        return len(v) > 1 and float(np.ptp(v)) <= SAME * max(1.0, float(np.abs(v).max()))
+
+    @property
+    def is_misprogrammed(self) -> bool:
+        """Whether every run failed with one and the same error that is the program's, not the point's."""
+        errors = {run.error for run in self.runs}
+        return len(errors) == 1 and next(iter(errors)).split(":")[0] in MISPROGRAMMED
+
+    def require_values(self, count: int) -> None:
+        """Raise NotEnoughRuns unless `count` runs gave a value."""
+        n_ok = int(self.ok.sum())
+        if n_ok >= count:
+            return
+        statuses = dict(Counter(run.status for run in self.runs if run.value is None))
+        text = f"{n_ok} of {len(self.runs)} runs gave a value and {count} are needed; runs without a value: "
+        text += ", ".join(f"{n} {status}" for status, n in statuses.items())
+        errors = Counter(run.error for run in self.runs if run.error)
+        if errors:
+            error, times = errors.most_common(1)[0]
+            text += f"; the model's error ({times} times): {error}"
+        cure = "Mend the model or narrow the space"
+        if "excluded" in statuses:
+            cure = "Loosen the limits of `within`, which exclude runs"
+        raise NotEnoughRuns(f"{text}. {cure}")
+
+
+def distinct(points: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """The points (m, d) that are not among the others (n, d), rounding left aside."""
+    known = {tuple(np.round(point, 9)) for point in others}
+    left: np.ndarray = points[np.array([tuple(np.round(p, 9)) not in known for p in points], dtype=bool)]
+    return left

@@ -1,0 +1,1 @@
+"""The Kriging of a search: output transform, feasibility, expected improvement."""

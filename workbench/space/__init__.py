@@ -1,0 +1,1 @@
+"""Parameters with units and bounds, their laws, groups, scenarios and random streams."""

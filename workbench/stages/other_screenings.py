@@ -1,0 +1,187 @@
+"""Other views of which parameters matter, beside the screening of the study: `holdfast screen --method ...`.
+
+Nothing here replaces `screening.json`, which the later stages read: these are looks at the same runs by
+other methods, or, for Morris, at runs made for it.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from surrogates import (
+    KrigingScreener,
+    compare_rankings,
+    hybrid_screening,
+    morris_effects,
+    morris_points,
+)
+from workbench.campaign.campaign_runs import Campaign, outcome
+from workbench.errors import NotEnoughRuns, StudyError
+from workbench.models.evaluator import Outcome
+from workbench.screening.screen import METHODS, screen
+from workbench.space.groups import chosen
+from workbench.space.parameter import Response
+from workbench.space.streams import stream
+from workbench.stages.run_all import screening_runs
+from workbench.terminal.summaries import format_number, screening_lines, unit_suffix
+
+__all__ = ["OTHER_METHODS", "other_screening", "other_screening_lines"]
+
+OTHER_METHODS = (*METHODS, "rivals", "morris", "hybrid")
+TRAJECTORIES = 4
+
+
+def other_screening(campaign: Campaign, method: str, *, trajectories: int = TRAJECTORIES) -> dict[str, Any]:
+    """Screen a campaign's runs by a method of choice; a document with names.
+
+    Args:
+        method: "default", "forward" or "welch" on the stored runs; "rivals" for several rankings of them side
+            by side; "morris" for elementary effects, which makes runs of its own unless they are stored;
+            "hybrid" for the likelihood on those runs together with the stored ones.
+        trajectories: of Morris, each one run more than there are parameters.
+
+    Raises:
+        StudyError: an unknown method, no [screen] table, or Morris with a model that cannot be run.
+        NotEnoughRuns: fewer usable runs than the method needs.
+    """
+    if method not in OTHER_METHODS:
+        raise StudyError(f"screening method needs one of {', '.join(OTHER_METHODS)}, got {method!r}")
+    table = campaign.study.screen
+    if table is None:
+        raise StudyError("the study has no [screen] table, which names the response to screen")
+    response = campaign.study.response(table["response"])
+    if method in METHODS:
+        stored = [outcome(row) for row in screening_runs(campaign)]
+        return screen(
+            stored,
+            campaign.study.space,
+            response,
+            method=method,
+            transform=table["transform"],
+            seed=campaign.study.seed,
+            **chosen(table),
+        ).to_dict()
+    if method == "rivals":
+        return _rivals(campaign, response)
+    return _morris(campaign, response, trajectories, hybrid=method == "hybrid")
+
+
+def _usable(campaign: Campaign, outcomes: list[Outcome], response: str) -> tuple[np.ndarray, np.ndarray, int]:
+    """Unit points (n, d) and responses (n,) of the runs with a finite value; how many have none."""
+    good = [run for run in outcomes if np.isfinite(_value(run, response))]
+    points = campaign.study.space.unit([run.parameters for run in good])
+    return points, np.array([_value(run, response) for run in good]), len(outcomes) - len(good)
+
+
+def _value(run: Outcome, response: str) -> float:
+    return float(run.outputs.get(response, np.nan)) if run.status == "ok" else float("nan")
+
+
+def _rivals(campaign: Campaign, response: Response) -> dict[str, Any]:
+    outcomes = [outcome(row) for row in screening_runs(campaign)]
+    x, y, left_out = _usable(campaign, outcomes, response.name)
+    if len(y) < 5:
+        raise NotEnoughRuns(f"rivals need at least 5 runs with a value of {response.name!r}, got {len(y)}")
+    names = campaign.study.space.names
+    try:
+        found = compare_rankings(
+            x, y, categorical=campaign.study.space.label_columns, rng=stream(campaign.study.seed, "rivals")
+        )
+    except ValueError as error:  # the same response in every run
+        raise StudyError(f"rivals cannot rank {response.name!r}: {error}") from error
+    return {
+        "method": "rivals",
+        "response": response.name,
+        "unit": response.unit,
+        "n_runs": len(y),
+        "n_left_out": left_out,
+        "rankings": [
+            {
+                "method": one.method,
+                "ranking": [names[k] for k in one.ranking],
+                "selected": None if one.selected is None else [names[k] for k in one.selected],
+                "cpu_seconds": one.cpu_seconds,
+            }
+            for one in found
+        ],
+    }
+
+
+def _morris(campaign: Campaign, response: Response, trajectories: int, *, hybrid: bool) -> dict[str, Any]:
+    study = campaign.study
+    if study.model["kind"] == "table":
+        raise StudyError("Morris needs runs of its own, and a table cannot be run: take --method rivals")
+    d, names = study.space.dimension, study.space.names
+    points = morris_points(d, trajectories, rng=stream(study.seed, "morris"))
+    made = [outcome(row) for row in campaign.evaluate(study.space.rows(points), batch="morris")]
+    values = np.array([_value(run, response.name) for run in made]).reshape(trajectories, d + 1)
+    whole = np.isfinite(values).all(axis=1)  # a trajectory with a failed run gives no effects
+    if not whole.any():
+        raise NotEnoughRuns(f"every trajectory has a run without {response.name!r}; see `holdfast failures`")
+    rows = np.repeat(whole, d + 1)
+    effects = morris_effects(points[rows], values[whole].ravel())
+    document = {
+        "method": "hybrid" if hybrid else "morris",
+        "response": response.name,
+        "unit": response.unit,
+        "n_runs": int(rows.sum()),
+        "n_left_out": int((~rows).sum()),
+        "ranking": [names[k] for k in effects.ranking],
+        "mu": dict(zip(names, effects.mu.tolist(), strict=True)),
+        "mu_star": dict(zip(names, effects.mu_star.tolist(), strict=True)),
+        "sigma": {
+            n: None if np.isnan(s) else float(s) for n, s in zip(names, effects.sigma.tolist(), strict=True)
+        },
+    }
+    if not hybrid:
+        return document
+    x, y, _ = _usable(campaign, [outcome(row) for row in screening_runs(campaign)], response.name)
+    both = hybrid_screening(
+        points[rows],
+        values[whole].ravel(),
+        screener=KrigingScreener(categorical=study.space.label_columns),
+        run_at=study.space.unit([run.parameters for run, kept in zip(made, rows, strict=True) if kept]),
+        more_points=x if len(y) else None,
+        more_y=y if len(y) else None,
+    )
+    facts = both.screener.diagnosis_
+    return document | {
+        "stored_runs": len(y),
+        "selected": [names[k] for k in both.screener.selected_],
+        "agreed": [names[k] for k in both.agreed],
+        "disputed": [names[k] for k in both.disputed],
+        "verdict": facts.verdict,
+        "advice": facts.advice,
+    }
+
+
+def other_screening_lines(document: dict[str, Any]) -> list[str]:
+    """The document for a person."""
+    if document["method"] in METHODS:
+        return screening_lines(document)
+    unit = unit_suffix(document["unit"]).strip()
+    lines = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
+    if document["method"] == "rivals":
+        for one in document["rankings"]:
+            kept = one["selected"]
+            first = one["ranking"][: len(kept) if kept else 6]
+            what = "has no rule of its own; first" if kept is None else f"selects {len(kept)}:"
+            lines.append(f"  {one['method']:<10} {what} {', '.join(first)}")
+        return [*lines, "rankings of different methods are comparable, their scores are not"]
+    lines.append(f"  {document['n_runs']} runs in trajectories, mean absolute effect over the whole range:")
+    width = max(len(name) for name in document["ranking"])
+    for name in document["ranking"]:
+        spread = document["sigma"][name]
+        more = "" if spread is None else f", spread {format_number(spread, 4)}"
+        lines.append(f"  {name:<{width}}  {format_number(document['mu_star'][name], 4)}{more}")
+    if document["n_left_out"]:
+        lines.append(f"{document['n_left_out']} runs of trajectories with a failed run were left out")
+    if document["method"] == "hybrid":
+        lines.append(f"selected with {document['stored_runs']} stored runs: {_listed(document['selected'])}")
+        lines.append(f"in one of the two rankings only: {_listed(document['disputed'])}")
+        lines += [str(document[key]) for key in ("verdict", "advice") if document[key]]
+    return lines
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names) or "none"

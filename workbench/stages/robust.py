@@ -1,0 +1,55 @@
+"""The stage `robust` of a study: designs beside each other at the same points of the uncertainty."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from workbench.campaign.campaign_runs import Campaign, outcome
+from workbench.models.evaluator import Evaluator, Outcome
+from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
+from workbench.study.robust_table import comparison_of
+
+__all__ = ["run_robust"]
+
+
+def run_robust(campaign: Campaign, table: Mapping[str, Any]) -> ReEvaluation:
+    """Run the comparison of `[robust]`; runs that the store knows are not repeated.
+
+    Raises:
+        StudyError: a design does not fit the study.
+        NotEnoughRuns: fewer than 10 scenarios in which every design gave a value.
+    """
+    study = campaign.study
+    response, asked = study.response(table["response"]), comparison_of(study.space, table)
+    names = ", ".join(asked.designs)
+    campaign.progress.stage(
+        "robust", f"{names} at {table['samples']} points of {asked.uncertainty.dimension} parameters"
+    )
+    result = re_evaluate(
+        lambda design, u: None,
+        asked.designs,
+        asked.uncertainty,
+        response=response.name,
+        unit=response.unit,
+        sense=table["sense"],
+        samples=table["samples"],
+        seed=study.seed,
+        limit=table.get("limit"),
+        screened=table.get("screened", 0),
+        evaluators={name: _with_values(campaign, values) for name, values in asked.designs.items()},
+        constraints=asked.constraints,
+        nominal=asked.nominal,
+    )
+    if asked.no_nominal is None:
+        return result
+    return replace(result, warnings=(*result.warnings, asked.no_nominal))
+
+
+def _with_values(campaign: Campaign, values: Mapping[str, Any]) -> Evaluator:
+    """Runs of uncertain rows with the design's values put in."""
+
+    def evaluate(rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+        asked = [{**row, **values} for row in rows]
+        return [outcome(row) for row in campaign.evaluate(asked, batch="robust", quiet=True)]
+
+    return evaluate

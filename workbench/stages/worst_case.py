@@ -1,0 +1,151 @@
+"""The searches of the `[worst_case]` table of a study, as documents."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from workbench.campaign.campaign_runs import Campaign, outcome
+from workbench.campaign.store import Evaluation
+from workbench.models.evaluator import Outcome
+from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target
+
+if TYPE_CHECKING:
+    from workbench.search.evidence.enclosure import Enclosure
+    from workbench.search.worst_case import WorstCase
+
+__all__ = ["worst_case_document"]
+
+
+def worst_case_document(
+    campaign: Campaign, table: Mapping[str, Any], wanted: Sequence[Target], runs: Sequence[Evaluation]
+) -> dict[str, Any]:
+    """`worst_case.json` of a search that starts from `runs`: that of the first target, the `others` in it."""
+    start = [outcome(row) for row in runs]
+    if campaign.study.model["kind"] == "table":
+        found = [_predicted(campaign, target, start) for target in wanted]
+    elif len(wanted) == 1:
+        found = [_searched(campaign, table, wanted[0], start)]
+    else:
+        found = _all_searched(campaign, table, wanted, start)
+    first, *others = (
+        replace(result, response=target.name, unit=target.unit).to_dict() | dict(target.notes)
+        for result, target in zip(found, wanted, strict=True)
+    )
+    if "quantile" in table:
+        first["quantile"] = _quantile(campaign, table, wanted[0], found[0])
+    return first | ({"others": others} if others else {})
+
+
+def _predicted(campaign: Campaign, target: Target, start: Sequence[Outcome]) -> "WorstCase":
+    from workbench.search.worst_case import surrogate_worst_case
+
+    return surrogate_worst_case(
+        campaign.study.space,
+        start,
+        response=target.reading,
+        unit=target.unit,
+        sense=target.sense,
+        seed=campaign.study.seed,
+    )
+
+
+def _searched(
+    campaign: Campaign, table: Mapping[str, Any], target: Target, start: Sequence[Outcome]
+) -> "WorstCase":
+    from workbench.search.worst_case import search_worst_case
+
+    options = {key: table[key] for key in ("tolerance", "lipschitz") if key in table}
+    if "enclosure" in table:
+        options["enclosure"] = _enclosure(campaign, table)
+    result = search_worst_case(
+        campaign.outcomes_of_search,
+        campaign.study.space,
+        response=target.reading,
+        unit=target.unit,
+        sense=target.sense,
+        budget=table["budget"],
+        seed=campaign.study.seed,
+        start=start,
+        workers=_batch(campaign, table),
+        progress=_listener(campaign, table, target),
+        **options,
+    )
+    if campaign.study.model.get("gradient") and not result.audit.gradient_runs:
+        errors = (run.error for run in campaign.runs() if run.status == "ok" and run.error)
+        campaign.progress.note(f"the model's gradient was of no use: {next(errors, 'not all derivatives')}")
+    return result
+
+
+def _all_searched(
+    campaign: Campaign, table: Mapping[str, Any], wanted: Sequence[Target], start: Sequence[Outcome]
+) -> "list[WorstCase]":
+    from workbench.search.worst_cases import worst_cases
+
+    by_name = {target.name: target for target in wanted}
+    found = worst_cases(
+        None,
+        campaign.study.space,
+        {target.name: target.sense for target in wanted},
+        budget=table["budget"],
+        seed=campaign.study.seed,
+        start=start,
+        workers=_batch(campaign, table),
+        evaluator=campaign.outcomes_of_search,
+        progress=lambda name: _listener(campaign, table, by_name[name]),
+        **({"tolerance": table["tolerance"]} if "tolerance" in table else {}),
+    )
+    return [found[target.name] for target in wanted]
+
+
+def _quantile(
+    campaign: Campaign, table: Mapping[str, Any], target: Target, worst: "WorstCase"
+) -> dict[str, Any]:
+    """The worst quantile, from the runs of the search and up to `quantile_budget` more."""
+    from workbench.search.worst_quantile import worst_quantile
+
+    share = table["quantile"]
+    campaign.progress.stage("worst_case", f"quantile {share:g} of {target.name} from {len(worst.runs)} runs")
+    known = campaign.store.rows(keys=[run.key for run in worst.runs])
+    found = worst_quantile(
+        None,
+        campaign.study.space,
+        share=share,
+        response=target.reading,
+        sense=target.sense,
+        budget=table.get("quantile_budget", QUANTILE_BUDGET),
+        seed=campaign.study.seed,
+        start=[outcome(row) for row in known],
+        workers=_batch(campaign, table),
+        evaluator=campaign.outcomes_of_search,
+    )
+    plain = replace(found, response=target.name).to_dict()
+    del plain["sentence"]  # it knows nothing of the runs of the search, nor of the unit
+    return plain | {"unit": target.unit, "known": len(known)}
+
+
+def _batch(campaign: Campaign, table: Mapping[str, Any]) -> int:
+    """How many runs the search proposes at once; it is said when that leaves workers idle."""
+    workers, batch = campaign.study.evaluate.get("workers", 1), int(table.get("batch", 1))
+    if workers > batch:
+        campaign.progress.note(
+            f"{workers} workers, but [worst_case] batch = {batch}: the search proposes {batch} at a time"
+        )
+    return batch
+
+
+def _listener(campaign: Campaign, table: Mapping[str, Any], target: Target) -> Callable[[Any, float], None]:
+    def tell(run: Any, best: float) -> None:
+        campaign.progress.search(
+            run.number, table["budget"], run.proposal, run.value, best, target.name, target.unit
+        )
+
+    return tell
+
+
+def _enclosure(campaign: Campaign, table: Mapping[str, Any]) -> "Enclosure":
+    """The function that bounds the response over a box, from its reference."""
+    from workbench.models.python import load_function
+    from workbench.search.evidence.enclosure import Enclosure
+
+    function = load_function(table["enclosure"], campaign.study.folder)
+    return Enclosure(function, calls=table["enclosure_calls"])

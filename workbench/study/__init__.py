@@ -1,0 +1,1 @@
+"""study.toml as one typed file: schema, messages, tables."""

@@ -1,0 +1,292 @@
+"""The tables and keys of a study file, as pydantic models: types and defaults, unknown keys forbidden.
+
+`workbench.study.loading` reads a file through them and turns every refusal into a message with file, line and
+key. Nothing else of the workbench imports this module, because building the models takes a third of a second.
+"""
+
+from math import isinf, isnan
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+__all__ = ["StudySchema"]
+
+Count = Annotated[int, Field(ge=1)]
+Positive = Annotated[float, Field(gt=0)]
+Text = Annotated[str, Field(min_length=1, max_length=1000)]
+Reduce = Literal["max", "min", "max_abs", "final", "mean", "at", "norm"]
+
+
+def _number(limit: float) -> float:
+    if isnan(limit):
+        raise ValueError("a number, -inf or inf")
+    return limit
+
+
+def _open_side(limit: float) -> float | None:
+    """Infinity leaves a side of a pair of limits open."""
+    return None if isinf(limit) else limit
+
+
+Limit = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_number), AfterValidator(_open_side)]
+Limits = Annotated[list[Limit], Field(min_length=2, max_length=2)]
+
+
+class Table(BaseModel):
+    """A table of the file: strict types, no unknown keys, no NaN."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class StudyTable(Table):
+    """`[study]`: what the campaign is called and the one seed of everything random in it."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]{0,99}$")]
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    title: Text | None = None
+
+
+class PythonTable(Table):
+    """`[model] kind = "python"`; `gradient` names a function that returns the derivatives."""
+
+    kind: Literal["python"]
+    function: Text
+    gradient: Text | None = None
+    version: Text = "1"
+
+
+class TemplateTable(Table):
+    """A deck: `from` in the study's folder, `to` in the run's."""
+
+    from_: Annotated[Text, Field(alias="from")]
+    to: Text
+    style: Literal["jinja", "dakota"] = "jinja"
+
+
+class CommandTable(Table):
+    """`[model] kind = "command"`: an argument list, or several that run one after the other."""
+
+    kind: Literal["command"]
+    command: Annotated[list[Text] | list[Annotated[list[Text], Field(min_length=1)]], Field(min_length=1)]
+    templates: list[TemplateTable] = Field(default_factory=list)
+    files: list[Text] = Field(default_factory=list)
+    environment: dict[str, str] = Field(default_factory=dict)
+    version: Text = "1"
+
+
+class FmuTable(Table):
+    """`[model] kind = "fmu"`; `variables` and `outputs` map our names to those of the unit."""
+
+    kind: Literal["fmu"]
+    file: Text
+    stop_time: Positive
+    step: Positive | None = None
+    variables: dict[str, str] = Field(default_factory=dict)
+    outputs: dict[str, str] = Field(default_factory=dict)
+    version: Text = "1"
+
+
+class TableTable(Table):
+    """`[model] kind = "table"`: runs made elsewhere; `columns` maps our names to the file's."""
+
+    kind: Literal["table"]
+    file: Text
+    columns: dict[str, str] = Field(default_factory=dict)
+
+
+class AskTable(Table):
+    """`[model] kind = "ask"`: we write the rows to run, somebody else runs them and tells the results."""
+
+    kind: Literal["ask"]
+    version: Text = "1"
+
+
+class ParameterTable(Table):
+    """`[[parameter]]`."""
+
+    name: Text
+    lower: float | None = None
+    upper: float | None = None
+    unit: Text = "1"
+    kind: Literal["continuous", "integer", "discrete", "binary", "categorical"] = "continuous"
+    levels: list[float | str] | None = None
+    step: float | None = None
+    scale: Literal["linear", "log"] = "linear"
+    baseline: float | str | None = None
+    factor: list[float] | None = None
+    label: Text | None = None
+    distribution: dict[str, float | str] | None = None
+
+
+class ReadTable(Table):
+    """`read = { kind = ..., file = ..., ... }`: where a command leaves a response."""
+
+    kind: Literal["json", "csv", "columns", "regex", "request", "python"]
+    file: Text | None = None
+    key: Text | None = None
+    column: Text | Annotated[int, Field(ge=1)] | None = None
+    time: Text | Annotated[int, Field(ge=1)] | None = None
+    skip: Annotated[int, Field(ge=0)] | None = None
+    characters: list[Count] | None = None
+    time_characters: list[Count] | None = None
+    pattern: Text | None = None
+    which: Literal["first", "last"] | None = None
+    request: Text | None = None
+    function: Text | None = None
+
+
+class ResponseTable(Table):
+    """`[[response]]`: `reduce` says how a time history becomes a number."""
+
+    name: Text
+    unit: Text = "1"
+    label: Text | None = None
+    reduce: Reduce | None = None
+    at: float | None = None
+    p: Annotated[float, Field(ge=1)] | None = None
+    read: ReadTable | None = None
+
+
+class DesignTable(Table):
+    """`[design]`: the options beside `kind` and `runs` belong to single kinds."""
+
+    kind: Text = "ihs"
+    runs: Count | None = None
+    file: Text | None = None
+    criterion: Text | None = None
+    swaps: Count | None = None
+    duplication: Count | None = None
+    target: Text | None = None
+    model: Text | None = None
+    pool: Count | None = None
+    levels: Count | None = None
+    resolution: Count | None = None
+    alpha: Text | None = None
+    centre: Annotated[int, Field(ge=0)] | None = None
+
+
+class EvaluateTable(Table):
+    """`[evaluate]`: how runs are made."""
+
+    engine: Literal["processes", "inline", "dask"] = "processes"
+    address: Text | None = None
+    workers: Annotated[int, Field(ge=1, le=1024)] = 1
+    timeout: Positive | None = None
+    retries: Annotated[int, Field(ge=0, le=100)] = 0
+    memory: Annotated[str, Field(pattern=r"^[0-9]+(\.[0-9]+)? ?[kMGT]i?B$")] | None = None
+
+
+class ScreenTable(Table):
+    """`[screen]`; `transform` "ranks" is for responses that jump; `groups` of parameters are selected
+    together, and `n_selected` of them whatever the likelihood says."""
+
+    response: Text
+    method: Text = "default"
+    transform: Literal["none", "ranks"] = "none"
+    n_selected: Count | None = None
+    groups: list[Annotated[list[Text], Field(min_length=2)]] | None = None
+
+
+class WorstCaseTable(Table):
+    """`[worst_case]` of one `response`, of several `responses` or of a sum with `weights`; `within` limits
+    other responses; `quantile` asks for the value that is kept to with that chance, too. `batch` is how many
+    runs the search proposes at once, whoever runs them; `enclosure` names a function that bounds the response
+    over a box."""
+
+    response: Text | None = None
+    responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None
+    weights: Annotated[dict[str, float], Field(min_length=1)] | None = None
+    within: Annotated[dict[str, Limits], Field(min_length=1)] | None = None
+    sense: Literal["max", "min"] | None = None
+    budget: Count = 60
+    quantile: Annotated[float, Field(ge=0.5, le=0.99)] | None = None
+    quantile_budget: Count | None = None
+    batch: Annotated[int, Field(ge=1, le=1024)] = 1
+    tolerance: Positive | None = None
+    lipschitz: Positive | None = None
+    enclosure: Text | None = None
+    enclosure_calls: Count = 2000
+
+
+class LayoutTable(Table):
+    """`[layout]`: a problem of the engine; `scenarios` hands it the worst cases found."""
+
+    problem: Text
+    options: dict[str, Any] = Field(default_factory=dict)
+    scenarios: bool = False
+    method: Text = "gsao"
+    evaluations: Count = 50
+    tolerance: Positive = 1e-6
+    peaks: Text = "all"
+    purified: bool = True
+
+
+class RobustDesignTable(Table):
+    """`[[robust.design]]`: parameters that are ours to choose, by name; the others are uncertain."""
+
+    name: Text
+    values: Annotated[dict[str, float | str], Field(min_length=1)]
+
+
+class RobustTable(Table):
+    """`[robust]`: designs beside each other over the whole uncertainty; `screened` of the samples tell which
+    parameters matter to each. The price of robustness is read at `nominal`: values of uncertain parameters,
+    the baseline of those not named."""
+
+    response: Text
+    design: Annotated[list[RobustDesignTable], Field(min_length=1)]
+    sense: Literal["max", "min"] = "max"
+    samples: Annotated[int, Field(ge=10)] = 100
+    screened: Annotated[int, Field(ge=10)] | None = None
+    limit: float | None = None
+    nominal: Annotated[dict[str, float | str], Field(min_length=1)] | None = None
+
+
+class LayoutVariantTable(Table):
+    """`[[robust_layout.variant]]`: other options of the layout model, optimised for the final cases."""
+
+    name: Text
+    options: Annotated[dict[str, Any], Field(min_length=1)]
+
+
+class RobustLayoutTable(Table):
+    """`[robust_layout]`: layout for the worst cases found, worst case of that layout, in turn."""
+
+    model: Text
+    options: dict[str, Any] = Field(default_factory=dict)
+    nominal: Annotated[dict[str, float | str], Field(min_length=1)]
+    start: Literal["nominal", "worst_case"] = "nominal"
+    evaluations: Count = 30
+    budget: Count = 60
+    corners: Annotated[int, Field(ge=0)] = 100
+    rounds: Annotated[int, Field(ge=1, le=100)] = 6
+    tolerance: Positive = 0.02
+    samples: Annotated[int, Field(ge=10)] = 1000
+    limit: float | None = None
+    variant: list[LayoutVariantTable] = Field(default_factory=list)
+
+
+class ReportTable(Table):
+    """`[report]`."""
+
+    title: Text | None = None
+
+
+class StudySchema(Table):
+    """The whole file."""
+
+    study: StudyTable
+    model: Annotated[
+        PythonTable | CommandTable | FmuTable | TableTable | AskTable, Field(discriminator="kind")
+    ]
+    parameter: Annotated[list[ParameterTable], Field(min_length=1)]
+    response: Annotated[list[ResponseTable], Field(min_length=1)]
+    constraint: list[Text] = Field(default_factory=list)
+    design: DesignTable | None = None
+    evaluate: EvaluateTable = Field(default_factory=lambda: EvaluateTable())
+    screen: ScreenTable | None = None
+    worst_case: WorstCaseTable | None = None
+    layout: LayoutTable | None = None
+    robust: RobustTable | None = None
+    robust_layout: RobustLayoutTable | None = None
+    report: ReportTable = Field(default_factory=lambda: ReportTable())

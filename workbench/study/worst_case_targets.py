@@ -1,0 +1,148 @@
+"""What the `[worst_case]` table of a study searches: one response, several, or a weighted sum.
+
+    response = "stress"                                        with within = { travel = [-inf, 0.6] }: of the
+                                                               runs whose travel is at most 0.6
+    responses = { stress = "max", clearance = "min" }          the worst of each, from one set of runs
+    weights = { stress = 1.0, travel = 0.5 }                   the worst of the sum
+
+The names are those of `worst_case`, `worst_cases`, `weighted` and `within` in Python.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from workbench.errors import StudyError
+from workbench.models.evaluator import Reading
+from workbench.models.readings import weighted, within
+
+if TYPE_CHECKING:
+    from workbench.study.loading import Study
+
+__all__ = ["CHECKS", "QUANTILE_BUDGET", "Target", "targets"]
+
+QUANTILE_BUDGET = 40  # runs, where the study says none
+CHOICE = ("response", "responses", "weights")
+OF_ONE = ("lipschitz", "enclosure")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A number to search the worst of. `reading` is what a search takes, `reads` the responses it needs."""
+
+    name: str
+    unit: str
+    sense: str
+    reading: str | Reading
+    reads: tuple[str, ...]
+    # what a reader of the document must know beside the name: the limits or the weights
+    notes: Mapping[str, Any] = field(default_factory=dict)
+
+
+def targets(study: "Study") -> list[Target]:
+    """What a study's `[worst_case]` searches, the most important first."""
+    table = study.worst_case or {}
+    sense = table.get("sense", "max")
+    if "responses" in table:
+        return [
+            Target(name=name, unit=study.response(name).unit, sense=side, reading=name, reads=(name,))
+            for name, side in table["responses"].items()
+        ]
+    if "weights" in table:
+        weights = dict(table["weights"])
+        return [
+            Target(
+                name=_sum_name(weights), unit="1", sense=sense, reading=weighted(weights),
+                reads=tuple(weights), notes={"weights": weights},
+            )
+        ]  # fmt: skip
+    response = study.response(table["response"])
+    limits = {name: (low, high) for name, (low, high) in table.get("within", {}).items()}
+    return [
+        Target(
+            name=response.name,
+            unit=response.unit,
+            sense=sense,
+            reading=within(response.name, limits) if limits else response.name,
+            reads=(response.name, *limits),
+            notes={"within": {name: list(pair) for name, pair in limits.items()}} if limits else {},
+        )
+    ]
+
+
+def _sum_name(weights: Mapping[str, float]) -> str:
+    """A sum as a person writes it.
+
+    >>> _sum_name({"a": 1.0, "b": -0.5})
+    'a - 0.5 b'
+    """
+    terms = [
+        ("-" if weight < 0 else "+", name if abs(weight) == 1 else f"{abs(weight):g} {name}")
+        for name, weight in weights.items()
+    ]
+    text = " ".join(f"{sign} {term}" for sign, term in terms)
+    return text.removeprefix("+ ")
+
+
+def _check_choice(study: "Study", table: Mapping[str, Any]) -> None:
+    given = [key for key in CHOICE if key in table]
+    if len(given) != 1:
+        raise StudyError(
+            "[worst_case] needs one of response = \"y\", responses = { y = \"max\", z = \"min\" } and "
+            f"weights = {{ y = 1.0, z = 0.5 }}, got {' and '.join(given) or 'none'}"
+        )  # fmt: skip
+    if "response" in table:
+        study.response(table["response"])
+
+
+def _check_responses(study: "Study", table: Mapping[str, Any]) -> None:
+    for name in table.get("responses", ()):
+        study.response(name)
+    stray = [key for key in ("sense", *OF_ONE) if key in table]
+    if "responses" in table and stray:
+        cure = {"sense": "it gives every response its own"}.get(stray[0], "search that response alone")
+        raise StudyError(f"[worst_case] responses does not go with {stray[0]}: {cure}")
+
+
+def _check_weights(study: "Study", table: Mapping[str, Any]) -> None:
+    for name, weight in table.get("weights", {}).items():
+        study.response(name)
+        if weight == 0:
+            raise StudyError(f"[worst_case] weights.{name} needs a number other than 0, got 0. Leave it out")
+
+
+def _check_within(study: "Study", table: Mapping[str, Any]) -> None:
+    if "within" in table and "response" not in table:
+        raise StudyError("[worst_case] within goes with response, the one whose worst is searched")
+    for name, (low, high) in table.get("within", {}).items():
+        study.response(name)
+        if low is None and high is None:
+            raise StudyError(f"[worst_case] within.{name} leaves both sides open. Leave it out")
+        if low is not None and high is not None and low > high:
+            raise StudyError(f"[worst_case] within.{name} needs [low, high], got [{low:g}, {high:g}]")
+
+
+def _check_quantile(study: "Study", table: Mapping[str, Any]) -> None:
+    if "quantile" not in table:
+        if "quantile_budget" in table:
+            raise StudyError("[worst_case] quantile_budget goes with quantile, such as quantile = 0.95")
+        return
+    stray = next((key for key in ("responses", "within") if key in table), None)
+    if stray is not None:
+        raise StudyError(
+            f"[worst_case] quantile does not go with {stray}: it is that of one number over all uncertainty"
+        )
+    if study.model["kind"] == "table":
+        raise StudyError(
+            "[worst_case] quantile needs a model that can be run; a table cannot run anything new"
+        )
+
+
+# by the key at whose line a refusal is placed
+CHECKS = {
+    "response": _check_choice,
+    "responses": _check_responses,
+    "weights": _check_weights,
+    "within": _check_within,
+    "quantile": _check_quantile,
+}

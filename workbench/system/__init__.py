@@ -1,0 +1,1 @@
+"""Files, paths, archives, processes of the operating system."""

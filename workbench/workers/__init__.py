@@ -1,0 +1,1 @@
+"""Who runs a model: processes of this machine, a Dask cluster."""

@@ -1,0 +1,127 @@
+"""The other end of the process pool: opens the model once, answers rows until its pipe closes.
+
+Messages are JSON behind a length of eight bytes, over two pipes of their own, so that a model may print
+whatever it likes: standard output and error go to a log, of which the coordinator keeps the tail when a run
+fails. Nothing is pickled. The process leads its own group and dies with its coordinator.
+"""
+
+import json
+import os
+import resource
+import sys
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from workbench.errors import StudyError
+from workbench.models.protocol import (
+    Answer,
+    History,
+    ModelSpec,
+    call,
+    open_model,
+)
+from workbench.system.process_tree import die_with_parent
+
+__all__ = ["answer_from_dict", "answer_to_dict", "main", "pack", "receive"]
+
+
+def pack(message: Any) -> bytes:
+    """A message as it travels."""
+    body = json.dumps(message, allow_nan=False, separators=(",", ":")).encode()
+    return len(body).to_bytes(8, "big") + body
+
+
+def receive(pipe: BinaryIO) -> Any:
+    """The next message, None at the end of the pipe."""
+    head = pipe.read(8)
+    if len(head) < 8:
+        return None
+    return json.loads(pipe.read(int.from_bytes(head, "big")))
+
+
+def answer_to_dict(answer: Answer) -> dict[str, Any]:
+    """Plain types."""
+    return {
+        "status": answer.status,
+        "outputs": dict(answer.outputs),
+        "gradients": {name: dict(by) for name, by in answer.gradients.items()},
+        "histories": {name: [list(h.time), list(h.values)] for name, h in answer.histories.items()}
+        if answer.status == "ok"
+        else {},
+        "error": answer.error,
+        "log": answer.log,
+        "wall": answer.wall,
+        "cpu": answer.cpu,
+    }
+
+
+def answer_from_dict(data: dict[str, Any]) -> Answer:
+    """The answer of a mapping as `answer_to_dict` writes it."""
+    return Answer(**{**data, "histories": {name: History(*pair) for name, pair in data["histories"].items()}})
+
+
+def limit_memory(bytes_more: int) -> None:
+    """Refuse this process and its children more than `bytes_more` of address space beyond what it has now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    limit = pages * resource.getpagesize() + bytes_more
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def main(inbox: int, outbox: int, parent: int) -> None:
+    """Serve until the coordinator closes the pipe."""
+    die_with_parent(parent)
+    reading, writing = os.fdopen(inbox, "rb"), os.fdopen(outbox, "wb")
+
+    def send(message: Any) -> None:
+        writing.write(pack(message))
+        writing.flush()
+
+    hello = receive(reading)
+    if hello is None:
+        return
+    log = _log_to(hello["log"])
+    _fresh_output(log)
+    spec = ModelSpec.from_dict(hello["spec"])
+    try:
+        model = open_model(spec)
+        if hello["memory"] is not None:
+            limit_memory(hello["memory"])
+    except StudyError as exc:
+        send({"refused": str(exc)})
+        return
+    send({"ready": os.getpid()})
+    while (task := receive(reading)) is not None:
+        _fresh_output(log)
+        workdir = None if task["workdir"] is None else Path(task["workdir"])
+        answer = call(model, spec, task["row"], workdir=workdir)
+        _flush_output()
+        send({"id": task["id"], "answer": answer_to_dict(answer)})
+    model.close()
+
+
+def _log_to(path: str) -> int:
+    """Standard input from nowhere; a file descriptor of the log."""
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.close(nothing)
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o600)
+
+
+def _fresh_output(log: int) -> None:
+    """Every run begins with an empty log on both outputs, whatever the run before did to them."""
+    os.ftruncate(log, 0)
+    os.dup2(log, 1)
+    os.dup2(log, 2)
+    if sys.stdout is None or sys.stdout.closed:
+        sys.stdout = open(1, "w", closefd=False)
+    if sys.stderr is None or sys.stderr.closed:
+        sys.stderr = open(2, "w", closefd=False)
+
+
+def _flush_output() -> None:
+    """Bring what the run printed to the log, if there is still a way."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError, AttributeError):
+            pass  # the run closed it
