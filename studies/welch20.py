@@ -3,7 +3,8 @@
 Six of the twenty inputs matter on the cube [-1/2, 1/2]^20: x1 (only through its interaction with x12), x4,
 x5, x12, x19 and x20. Two (x8 and x16) do not occur at all, the other twelve are of the order of a percent of
 the standard deviation. Public copies of the function differ in the sign of the linear x19 term; here it is
-minus, as printed, and `tests/papers/test_welch20.py` checks the variances that only this sign gives.
+minus, as printed, and `tests/papers/surrogates/test_welch20.py` checks the variances that only this sign
+gives.
 """
 
 from collections.abc import Mapping

@@ -94,7 +94,7 @@ def smt_model(x, y):
 
 def smt_theta(x, y):
     """Its theta per unit of x squared: it divides each input by its standard deviation.
-    `tests/peers/test_kriging_smt.py` shows that both likelihoods agree at such a theta."""
+    `tests/peers/surrogates/test_smt.py` shows that both likelihoods agree at such a theta."""
     model = smt_model(x, y)
     return np.asarray(model.optimal_theta) / np.ravel(model.X_scale) ** 2
 

@@ -1,0 +1,205 @@
+"""Other looks at the runs of a campaign: `holdfast screen --method`, and `holdfast plan --factors`."""
+
+import json
+import textwrap
+
+import pytest
+
+from workbench.campaign.campaign_runs import Campaign
+from workbench.errors import NotEnoughRuns, StudyError
+from workbench.stages.other_screenings import OTHER_METHODS, other_screening, other_screening_lines
+from workbench.stages.run_all import design, evaluate, screen
+
+STUDY = """
+[study]
+name = "bracket"
+seed = 4
+
+[model]
+kind = "python"
+function = "bracket.py:deflection"
+
+[[parameter]]
+name = "force"
+lower = 0
+upper = 2
+unit = "kN"
+
+[[parameter]]
+name = "length"
+lower = 1
+upper = 3
+unit = "m"
+
+[[parameter]]
+name = "paint"
+lower = 0
+upper = 1
+
+[[parameter]]
+name = "grease"
+lower = 0
+upper = 1
+
+[[response]]
+name = "deflection"
+unit = "mm"
+
+[design]
+kind = "lhs"
+runs = 24
+
+[screen]
+response = "deflection"
+"""
+MODEL = """
+def deflection(force, length, paint, grease):
+    {body}return force * length**3
+"""
+
+
+def campaign_of(folder, body=""):
+    (folder / "bracket.py").write_text(textwrap.dedent(MODEL).format(body=body))
+    (folder / "study.toml").write_text(STUDY)
+    campaign = Campaign.from_file(folder / "study.toml")
+    design(campaign)
+    evaluate(campaign)
+    return campaign
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    with campaign_of(tmp_path) as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("method", OTHER_METHODS)
+def test_every_method_gives_a_document_with_names(campaign, method):
+    document = other_screening(campaign, method)
+    json.dumps(document, allow_nan=False)
+    lines = other_screening_lines(document)
+    assert max(map(len, lines)) < 200
+    if method == "rivals":
+        assert {one["method"] for one in document["rankings"]} >= {"default", "forest", "sobol"}
+        first = next(one for one in document["rankings"] if one["method"] == "default")
+        assert set(first["selected"]) == {"force", "length"}
+    elif method in ("forward", "welch"):
+        # as published, the inert inputs may leave the pool first: the active two share the common theta then
+        assert set(document["ranking"]) == {"force", "length", "paint", "grease"}
+    else:
+        assert set(document["ranking"][:2]) == {"force", "length"}
+    # the study's own screening is not touched
+    assert not (campaign.folder / "screening.json").exists()
+
+
+def test_morris_makes_its_runs_once_and_beside_the_design(campaign):
+    before = len(campaign.runs())
+    first = other_screening(campaign, "morris", trajectories=2)
+    assert first["n_runs"] == 2 * 5
+    assert len(campaign.runs()) == before + 10
+    assert other_screening(campaign, "morris", trajectories=2) == first
+    assert len(campaign.runs()) == before + 10
+    assert first["mu_star"]["paint"] == 0.0
+
+
+def test_hybrid_reads_morris_and_stored_runs_together(campaign):
+    document = other_screening(campaign, "hybrid")
+    assert (document["n_runs"], document["stored_runs"]) == (4 * 5, 24)
+    assert set(document["selected"]) == set(document["agreed"]) == {"force", "length"}
+    assert document["disputed"] == []
+
+
+def test_a_failed_run_takes_its_trajectory_with_it(tmp_path):
+    broken = "\n    if paint > 0.3 and grease < 0.7 and force > 1.9:\n        raise ValueError('torn')\n    "
+    with campaign_of(tmp_path, broken) as campaign:
+        document = other_screening(campaign, "morris", trajectories=6)
+    assert document["n_runs"] + document["n_left_out"] == 6 * 5
+    assert document["n_left_out"] % 5 == 0
+
+
+LABELLED = STUDY.replace(
+    """[[response]]""",
+    """[[parameter]]
+name = "wood"
+kind = "categorical"
+levels = ["ash", "elm", "fir", "oak"]
+
+[[parameter]]
+name = "bolts"
+kind = "integer"
+lower = 2
+upper = 5
+
+[[response]]""",
+)
+
+
+@pytest.mark.parametrize("method", ["rivals", "hybrid"])
+def test_labels_stay_labels(tmp_path, method):
+    model = """
+def deflection(force, length, paint, grease, wood, bolts):
+    return {"ash": 0, "elm": 6, "fir": 1, "oak": 5}[wood] + force + 0.5 * bolts
+"""
+    (tmp_path / "bracket.py").write_text(model)
+    (tmp_path / "study.toml").write_text(LABELLED.replace("runs = 24", "runs = 48"))
+    with Campaign.from_file(tmp_path / "study.toml") as campaign:
+        design(campaign)
+        evaluate(campaign)
+        document = other_screening(campaign, method)
+    if method == "hybrid":
+        assert set(document["selected"]) == {"wood", "force", "bolts"}
+        return
+    for one in document["rankings"]:
+        if one["method"] not in ("forward", "welch"):
+            assert one["ranking"][0] == "wood", one["method"]
+
+
+def test_groups_and_number_of_the_study_file_are_kept(tmp_path):
+    (tmp_path / "bracket.py").write_text(MODEL.format(body=""))
+    (tmp_path / "study.toml").write_text(STUDY + 'groups = [["length", "force"]]\nn_selected = 1\n')
+    with Campaign.from_file(tmp_path / "study.toml") as campaign:
+        design(campaign)
+        evaluate(campaign)
+        assert set(screen(campaign)["selected"]) == {"length", "force"}
+        assert set(other_screening(campaign, "forward")["selected"]) == {"length", "force"}
+
+
+def test_failed_runs_are_told_in_words(tmp_path):
+    with campaign_of(tmp_path, "raise ValueError('torn')\n    ") as campaign:
+        with pytest.raises(
+            NotEnoughRuns, match=r"0 of 24 runs gave a value, .*: 24 failed\. `holdfast failures`"
+        ):
+            screen(campaign)
+
+
+def test_a_constant_response_is_refused_by_name(tmp_path):
+    with campaign_of(tmp_path, "return 3.0\n    ") as campaign:
+        with pytest.raises(StudyError, match=r"rivals cannot rank 'deflection': y is 3 in all 24 runs"):
+            other_screening(campaign, "rivals")
+
+
+def test_bad_requests_are_refused_with_a_cure(campaign):
+    with pytest.raises(StudyError, match=r"one of default, forward, .*hybrid, got 'magic'"):
+        other_screening(campaign, "magic")
+
+
+def test_command_line(campaign, capsys):
+    from tests.unit.terminal.test_cli import in_process
+
+    campaign.close()
+    study = campaign.folder.parent / "study.toml"
+    code, out, _ = in_process("screen", study, "--method", "morris", "--json", capsys=capsys)
+    assert code == 0
+    assert json.loads(out)["ranking"][0] in {"force", "length"}
+    code, out, err = in_process("screen", study, "--method", "magic", capsys=capsys)
+    assert code == 2
+    assert "got 'magic'" in err
+    code, out, _ = in_process("plan", "--factors", 5, "--actives", 2, "--trials", 4, capsys=capsys)
+    assert code == 0
+    assert "5 parameters, about 2 of them active" in out
+    code, _, err = in_process("plan", capsys=capsys)
+    assert code == 2
+    assert "--factors" in err
+    code, _, err = in_process("plan", "--factors", 3, "--actives", 5, capsys=capsys)
+    assert code == 2
+    assert "1 <= active <= inputs" in err
