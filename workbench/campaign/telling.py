@@ -73,7 +73,7 @@ def asked_rows(campaign: "Campaign") -> list["Asked"]:
 
 def asked_lines(asked: Sequence["Asked"], *, study: str, csv: Path | None) -> list[str]:
     """The waiting rows as a table, and how their results come back; `csv` is where they were written."""
-    from workbench.terminal.summaries import format_number, table_lines
+    from workbench.report.lines.tables import format_number, table_lines
 
     if not asked:
         return [f"no run waits for its result; `holdfast run {study}` goes on"]

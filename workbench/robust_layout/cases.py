@@ -13,8 +13,8 @@ from workbench.engine.errors import EngineError
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.purify import purify
+from workbench.robust_layout.document import check_gradient, layout_document
 from workbench.robust_layout.model import LayoutModel, layout_name
-from workbench.stages.layout import check_gradient, layout_document
 from workbench.system.atomic import read_json, write_json
 
 __all__ = ["Optimised", "optimise_for_cases", "trivial_layouts"]

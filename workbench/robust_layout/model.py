@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.errors import StudyError
 from workbench.models.protocol import ModelSpec
-from workbench.stages.layout import load_problem
+from workbench.robust_layout.loading import load_problem
 from workbench.system.atomic import read_json
 
 __all__ = ["LAYOUT", "LayoutModel", "LayoutRun", "layout_name", "load_layout_model"]

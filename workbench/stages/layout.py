@@ -1,16 +1,13 @@
-"""The stage `layout`: a problem named in a study file, optimised, purified, compared, written as
-`layout.json`.
+"""The stage `layout`: a problem named in a study file, optimised, purified, compared: `layout.json`.
 
 The problem is a Python function "module:function" that returns a `LayoutProblem` of the engine, or a record
 with system, objective, density and budget as the gallery's `studies.two_body.layout_problem` does. The run
-keeps
-`layout.partial.json` up to date after every evaluation; interrupted, it goes on from the best design so far.
+keeps `layout.partial.json` up to date after every evaluation; interrupted, it goes on from the best design so
+far.
 """
 
-import importlib
-import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
@@ -20,48 +17,19 @@ from numpy.typing import NDArray
 
 from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutProblem
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
-from workbench.engine.layout.outcome.purify import PurifiedLayout, fractional_members, purify
-from workbench.engine.layout.outcome.result import HistoryEntry, LayoutResult
+from workbench.engine.layout.outcome.purify import purify
+from workbench.engine.layout.outcome.result import HistoryEntry
 from workbench.errors import Interrupted, StudyError
+from workbench.robust_layout.document import check_gradient, finite, layout_document
+from workbench.robust_layout.loading import load_problem
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["check_gradient", "layout_document", "load_problem", "run_layout"]
+__all__ = ["run_layout"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[HistoryEntry], None]
 
 _PARTIAL = "layout.partial.json"
-_STEP = 1e-6  # of the bounds' width in the gradient check
-
-
-def load_problem(
-    reference: str, options: Mapping[str, Any] | None = None, *, folder: Path | None = None
-) -> Any:
-    """Call "module:function" with the options; modules beside the study file are found.
-
-    Raises StudyError when the reference cannot be resolved or the function refuses its options.
-
-    >>> load_problem("studies.trusses:cantilever").title
-    'cantilever'
-    """
-    module_name, _, function_name = reference.partition(":")
-    if not module_name or not function_name:
-        raise StudyError(f"layout problem needs the form 'module:function', got '{reference}'")
-    if folder is not None and str(folder) not in sys.path:
-        sys.path.insert(0, str(folder))
-    try:
-        function = getattr(importlib.import_module(module_name), function_name)
-    except ModuleNotFoundError as error:
-        raise StudyError(
-            f"layout problem '{reference}': no module '{error.name}'. "
-            "Put it beside the study file or install it"
-        ) from error
-    except AttributeError as error:
-        raise StudyError(f"layout problem '{reference}': module has no '{function_name}'") from error
-    try:
-        return function(**dict(options or {}))
-    except (TypeError, ValueError) as error:
-        raise StudyError(f"layout problem '{reference}' with {dict(options or {})}: {error}") from error
 
 
 def run_layout(
@@ -109,7 +77,7 @@ def run_layout(
         history.append(row)
         write_json(
             folder / _PARTIAL,
-            {"identity": identity, "history": history, "density": keep.density, "value": _finite(best)},  # type: ignore[attr-defined]
+            {"identity": identity, "history": history, "density": keep.density, "value": finite(best)},  # type: ignore[attr-defined]
         )
         if progress is not None:
             progress(replace(entry, evaluation=row["evaluation"], best=best))
@@ -138,94 +106,6 @@ def run_layout(
     return document
 
 
-def layout_document(
-    problem: LayoutProblem,
-    result: LayoutResult,
-    *,
-    name: str,
-    method: str,
-    history: list[dict[str, Any]],
-    start_value: float,
-    check: Mapping[str, float],
-    clean: PurifiedLayout | None,
-    baselines: tuple[Mapping[str, float], Mapping[str, float]],
-) -> dict[str, Any]:
-    """The content of `layout.json`: plain numbers and sentences, no NaN.
-
-    baselines: values of the trivial layouts within the budgets, and of those beyond them.
-    """
-    return {
-        "problem": name,
-        "title": problem.title,
-        "response": problem.response,
-        "unit": problem.unit,
-        "length_unit": "m",
-        "method": method,
-        "strategy": result.strategy,
-        "value": result.value,
-        "start_value": start_value,
-        "status": result.status.value,
-        "converged": result.status.name == "CONVERGED",
-        "kkt": _finite(result.kkt),
-        "evaluations": len(history),
-        "shadow_prices": dict(zip(problem.names, result.shadow_prices.tolist(), strict=True)),
-        "budgets": [
-            {"name": budget, "limit": float(limit), "used": float(used)}
-            for budget, limit, used in zip(
-                problem.names, problem.limits, problem.costs @ result.density, strict=True
-            )
-        ],
-        "density": result.density.tolist(),
-        "grayness": result.grayness,
-        "fractional": fractional_members(problem, result.density),
-        "members": _members(problem, result.density),
-        "history": history,
-        "baselines": dict(baselines[0]),
-        "beyond_budget": dict(baselines[1]),
-        "purified": None if clean is None else {
-            **{k: v for k, v in asdict(clean).items() if k != "density"},
-            "density": clean.density.tolist(), "loss": clean.loss,
-        },
-        "gradient_check": dict(check),
-        "verdicts": list(result.verdicts),
-        "optima": list(result.optima),
-    }  # fmt: skip
-
-
-def check_gradient(problem: LayoutProblem, *, seed: int = 0) -> dict[str, float]:
-    """Relative error of the gradient of the largest row along one random direction, by central
-    differences."""
-    rng = np.random.default_rng(seed)
-    width = problem.upper - problem.lower
-    density = np.clip(problem.start, problem.lower + 2 * _STEP * width, problem.upper - 2 * _STEP * width)
-    direction = rng.standard_normal(problem.members) * width
-    evaluation = problem.checked(density)
-    row = int(np.argmax(evaluation.values))
-    slope = float(problem.checked_gradients(evaluation, np.array([row]))[0] @ direction)
-    largest = float(np.abs(direction / np.where(width > 0, width, 1.0)).max())
-    h = _STEP / largest
-    ahead, behind = (
-        np.ravel(problem.checked(density + side * h * direction).values)[row] for side in (1.0, -1.0)
-    )
-    difference = float(ahead - behind) / (2 * h)
-    return {"central difference": abs(slope - difference) / max(abs(slope), abs(difference), 1e-300)}
-
-
-def _members(problem: LayoutProblem, density: Array) -> list[dict[str, Any]]:
-    geometry = problem.geometry
-    if geometry is None:
-        return [{"name": f"{i}", "kind": "member", "density": float(a)} for i, a in enumerate(density)]
-    return [
-        {
-            "name": f"{i}", "kind": geometry.kind[i], "density": float(a),
-            "body_a": int(geometry.body_a[i]), "point_a": geometry.point_a[i].tolist(),
-            "body_b": int(geometry.body_b[i]), "point_b": geometry.point_b[i].tolist(),
-            "a": geometry.point_a[i].tolist(), "b": geometry.point_b[i].tolist(),
-        }
-        for i, a in enumerate(density)
-    ]  # fmt: skip
-
-
 def _baselines(problem: LayoutProblem) -> tuple[dict[str, float], dict[str, float]]:
     """Values of the trivial layouts uniform, all and none: those within the budgets, and those beyond."""
     width = problem.upper - problem.lower
@@ -248,14 +128,10 @@ def _baselines(problem: LayoutProblem) -> tuple[dict[str, float], dict[str, floa
 
 def _entry(entry: HistoryEntry, offset: int, best: float) -> dict[str, Any]:
     return {
-        "evaluation": entry.evaluation + offset, "value": entry.value, "best": _finite(best),
-        "active_peaks": entry.active, "budget": entry.budget, "kkt": _finite(entry.kkt),
-        "radius": _finite(entry.radius), "start": entry.start, "accepted": entry.accepted,
+        "evaluation": entry.evaluation + offset, "value": entry.value, "best": finite(best),
+        "active_peaks": entry.active, "budget": entry.budget, "kkt": finite(entry.kkt),
+        "radius": finite(entry.radius), "start": entry.start, "accepted": entry.accepted,
     }  # fmt: skip
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _identity(name: str, options: Mapping[str, Any] | None, method: str, problem: LayoutProblem) -> str:

@@ -23,9 +23,8 @@ from workbench.space.groups import chosen
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
 from workbench.stages.run_all import screening_runs
-from workbench.terminal.summaries import format_number, screening_lines, unit_suffix
 
-__all__ = ["OTHER_METHODS", "other_screening", "other_screening_lines"]
+__all__ = ["OTHER_METHODS", "other_screening"]
 
 OTHER_METHODS = (*METHODS, "rivals", "morris", "hybrid")
 TRAJECTORIES = 4
@@ -153,35 +152,3 @@ def _morris(campaign: Campaign, response: Response, trajectories: int, *, hybrid
         "verdict": facts.verdict,
         "advice": facts.advice,
     }
-
-
-def other_screening_lines(document: dict[str, Any]) -> list[str]:
-    """The document for a person."""
-    if document["method"] in METHODS:
-        return screening_lines(document)
-    unit = unit_suffix(document["unit"]).strip()
-    lines = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
-    if document["method"] == "rivals":
-        for one in document["rankings"]:
-            kept = one["selected"]
-            first = one["ranking"][: len(kept) if kept else 6]
-            what = "has no rule of its own; first" if kept is None else f"selects {len(kept)}:"
-            lines.append(f"  {one['method']:<10} {what} {', '.join(first)}")
-        return [*lines, "rankings of different methods are comparable, their scores are not"]
-    lines.append(f"  {document['n_runs']} runs in trajectories, mean absolute effect over the whole range:")
-    width = max(len(name) for name in document["ranking"])
-    for name in document["ranking"]:
-        spread = document["sigma"][name]
-        more = "" if spread is None else f", spread {format_number(spread, 4)}"
-        lines.append(f"  {name:<{width}}  {format_number(document['mu_star'][name], 4)}{more}")
-    if document["n_left_out"]:
-        lines.append(f"{document['n_left_out']} runs of trajectories with a failed run were left out")
-    if document["method"] == "hybrid":
-        lines.append(f"selected with {document['stored_runs']} stored runs: {_listed(document['selected'])}")
-        lines.append(f"in one of the two rankings only: {_listed(document['disputed'])}")
-        lines += [str(document[key]) for key in ("verdict", "advice") if document[key]]
-    return lines
-
-
-def _listed(names: list[str]) -> str:
-    return ", ".join(names) or "none"

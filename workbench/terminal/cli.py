@@ -80,11 +80,11 @@ def design(
 ) -> None:
     """Make the design and put its rows in the queue; list the rows that somebody else is to run."""
     from workbench.campaign.telling import asked_csv, asked_lines, asked_rows
+    from workbench.report.lines.design import comparison_lines, design_lines
     from workbench.stages.design import compared_designs, drawn_design
     from workbench.stages.run_all import design as stage
     from workbench.stages.run_all import queue_design
     from workbench.system.atomic import write_text
-    from workbench.terminal.summaries import comparison_lines, design_lines
 
     with _campaign(study, folder) as campaign:
         document = stage(campaign) if campaign.study.has_points else None
@@ -149,11 +149,12 @@ def screen(
     json_: Json = False,
 ) -> None:
     """Which parameters matter, from the runs that are stored."""
+    from workbench.report.lines.screening import screening_lines
     from workbench.stages.run_all import screen as stage
-    from workbench.terminal.summaries import screening_lines
 
     if method is not None:
-        from workbench.stages.other_screenings import other_screening, other_screening_lines
+        from workbench.report.lines.screening import other_screening_lines
+        from workbench.stages.other_screenings import other_screening
 
         with _campaign(study, folder) as campaign:
             other = other_screening(campaign, method, trajectories=trajectories)
@@ -167,8 +168,8 @@ def screen(
 @app.command("worst-case")
 def worst_case(study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False) -> None:
     """Where the worst case lies; every candidate is confirmed by a true run."""
+    from workbench.report.lines.worst_case import worst_case_lines
     from workbench.stages.run_all import worst_case as stage
-    from workbench.terminal.summaries import worst_case_lines
 
     with _campaign(study, folder, workers=workers) as campaign:
         document = stage(campaign)
@@ -179,8 +180,8 @@ def worst_case(study: StudyFile, folder: Folder = None, workers: Workers = None,
 @app.command()
 def layout(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
     """Optimise the layout of the study's multibody problem; run it again to continue."""
+    from workbench.report.lines.layout import layout_lines
     from workbench.stages.run_all import layout as stage
-    from workbench.terminal.summaries import layout_lines
 
     with _campaign(study, folder) as campaign:
         document = stage(campaign)
@@ -190,8 +191,8 @@ def layout(study: StudyFile, folder: Folder = None, json_: Json = False) -> None
 @app.command()
 def robust(study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False) -> None:
     """Compare designs over the whole uncertainty, at the same points."""
+    from workbench.report.lines.robust import robust_lines
     from workbench.stages.run_all import robust as stage
-    from workbench.terminal.summaries import robust_lines
 
     with _campaign(study, folder, workers=workers) as campaign:
         document = stage(campaign)
@@ -204,8 +205,8 @@ def robust_layout(
     study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False
 ) -> None:
     """Layout for the worst cases, worst case of that layout, in turn; run it again to continue."""
+    from workbench.report.lines.robust_layout import robust_layout_lines
     from workbench.stages.run_all import robust_layout as stage
-    from workbench.terminal.summaries import robust_layout_lines
 
     with _campaign(study, folder, workers=workers) as campaign:
         document = stage(campaign)
@@ -433,7 +434,7 @@ def _finish(
 
 
 def _tell_run(found: dict[str, Any]) -> None:
-    from workbench.terminal.summaries import run_lines
+    from workbench.report.lines.study import run_lines
 
     _print(run_lines(found))
 

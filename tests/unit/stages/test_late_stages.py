@@ -7,12 +7,12 @@ import pytest
 from workbench.campaign.campaign_runs import Campaign
 from workbench.campaign.failures import failure_document, failure_lines, where_runs_fail
 from workbench.errors import StoreError, StudyError
+from workbench.report.lines.robust import robust_lines
 from workbench.space.box import Parameter, Space
 from workbench.stages import run_all as stages
 from workbench.stages.planning import plan_study
 from workbench.stages.validation import check_study
 from workbench.system.atomic import read_json
-from workbench.terminal.summaries import robust_lines
 from workbench.terminal.watching import (
     page,
     state,

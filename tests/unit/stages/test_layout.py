@@ -14,7 +14,9 @@ from workbench.figures.layout import (
     plot_layout,
     plot_layout_history,
 )
-from workbench.stages.layout import check_gradient, load_problem, run_layout
+from workbench.robust_layout.document import check_gradient
+from workbench.robust_layout.loading import load_problem
+from workbench.stages.layout import run_layout
 
 SHORT = {"problem": "studies.two_body_layout:problem", "options": {"case": "short"}, "evaluations": 12}
 

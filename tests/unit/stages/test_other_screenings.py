@@ -7,7 +7,8 @@ import pytest
 
 from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.stages.other_screenings import OTHER_METHODS, other_screening, other_screening_lines
+from workbench.report.lines.screening import other_screening_lines
+from workbench.stages.other_screenings import OTHER_METHODS, other_screening
 from workbench.stages.run_all import design, evaluate, screen
 
 STUDY = """

@@ -2,15 +2,13 @@
 
 import io
 
+from workbench.report.lines.design import design_lines
+from workbench.report.lines.layout import layout_lines
+from workbench.report.lines.robust import robust_lines
+from workbench.report.lines.screening import screening_lines
+from workbench.report.lines.tables import format_number
+from workbench.report.lines.worst_case import worst_case_lines
 from workbench.terminal.console import PlainProgress, RichProgress, progress_for
-from workbench.terminal.summaries import (
-    design_lines,
-    format_number,
-    layout_lines,
-    robust_lines,
-    screening_lines,
-    worst_case_lines,
-)
 
 MANY = [f"x{k}" for k in range(1, 31)]
 PATH = {

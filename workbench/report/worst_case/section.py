@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from workbench.report.lines.statements import limits_text, quantile_text
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -26,7 +27,6 @@ from workbench.report.worst_case.figures import (
 )
 from workbench.report.worst_case.gap_figure import gap_figure
 from workbench.report.worst_case.parallel_figure import parallel_figure
-from workbench.terminal.summaries import limits_text, quantile_text
 
 __all__ = ["further_worst_cases", "gap_sentence", "worst_case_section"]
 

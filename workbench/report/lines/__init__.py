@@ -1,0 +1,1 @@
+"""What the stages found, in lines of 80 columns: what a terminal prints, one file per stage."""

@@ -1,0 +1,46 @@
+"""How good a design is, alone and beside others."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from workbench.report.lines.tables import format_number, table_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["comparison_lines", "design_lines"]
+
+QUALITIES = ("min_distance", "cd2", "max_correlation", "d_efficiency")
+
+
+def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[str]:
+    """How good the design is, each measure beside random Latin hypercubes of the same size; some, or all."""
+    quality = document.get("quality") or {}
+    rows = []
+    for name in quality if whole else QUALITIES:
+        entry = quality.get(name)
+        if entry is None or entry["value"] is None or entry["percentile"] is None:
+            continue
+        beaten = entry["percentile"] if entry["better"] == "high" else 100 - entry["percentile"]
+        rows.append((name.replace("_", " "), f"better than {beaten:.0f} %", format_number(entry["value"], 4)))
+    if not rows:
+        return []
+    return table_lines(("design quality", "of random Latin hypercubes", "value"), rows)
+
+
+def comparison_lines(frame: "pd.DataFrame") -> list[str]:
+    """The table of `workbench.compare`: value, and share of random Latin hypercubes beaten, per design."""
+    designs = list(dict.fromkeys(frame.columns.get_level_values(0)))
+    rows = []
+    for metric, row in frame.iterrows():
+        cells = [str(metric).replace("_", " ")]
+        for name in designs:
+            value, beaten = row[name, "value"], row[name, "better than"]
+            share = "" if math.isnan(beaten) else f" ({beaten:.0f} %)"
+            cells.append(
+                "-" if value is None or math.isnan(value) else format_number(float(value), 4) + share
+            )
+        rows.append(tuple(cells))
+    lines = table_lines(("design quality", *designs), rows)
+    return [*lines, "in brackets: share of random Latin hypercubes that the design is better than"]

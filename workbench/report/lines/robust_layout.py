@@ -1,0 +1,33 @@
+"""Rounds of the robust loop, and its layouts beside each other."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.report.lines.tables import format_number, table_lines, unit_suffix, wrapped
+
+__all__ = ["robust_layout_lines"]
+
+
+def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:
+    """Rounds of the loop, and the layouts beside each other."""
+    unit = unit_suffix(document["unit"])
+    text = [f"Robust layout of {document['title']}: worst {document['response']} by true runs"]
+    head = ("round", "", "cases", "bound", "worst found", "gap")
+    rows = [
+        (
+            str(k + 1), "", str(r["cases"]), format_number(r["bound"]), format_number(r["worst"]),
+            f"{100 * r['gap']:.3g} %",
+        )
+        for k, r in enumerate(document["rounds"])
+    ]  # fmt: skip
+    text += table_lines(head, rows)
+    text += wrapped(document["status"], 79)
+    beside = [
+        (name, "", format_number(kept["worst"]), format_number(kept["nominal"]), str(kept["runs"]))
+        for name, kept in document["layouts"].items()
+    ]
+    text += ["", *table_lines(("layout", "", f"worst{unit}", f"at nominal{unit}", "runs"), beside)]
+    for variant in document["variants"]:
+        worst = variant.get("failure") or f"worst {format_number(variant['worst'])}{unit}"
+        text.append(f"  {variant['name']}: {worst}")
+    return text

@@ -1,0 +1,78 @@
+"""Which parameters matter: the path of a screening, and what other methods say."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.report.lines.tables import format_number, table_lines, unit_suffix
+
+__all__ = ["other_screening_lines", "screening_lines"]
+
+
+def screening_lines(document: Mapping[str, Any]) -> list[str]:
+    """The screening path in the form of Table 3.1 of the dissertation, and what was selected."""
+    head = ("step", "selected so far", "theta", "sigma^2", "restricted log-likelihood")
+    accepted = [step for step in document["path"] if step.get("accepted", True)]
+    rejected = [step for step in document["path"] if not step.get("accepted", True)]
+    rows = [
+        (
+            str(step["step"]),
+            ", ".join(step["selected"]) + ("" if step.get("accepted", True) else "  (not\u00a0accepted)"),
+            format_number(step["theta_common"], 4),
+            format_number(step["sigma2"], 5),
+            format_number(step["log_likelihood"], 6),
+        )
+        for step in [*accepted, *rejected[:1]]
+    ]
+    names = ", ".join(document["selected"]) or "none"
+    unit = unit_suffix(document.get("unit", "1")).strip()
+    text = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
+    text += table_lines(head, rows)
+    if any(step["theta_common"] for step in document["path"]):
+        text.append("theta: common range parameter of the variables not selected, on the unit cube")
+    else:
+        text.append("theta: of the variables not selected, 0 in this method: they have no part in the model")
+    if len(rejected) > 1:
+        text.append(f"{len(rejected) - 1} further steps were tried, none accepted")
+    text.append(f"selected: {names}")
+    text += [str(document[key]) for key in ("verdict", "advice") if document.get(key)]
+    kriging = document.get("kriging") or {}
+    if kriging.get("calibration") == "cross_validation":
+        text.append(
+            f"intervals of the screened Kriging: {kriging['interval_factor']:.2f} times the plug-in ones, "
+            "by cross-validation"
+        )
+    if document.get("n_left_out"):
+        text.append(f"{document['n_left_out']} runs without a value were left out")
+    return text
+
+
+def other_screening_lines(document: Mapping[str, Any]) -> list[str]:
+    """What `holdfast screen --method` found: the path of a method of ours, or rankings of others."""
+    if "path" in document:
+        return screening_lines(document)
+    unit = unit_suffix(document["unit"]).strip()
+    lines = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
+    if document["method"] == "rivals":
+        for one in document["rankings"]:
+            kept = one["selected"]
+            first = one["ranking"][: len(kept) if kept else 6]
+            what = "has no rule of its own; first" if kept is None else f"selects {len(kept)}:"
+            lines.append(f"  {one['method']:<10} {what} {', '.join(first)}")
+        return [*lines, "rankings of different methods are comparable, their scores are not"]
+    lines.append(f"  {document['n_runs']} runs in trajectories, mean absolute effect over the whole range:")
+    width = max(len(name) for name in document["ranking"])
+    for name in document["ranking"]:
+        spread = document["sigma"][name]
+        more = "" if spread is None else f", spread {format_number(spread, 4)}"
+        lines.append(f"  {name:<{width}}  {format_number(document['mu_star'][name], 4)}{more}")
+    if document["n_left_out"]:
+        lines.append(f"{document['n_left_out']} runs of trajectories with a failed run were left out")
+    if document["method"] == "hybrid":
+        lines.append(f"selected with {document['stored_runs']} stored runs: {_listed(document['selected'])}")
+        lines.append(f"in one of the two rankings only: {_listed(document['disputed'])}")
+        lines += [str(document[key]) for key in ("verdict", "advice") if document[key]]
+    return lines
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names) or "none"

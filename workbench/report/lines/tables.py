@@ -1,0 +1,47 @@
+"""Numbers, units, tables and paragraphs as plain text."""
+
+import textwrap
+from collections.abc import Sequence
+
+__all__ = ["format_number", "table_lines", "unit_suffix", "wrapped"]
+
+
+def format_number(value: float | None, digits: int = 5) -> str:
+    """A number for a person: significant digits, "-" for none.
+
+    >>> format_number(-50.16789), format_number(0.0000123), format_number(None)
+    ('-50.168', '1.23e-05', '-')
+    """
+    return "-" if value is None else f"{value:.{digits}g}"
+
+
+def unit_suffix(unit: str) -> str:
+    """The unit behind a number; nothing for 1."""
+    return "" if unit == "1" else f" {unit}"
+
+
+def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], *, width: int = 79) -> list[str]:
+    """A table of at most `width` columns; a long second cell continues below itself."""
+    others = sum(max(len(r[k]) for r in (head, *rows)) + 2 for k in range(len(head)) if k != 1)
+    room = max(width - others, 14)
+    wrapped = [[[r[0]], wrapped(r[1], room), *([c] for c in r[2:])] for r in (head, *rows)]
+    sizes = [max(len(line) for r in wrapped for line in r[k]) for k in range(len(head))]
+    text = []
+    for n, row in enumerate(wrapped):
+        for line in range(max(map(len, row))):
+            cells = [cell[line] if line < len(cell) else "" for cell in row]
+            text.append(
+                "  ".join(
+                    f"{c:<{s}}" if k < 2 else f"{c:>{s}}"
+                    for k, (c, s) in enumerate(zip(cells, sizes, strict=True))
+                ).rstrip()
+            )
+        if n == 0:
+            text.append("  ".join("-" * s for s in sizes))
+    return text
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """A paragraph of at most `width` columns; what a no-break space joins stays on one line."""
+    lines = textwrap.wrap(text, width, break_long_words=False) or [""]
+    return [line.replace("\u00a0", " ") for line in lines]

@@ -1,0 +1,53 @@
+"""The worst case of each response."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.report.lines.statements import limits_text, quantile_text
+from workbench.report.lines.tables import format_number, unit_suffix, wrapped
+
+__all__ = ["worst_case_lines"]
+
+
+def worst_case_lines(document: Mapping[str, Any]) -> list[str]:
+    """The worst case, what it rests on, and what remains open; then those of other responses."""
+    lines = _one_worst_case(document)
+    for other in document.get("others") or ():
+        lines += ["", *_one_worst_case(other)]
+    return lines
+
+
+def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
+    unit = unit_suffix(document["unit"])
+    word = {"max": "largest", "min": "smallest"}[document["sense"]]
+    text = [f"Worst case ({word} {document['response']}): {format_number(document['value'], 6)}{unit}"]
+    if document.get("within"):
+        text.append(f"  of the runs with {limits_text(document['within'])}")
+    runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
+    text.append(f"  {document['label']}{runs}")
+    if document.get("status"):
+        text.append(f"  stopped because {document['status']}")
+    gap = document.get("gap") or {}
+    if gap.get("upper") is not None:
+        what = "model-based bound, not a proof" if gap["kind"] == "model-based" else gap["kind"]
+        text.append(f"  could be as far as {format_number(gap['upper'], 6)}{unit} ({what})")
+    if gap.get("failed"):
+        text += wrapped(f"  every point was run; {gap['failed']} failed and may be worse", 79)
+    if gap.get("note"):
+        text += wrapped(f"  note: {gap['note']}", 79)
+    if document.get("quantile"):
+        text += [f"  {line}" for line in wrapped(quantile_text(document["quantile"]), 77)]
+    failures = document.get("failures") or {}
+    if failures:
+        text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))
+    width = max(len(name) for name in document["parameters"])
+    text += [f"  {name:<{width}} = {_value(value)}" for name, value in document["parameters"].items()]
+    return text
+
+
+def _value(value: Any) -> str:
+    return (
+        format_number(value, 6)
+        if isinstance(value, int | float) and not isinstance(value, bool)
+        else str(value)
+    )
