@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Choosing rows: the farthest candidate next, then exchanges that lower phi_p; and runs dealt out to blocks.
+"""Choosing rows: the farthest candidate next, then exchanges that lower phi_p.
 
 Coordinates are whole numbers, so that squared distances are, and the choice is the same on every platform.
 """
@@ -7,8 +7,8 @@ Coordinates are whole numbers, so that squared distances are, and the choice is 
 import numpy as np
 from numba import njit
 
-from doe.latin._kernels_swaps import inverse_power, whole
 from doe.portable._kernels_draws import below
+from doe.portable._kernels_whole_sums import inverse_power, whole
 
 
 @njit(cache=True, error_model="numpy")
@@ -76,28 +76,3 @@ def exchange_rows(x, chosen, kept, used, h, scale, trials, state):
             used[r] = True
             chosen[a] = r
     return made
-
-
-@njit(cache=True, error_model="numpy")
-def deal(columns, label, sums, sizes, trials, state):
-    """Swap runs between blocks while the sum over blocks of |sum of columns|^2 / size falls.
-
-    columns: (n, q) whole numbers; label: (n,) block of each run; sums: (blocks, q).
-    """
-    n, q = columns.shape
-    for _ in range(trials):
-        i, j = below(state, n), below(state, n)
-        a, b = label[i], label[j]
-        if a == b:
-            continue
-        change = 0.0
-        for k in range(q):
-            step = columns[j, k] - columns[i, k]
-            change += (2.0 * step * sums[a, k] + step * step) / sizes[a]
-            change += (-2.0 * step * sums[b, k] + step * step) / sizes[b]
-        if change < -1.0e-9:
-            for k in range(q):
-                step = columns[j, k] - columns[i, k]
-                sums[a, k] += step
-                sums[b, k] -= step
-            label[i], label[j] = b, a

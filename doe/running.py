@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doe import _kernels_subset as kernels
+from doe import _kernels_blocks as kernels
 from doe.criteria.regression import Model, model_matrix
 from doe.criteria.spread import unit_points
 from doe.portable.draws import shuffled, splitmix

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_triangular
 from scipy.stats import qmc
 
-from doe.optimal._kernels_exchange import expand
+from doe.criteria._kernels_model_rows import expand
 
 __all__ = [
     "MODELS",

@@ -9,9 +9,7 @@ Swapping runs i and j in column k puts b = x_jk in the place of a = x_ik; every 
     maxpro        S = sum over pairs of M_ij = prod_k (|x_ik - x_jk| + shift_k)^-2
     correlation   rho = (mean over column pairs of r_kl^8)^(1/8)
 
-Each term of a sum is computed in double precision, every operation rounded on its own (no fastmath), then
-put on a whole-number scale by adding MAGIC, whose last bit is worth one. Sums are then sums of whole
-numbers: their order, the vector width and the platform do not matter, and so a seed gives the same design
+Sums are sums of whole numbers (see `doe.portable._kernels_whole_sums`), so that a seed gives the same design
 everywhere.
 """
 
@@ -19,31 +17,13 @@ import numpy as np
 from numba import njit
 
 from doe.portable._kernels_draws import below, word
+from doe.portable._kernels_whole_sums import CLAMP, MAGIC, MAGIC_BITS, inverse_power, whole
 
-MAGIC = 6755399441055744.0  # 1.5 * 2^52: the sum of it and |t| < 2^51 holds t rounded to a whole number
-MAGIC_BITS = np.int64(np.float64(MAGIC).view(np.int64))
-CLAMP = 2.0**48  # largest single term: n of them stay far below 2^63
 NOMINAL_GAP = 4.4816890703380645  # exp(3/2): the whole range, where random gaps have geometric mean one
 APART = np.int32(2**30)
 S40 = np.uint64(40)
 PHI, CD2, MAXPRO, CORRELATION, FRESH, CHANGES = 0, 1, 2, 3, 4, 5
 DONE, ACCEPTED, PENDING, COLUMN, FIRST, SECOND, LOGGED = 0, 1, 2, 3, 4, 5, 6
-
-
-@njit(cache=True, error_model="numpy")
-def inverse_power(q, h, scale):
-    """scale * q^-h, at most CLAMP."""
-    inverse = 1.0 / q
-    t = scale * inverse
-    for _ in range(h - 1):
-        t *= inverse
-    return min(t, CLAMP)
-
-
-@njit(cache=True, error_model="numpy")
-def whole(t):
-    """t on the whole-number scale, rounded as MAGIC rounds."""
-    return np.int64((t + MAGIC) - MAGIC)
 
 
 @njit(cache=True, error_model="numpy")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from doe.latin import _kernels_ihs as kernels
 from doe.latin.lhs import checked_size, points_in_cells
 from doe.latin.swaps import polished
-from doe.portable.draws import Draws, level_permutations, splitmix
+from doe.portable.draws import Draws, level_permutations, splitmix, splitmix_at
 
 __all__ = ["auto_spacing", "ihs", "ihs_cells", "published_spacing"]
 
@@ -121,7 +121,7 @@ def auto_spacing(n: int, d: int) -> float:
     """
     if n == 1:
         return 1.0
-    draws = np.array([0, n * 2**32 + d], dtype=np.uint64)
+    draws = splitmix_at(n * 2**32 + d)
     found: list[NDArray[np.float64]] = []
     while sum(map(len, found)) < SAMPLES:
         levels = level_permutations(n, d, draws)

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Row-exchange kernels: model rows, rank-one updates, one design row at a time against all candidates.
+"""Row-exchange kernels: rank-one updates, one design row at a time against all candidates.
 
 Notation (Fedorov 1972; Miller & Nguyen 1994): f_j is the model row of candidate j, M = X'X the information
 matrix of the design, v_j = f_j' M^-1 f_j, t = f_i' M^-1 f_j. Putting j in the place of i multiplies |M| by
@@ -22,17 +22,6 @@ from numba import njit
 from doe.portable._kernels_linear import dot, times
 
 TIE = 1e-9  # gains closer than this count as equal and the first one wins: no decision hangs on rounding
-
-
-@njit(cache=True, error_model="numpy")
-def expand(coded, starts, columns, out):
-    """Fill out[:, t] with the product of the coded columns listed in columns[starts[t]:starts[t + 1]]."""
-    for r in range(coded.shape[0]):
-        for t in range(starts.size - 1):
-            value = 1.0
-            for q in range(starts[t], starts[t + 1]):
-                value *= coded[r, columns[q]]
-            out[r, t] = value
 
 
 @njit(cache=True, error_model="numpy")

@@ -15,23 +15,13 @@ import numpy as np
 from numba import njit
 
 from doe.optimal._kernels_exchange import update_inverse
+from doe.portable._kernels_draws import below
 from doe.portable._kernels_linear import dot, times
 
 BLOCK = np.float32(-1e30)
 SMALLEST = 1e-6  # of a proposal: the resolution of the float32 tableau
 PLAUSIBLE = np.float32(0.7)  # a shake takes candidates with at least this share of the leaving variance
 TRIALS = 50  # candidates drawn before a shake gives up on a row
-
-
-@njit(cache=True)
-def draw(state, n):
-    """A whole number below n from SplitMix64 (Steele, Lea & Flood 2014); the same on every platform."""
-    state[0] += np.uint64(0x9E3779B97F4A7C15)
-    z = state[0]
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return np.int64(((z >> np.uint64(32)) * np.uint64(n)) >> np.uint64(32))
 
 
 @njit(cache=True)
@@ -195,9 +185,9 @@ def shake(
     for _ in range(shakes):
         change = 0.0
         for _ in range(depth):
-            k = fixed + draw(state, design.size - fixed)
+            k = fixed + below(state, design.size - fixed)
             for _ in range(TRIALS):
-                j = draw(state, v.size)
+                j = below(state, v.size)
                 vi = v[design[k]]
                 if j == design[k] or blocked[j] < 0.0 or v[j] < PLAUSIBLE * vi:
                     continue

@@ -10,18 +10,10 @@ U = [f_r, f_s, f_r', f_s'] (old, old, new, new) and S = diag(-1, -1, 1, 1),
 import numpy as np
 from numba import njit
 
+from doe.criteria._kernels_model_rows import expand_row
 from doe.optimal._kernels_exchange import TIE
-from doe.optimal._kernels_tableau import draw
+from doe.portable._kernels_draws import below
 from doe.portable._kernels_linear import dot, times
-
-
-@njit(cache=True, error_model="numpy")
-def row_of(coded_row, starts, columns, out):
-    for t in range(starts.size - 1):
-        value = 1.0
-        for q in range(starts[t], starts[t + 1]):
-            value *= coded_row[columns[q]]
-        out[t] = value
 
 
 @njit(cache=True, error_model="numpy")
@@ -38,12 +30,12 @@ def swap_columns(coded, x, inverse, starts, columns, state, swaps):
     if n < 2:
         return total, kept
     for _ in range(swaps):
-        column, r, s = draw(state, d), draw(state, n), draw(state, n - 1)
+        column, r, s = below(state, d), below(state, n), below(state, n - 1)
         s += s >= r
         u[0], u[1] = x[r], x[s]
         coded[r, column], coded[s, column] = coded[s, column], coded[r, column]
-        row_of(coded[r], starts, columns, u[2])
-        row_of(coded[s], starts, columns, u[3])
+        expand_row(coded[r], starts, columns, u[2])
+        expand_row(coded[s], starts, columns, u[3])
         for k in range(4):
             times(inverse, u[k], v[k])
         for i in range(4):

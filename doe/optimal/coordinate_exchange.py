@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
+from doe.criteria._kernels_model_rows import expand
 from doe.criteria.regression import (
     Floats,
     Integers,
@@ -25,7 +26,6 @@ from doe.criteria.regression import (
     moment_matrix,
 )
 from doe.optimal import _kernels_coordinates as kernels
-from doe.optimal._kernels_exchange import expand
 from doe.optimal.exchange import CRITERIA, Task
 from doe.portable.linear import gram, product
 

@@ -22,6 +22,7 @@ from doe.criteria.regression import (
 from doe.optimal import _kernels_within as kernels
 from doe.optimal._kernels_exchange import TIE
 from doe.optimal.exchange import exchange
+from doe.portable.draws import splitmix_at
 from doe.portable.linear import gram, inverse_root
 
 __all__ = ["d_optimal_best_of", "d_optimal_select", "d_optimal_within"]
@@ -107,7 +108,7 @@ def d_optimal_within(
             f"no arrangement of the columns of n={n} runs in {d} factors was found that estimates the"
             f" {len(terms)} terms of the model; ask for more runs, more levels or a smaller model"
         )
-    state = rng.integers(0, 2**64, 1, dtype=np.uint64)
+    state = splitmix_at(int(rng.integers(0, 2**64, dtype=np.uint64)))
     for done in range(0, swaps, REFRESH):
         x = model_matrix((coded + 1.0) / 2.0, model=model)
         root = inverse_root(gram(x))

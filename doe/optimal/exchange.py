@@ -25,6 +25,7 @@ from doe.criteria.regression import (
 )
 from doe.optimal import _kernels_exchange as kernels
 from doe.optimal import _kernels_tableau as tableau
+from doe.portable.draws import splitmix_at
 from doe.portable.linear import (
     gram,
     inverse_root,
@@ -212,7 +213,7 @@ def _climb_pairs(
     f: Floats, light: NDArray[np.float32], design: Integers, task: Task, shakes: int, rng: np.random.Generator
 ) -> tuple[Integers, float]:
     """Climb and shake on the tableau of all pairs, refreshed every few shakes."""
-    state = rng.integers(0, 2**64, 1, dtype=np.uint64)
+    state = splitmix_at(int(rng.integers(0, 2**64, dtype=np.uint64)))
     limit = PATIENCE * task.n
     depth = max(2, round(DEPTH * task.n))
     best, score = design.copy(), -np.inf

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from doe.portable import _kernels_draws as kernels
 
-__all__ = ["Draws", "level_permutations", "park_miller", "splitmix", "unit_numbers"]
+__all__ = [
+    "Draws",
+    "level_permutations",
+    "park_miller",
+    "shuffled",
+    "splitmix",
+    "splitmix_at",
+    "unit_numbers",
+]
 
 Draws = NDArray[np.uint64]
 """State of a generator: (kind, word), moved on in place by whoever draws from it."""
@@ -32,7 +40,12 @@ def splitmix(rng: np.random.Generator) -> Draws:
             f"rng needs a numpy.random.Generator, got {rng!r}; use numpy.random.default_rng(seed)"
         )
     first, second = (int(w) for w in rng.bit_generator.random_raw(2))
-    return np.array([0, ((first << 32) ^ second) & WORD], dtype=np.uint64)
+    return splitmix_at(((first << 32) ^ second) & WORD)
+
+
+def splitmix_at(word: int) -> Draws:
+    """SplitMix64 in the given state, a whole number below 2^64."""
+    return np.array([0, word], dtype=np.uint64)
 
 
 def park_miller(seed: int) -> Draws:

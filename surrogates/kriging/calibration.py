@@ -13,7 +13,7 @@ run helped to choose theta. Here each twentieth of the runs is predicted by a mo
                 rests on one error, which may be small by luck
 """
 
-from typing import TYPE_CHECKING
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,17 +25,37 @@ from ..likelihood.starts import canonical_rows
 from .runs import Runs
 from .validation import NORMAL_975
 
-if TYPE_CHECKING:
-    from .estimator import Kriging
-
-__all__ = ["interval_factor"]
+__all__ = ["Refittable", "interval_factor"]
 
 FOLDS = 20  # ten leave a refit without a tenth of the runs, where it knows its own errors less well
 PRIOR_ERRORS = 1.5  # of variance one, which count beside the observed where these are small
 FEWEST = 10  # runs; below, a 95 % quantile is not worth the name
 
 
-def interval_factor(kriging: "Kriging", runs: Runs, *, noise: NDArray[np.float64] | None) -> float:
+class Refittable(Protocol):
+    """A fitted Kriging estimator, as far as its refits need it; deviations in the unit of y."""
+
+    theta_: NDArray[np.float64]
+    sigma2_: float
+    nugget_: float
+    seed: int
+
+    def set_params(self, **parameters: Any) -> Self:
+        """Other parameters of the estimator, as scikit-learn has it."""
+        ...
+
+    def fit(
+        self, X: NDArray[np.float64], y: NDArray[np.float64], *, noise: NDArray[np.float64] | None
+    ) -> Self:
+        """Fit to runs X (n, d), y (n,) with known noise variances (n,)."""
+        ...
+
+    def predict(self, X: NDArray[np.float64], return_std: bool) -> Any:
+        """Mean (m,) and deviation (m,) at X (m, d)."""
+        ...
+
+
+def interval_factor(kriging: Refittable, runs: Runs, *, noise: NDArray[np.float64] | None) -> float:
     """Factor > 0 on the standard deviations of a fitted model.
 
     1.0 for fewer than ten runs, and where the refits give fewer than ten errors to judge by.
@@ -58,7 +78,7 @@ def interval_factor(kriging: "Kriging", runs: Runs, *, noise: NDArray[np.float64
 
 
 def _errors_of_refits(
-    model: "Kriging",
+    model: Refittable,
     x: NDArray[np.float64],
     y: NDArray[np.float64],
     noise: NDArray[np.float64] | None,
