@@ -49,7 +49,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
         "space motion system",
         "engine errors _siblings _moved",
     ),
-    "workbench/report": ("*", "sections", "worst_case", "page"),
+    "workbench/report": ("*", "sections", "worst_case", "page", "lines"),
     "workbench/search": ("*", "evidence proposals", "surrogate", "runs"),
     "workbench/engine": (
         "layout",
