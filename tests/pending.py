@@ -2,9 +2,7 @@
 
 PENDING: dict[str, set[str]] = {
     "upward": {
-        "doe/criteria/regression -> doe/optimal/_kernels_exchange",
         "workbench/campaign/campaign_runs -> workbench/stages/run_all",
-        "workbench/campaign/telling -> workbench/terminal/summaries",
         "workbench/engine/integration/_kernels_chart -> workbench/engine/natural/_kernels_equations",
         "workbench/engine/integration/_kernels_chart -> workbench/engine/natural/tables",
         "workbench/engine/integration/_kernels_chart -> workbench/engine/planar/_kernels/equations",
@@ -22,21 +20,15 @@ PENDING: dict[str, set[str]] = {
         "workbench/engine/sensitivity/check -> workbench/engine/sensitivity/__init__",
         "workbench/models/protocol -> workbench/robust_layout/model",
         "workbench/motion/trajectories -> workbench/figures/parts",
-        "workbench/report/worst_case/section -> workbench/terminal/summaries",
-        "workbench/robust_layout/cases -> workbench/stages/layout",
-        "workbench/robust_layout/model -> workbench/stages/layout",
         "workbench/search/runs/ledger -> workbench/search/evidence/gap",
         "workbench/search/runs/ledger -> workbench/search/evidence/gap_history",
-        "workbench/stages/other_screenings -> workbench/terminal/summaries",
     },
     "in_circles": {
-        "doe/criteria, doe/optimal",
-        "surrogates.kriging.calibration, surrogates.kriging.estimator",
         "workbench.campaign.campaign_runs, workbench.campaign.exports, workbench.campaign.telling, workbench.stages.design, workbench.stages.robust, workbench.stages.robust_layout, workbench.stages.run_all, workbench.stages.worst_case",  # noqa: E501
         "workbench.engine.sensitivity, workbench.engine.sensitivity.check",
         "workbench.models.command, workbench.models.fmu, workbench.models.protocol, workbench.models.python, workbench.models.readers, workbench.models.table, workbench.robust_layout.model",  # noqa: E501
         "workbench.study.loading, workbench.study.worst_case_targets",
-        "workbench/campaign, workbench/models, workbench/report, workbench/report/sections, workbench/report/worst_case, workbench/robust, workbench/robust_layout, workbench/screening, workbench/search, workbench/search/evidence, workbench/search/proposals, workbench/search/runs, workbench/search/surrogate, workbench/stages, workbench/study, workbench/terminal, workbench/workers",  # noqa: E501
+        "workbench/campaign, workbench/models, workbench/robust, workbench/robust_layout, workbench/screening, workbench/search, workbench/search/evidence, workbench/search/proposals, workbench/search/runs, workbench/search/surrogate, workbench/stages, workbench/study, workbench/workers",  # noqa: E501
         "workbench/engine/integration, workbench/engine/natural, workbench/engine/objectives, workbench/engine/planar",  # noqa: E501
         "workbench/figures, workbench/motion",
     },
