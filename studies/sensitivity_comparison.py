@@ -116,7 +116,7 @@ def storyboards() -> dict[str, Any]:
     """Stills of both systems at their uniform design: what the objective sees."""
     from matplotlib.figure import Figure
 
-    from workbench.motion.trajectories import plot_storyboard
+    from workbench.figures.motion import plot_storyboard
 
     drawn = {}
     for name, p in (("two_body", two_body.problem("C")), ("three_body", three_body.problem())):

@@ -16,7 +16,7 @@ _siblings.check()
 
 # public name -> module that defines it
 _PUBLIC = {
-    "Campaign": "workbench.campaign.campaign_runs",
+    "Campaign": "workbench.stages.campaign",
     "Design": "workbench.sampling.plan",
     "DesignOptions": "workbench.sampling.plan",
     "Distribution": "workbench.space.box",
@@ -26,7 +26,7 @@ _PUBLIC = {
     "RunPlan": "workbench.screening.run_planning",
     "Screening": "workbench.screening.screen",
     "Space": "workbench.space.box",
-    "Study": "workbench.study.loading",
+    "Study": "workbench.study.record",
     "WorstCase": "workbench.search.worst_case",
     "compare": "workbench.sampling.plan",
     "load_study": "workbench.study.loading",

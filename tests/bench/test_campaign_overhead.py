@@ -8,10 +8,10 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.models.protocol import Answer
 from workbench.space.box import Parameter, Space
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 from workbench.system.atomic import write_json
 
 pytestmark = pytest.mark.bench

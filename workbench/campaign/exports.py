@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.store import Evaluation
 from workbench.errors import StudyError
 from workbench.space.box import Response, Space
@@ -17,8 +18,6 @@ from workbench.system.atomic import write_text, write_whole
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-    from workbench.campaign.campaign_runs import Campaign
 
 __all__ = ["dataset", "frame", "write_all", "write_csv", "write_netcdf", "write_parquet"]
 
@@ -76,7 +75,7 @@ def frame(runs: Sequence[Evaluation], space: Space, responses: Sequence[Response
     return table
 
 
-def write_all(campaign: "Campaign", *, parquet: bool = False) -> list[Path]:
+def write_all(campaign: CampaignRuns, *, parquet: bool = False) -> list[Path]:
     """`runs.csv`, `results.nc` and, if asked for, `runs.parquet` in the campaign's folder; their paths."""
     study, runs = campaign.study, campaign.runs()
     paths = [campaign.folder / "runs.csv", campaign.folder / "results.nc"]

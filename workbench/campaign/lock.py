@@ -12,7 +12,7 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.protocol import ModelSpec
-from workbench.study.loading import Study
+from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
 __all__ = ["check_lock", "versions", "write_lock"]

@@ -17,12 +17,12 @@ from typing import Any, Protocol
 
 from workbench.campaign.store import Evaluation, Store
 from workbench.errors import Interrupted, StudyError
+from workbench.models.opening import open_model
 from workbench.models.protocol import (
     Answer,
     Model,
     ModelSpec,
     call,
-    open_model,
 )
 
 __all__ = ["Engine", "InlineEngine", "Policy", "supervise"]

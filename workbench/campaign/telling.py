@@ -2,18 +2,17 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from workbench.errors import EvaluationFailed, StudyError
-from workbench.models.protocol import Answer, Reduction, settle
+from workbench.campaign.runs import Asked, CampaignRuns
+from workbench.errors import StudyError
+from workbench.models.table import read_cells
+from workbench.report.lines.tables import format_number, table_lines
 
-if TYPE_CHECKING:
-    from workbench.campaign.campaign_runs import Asked, Campaign
-
-__all__ = ["Told", "asked_csv", "asked_lines", "asked_rows", "settled_answer", "tell_csv"]
+__all__ = ["Told", "asked_csv", "asked_lines", "asked_rows", "tell_csv"]
 
 MOST_SHOWN = 20
 KEY_SHOWN = 10  # characters that tell runs of one campaign apart
@@ -29,21 +28,7 @@ class Told:
     failed: int
 
 
-def settled_answer(
-    outputs: Mapping[str, Any] | float | None, failure: str | None, reductions: Mapping[str, Reduction | None]
-) -> Answer:
-    """The answer that somebody tells."""
-    if failure is not None:
-        return Answer(status="failed", error=failure)
-    if outputs is None:
-        raise StudyError("tell needs outputs, or the failure that kept the run from giving any")
-    try:
-        return settle(outputs, reductions)
-    except EvaluationFailed as exc:
-        return Answer(status="failed", error=str(exc))
-
-
-def asked_csv(asked: Sequence["Asked"], names: Sequence[str], responses: Sequence[str]) -> str:
+def asked_csv(asked: Sequence[Asked], names: Sequence[str], responses: Sequence[str]) -> str:
     """Rows to run as CSV: key, parameters, and an empty column per response to fill in."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -53,7 +38,7 @@ def asked_csv(asked: Sequence["Asked"], names: Sequence[str], responses: Sequenc
     return out.getvalue()
 
 
-def asked_rows(campaign: "Campaign") -> list["Asked"]:
+def asked_rows(campaign: CampaignRuns) -> list[Asked]:
     """The rows that wait in a study without a design: those that its searches asked for.
 
     Raises:
@@ -71,10 +56,8 @@ def asked_rows(campaign: "Campaign") -> list["Asked"]:
     return waiting
 
 
-def asked_lines(asked: Sequence["Asked"], *, study: str, csv: Path | None) -> list[str]:
+def asked_lines(asked: Sequence[Asked], *, study: str, csv: Path | None) -> list[str]:
     """The waiting rows as a table, and how their results come back; `csv` is where they were written."""
-    from workbench.report.lines.tables import format_number, table_lines
-
     if not asked:
         return [f"no run waits for its result; `holdfast run {study}` goes on"]
     rows = [
@@ -99,7 +82,7 @@ def asked_lines(asked: Sequence["Asked"], *, study: str, csv: Path | None) -> li
     return [*lines, f"`holdfast tell {study} {csv or 'ask.csv'}` and `holdfast run {study}`"]
 
 
-def tell_csv(campaign: "Campaign", path: Path) -> Told:
+def tell_csv(campaign: CampaignRuns, path: Path) -> Told:
     """Store the results in a CSV: a `key` column or all parameters, a column per response, and `error`.
 
     A row with an error is a failed run; a row without a key, an error and any response is left alone.
@@ -108,8 +91,6 @@ def tell_csv(campaign: "Campaign", path: Path) -> Told:
         StudyError: columns are missing, a cell is no number, a key is unknown. Nothing of the file is stored
         then.
     """
-    from workbench.models.table import read_cells
-
     names = campaign.study.space.names
     responses = tuple(campaign.study.reductions)
     header, lines = read_cells(path)
@@ -149,7 +130,7 @@ def tell_csv(campaign: "Campaign", path: Path) -> Told:
     return _store(campaign, told, known)
 
 
-def _store(campaign: "Campaign", told: Sequence[tuple[Any, Any, Any, Any]], known: set[str]) -> Told:
+def _store(campaign: CampaignRuns, told: Sequence[tuple[Any, Any, Any, Any]], known: set[str]) -> Told:
     answered = new = repeated = failed = 0
     with campaign.store.transaction():
         for key, parameters, outputs, failure in told:
@@ -174,5 +155,5 @@ def _number(cell: str, where: str, column: str) -> float:
         raise StudyError(f"{where}: column {column!r} needs a number, got {came}; {hint}") from None
 
 
-def _value(campaign: "Campaign", name: str, cell: str, where: str) -> Any:
+def _value(campaign: CampaignRuns, name: str, cell: str, where: str) -> Any:
     return _number(cell, where, name) if campaign.study.space[name].is_numeric else cell

@@ -1,8 +1,8 @@
 """Models behind one protocol: a row of named parameters in, named responses out, failures as data.
 
 A model is described by a `ModelSpec` of plain types, so that it can be sent to a worker process or a cluster
-as JSON and opened there. `call` runs an opened model on one row and never raises: whatever the model does,
-short of taking the process down, becomes an `Answer`.
+as JSON and opened there (see `opening.py`). `call` runs an opened model on one row and never raises: whatever
+the model does, short of taking the process down, becomes an `Answer`.
 """
 
 import math
@@ -13,12 +13,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from workbench.errors import EvaluationFailed, StudyError
+from workbench.errors import EvaluationFailed
 from workbench.models.gradients import checked_gradients, parted
 
-__all__ = ["Answer", "History", "Model", "ModelSpec", "Reduction", "call", "open_model", "settle"]
+__all__ = ["Answer", "History", "Model", "ModelSpec", "Reduction", "call", "settle"]
 
-REDUCTIONS = ("max", "min", "max_abs", "final", "mean", "at", "norm")
 LONGEST_ERROR = 4000  # characters of a message that are kept
 
 
@@ -139,35 +138,6 @@ class Model(Protocol):
 
     def close(self) -> None:
         """Release what the model holds."""
-
-
-def open_model(spec: ModelSpec) -> Model:
-    """The model of a description, ready to run.
-
-    Raises:
-        StudyError: the function, file or solver does not exist or does not take the study's parameters.
-    """
-    if spec.kind == "python":
-        from workbench.models.python import PythonModel
-
-        return PythonModel.opened(spec)
-    if spec.kind == "table":
-        from workbench.models.table import TableModel
-
-        return TableModel.opened(spec)
-    if spec.kind == "command":
-        from workbench.models.command import CommandModel
-
-        return CommandModel.opened(spec)
-    if spec.kind == "fmu":
-        from workbench.models.fmu import FmuModel
-
-        return FmuModel.opened(spec)
-    if spec.kind == "layout":
-        from workbench.robust_layout.model import LayoutRun
-
-        return LayoutRun.opened(spec)
-    raise StudyError(f"model kind {spec.kind!r} cannot be run here; it is one of python, command, fmu, table")
 
 
 def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path | None = None) -> Answer:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.campaign.campaign_runs import Campaign
+from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.table import TableModel, read_table
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["compared_designs", "design_from_file", "design_of_kind", "design_of_table", "drawn_design"]
 
 
-def design_of_table(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
     """The design that a table of runs is."""
     if table["kind"] != "table":
         raise StudyError(
@@ -24,7 +24,7 @@ def design_of_table(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, 
     return _given_design(campaign, model.inputs, table, str(campaign.study.model["file"]))
 
 
-def design_from_file(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
     """The design in a CSV of parameters."""
     if "file" not in table:
         raise StudyError("design kind 'table' needs file, a CSV with a column per parameter")
@@ -35,7 +35,7 @@ def design_from_file(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any,
 
 
 def _given_design(
-    campaign: Campaign, rows: list[dict[str, Any]], table: Mapping[str, Any], file: str
+    campaign: CampaignRuns, rows: list[dict[str, Any]], table: Mapping[str, Any], file: str
 ) -> tuple[Any, list[dict[str, Any]]]:
     from workbench.sampling.plan import Design, run_ids
 
@@ -60,7 +60,7 @@ def _given_design(
     return made, chosen
 
 
-def design_of_kind(campaign: Campaign, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
     """The design of a kind such as "ihs"."""
     from workbench.sampling.plan import DesignOptions, make_design
 

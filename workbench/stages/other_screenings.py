@@ -15,7 +15,7 @@ from surrogates import (
     morris_effects,
     morris_points,
 )
-from workbench.campaign.campaign_runs import Campaign, outcome
+from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
 from workbench.screening.screen import METHODS, screen
@@ -30,7 +30,9 @@ OTHER_METHODS = (*METHODS, "rivals", "morris", "hybrid")
 TRAJECTORIES = 4
 
 
-def other_screening(campaign: Campaign, method: str, *, trajectories: int = TRAJECTORIES) -> dict[str, Any]:
+def other_screening(
+    campaign: CampaignRuns, method: str, *, trajectories: int = TRAJECTORIES
+) -> dict[str, Any]:
     """Screen a campaign's runs by a method of choice; a document with names.
 
     Args:
@@ -65,7 +67,9 @@ def other_screening(campaign: Campaign, method: str, *, trajectories: int = TRAJ
     return _morris(campaign, response, trajectories, hybrid=method == "hybrid")
 
 
-def _usable(campaign: Campaign, outcomes: list[Outcome], response: str) -> tuple[np.ndarray, np.ndarray, int]:
+def _usable(
+    campaign: CampaignRuns, outcomes: list[Outcome], response: str
+) -> tuple[np.ndarray, np.ndarray, int]:
     """Unit points (n, d) and responses (n,) of the runs with a finite value; how many have none."""
     good = [run for run in outcomes if np.isfinite(_value(run, response))]
     points = campaign.study.space.unit([run.parameters for run in good])
@@ -76,7 +80,7 @@ def _value(run: Outcome, response: str) -> float:
     return float(run.outputs.get(response, np.nan)) if run.status == "ok" else float("nan")
 
 
-def _rivals(campaign: Campaign, response: Response) -> dict[str, Any]:
+def _rivals(campaign: CampaignRuns, response: Response) -> dict[str, Any]:
     outcomes = [outcome(row) for row in screening_runs(campaign)]
     x, y, left_out = _usable(campaign, outcomes, response.name)
     if len(y) < 5:
@@ -106,7 +110,7 @@ def _rivals(campaign: Campaign, response: Response) -> dict[str, Any]:
     }
 
 
-def _morris(campaign: Campaign, response: Response, trajectories: int, *, hybrid: bool) -> dict[str, Any]:
+def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hybrid: bool) -> dict[str, Any]:
     study = campaign.study
     if study.model["kind"] == "table":
         raise StudyError("Morris needs runs of its own, and a table cannot be run: take --method rivals")

@@ -6,7 +6,7 @@ from typing import Any
 
 from workbench.campaign.store import Store
 from workbench.stages.validation import STAGES
-from workbench.study.loading import Study
+from workbench.study.record import Study
 from workbench.study.robust_table import comparison_of
 from workbench.study.worst_case_targets import QUANTILE_BUDGET
 from workbench.system.atomic import read_json

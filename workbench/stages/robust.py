@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from workbench.campaign.campaign_runs import Campaign, outcome
+from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
 from workbench.study.robust_table import comparison_of
@@ -12,7 +12,7 @@ from workbench.study.robust_table import comparison_of
 __all__ = ["run_robust"]
 
 
-def run_robust(campaign: Campaign, table: Mapping[str, Any]) -> ReEvaluation:
+def run_robust(campaign: CampaignRuns, table: Mapping[str, Any]) -> ReEvaluation:
     """Run the comparison of `[robust]`; runs that the store knows are not repeated.
 
     Raises:
@@ -45,7 +45,7 @@ def run_robust(campaign: Campaign, table: Mapping[str, Any]) -> ReEvaluation:
     return replace(result, warnings=(*result.warnings, asked.no_nominal))
 
 
-def _with_values(campaign: Campaign, values: Mapping[str, Any]) -> Evaluator:
+def _with_values(campaign: CampaignRuns, values: Mapping[str, Any]) -> Evaluator:
     """Runs of uncertain rows with the design's values put in."""
 
     def evaluate(rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.campaign.campaign_runs import Campaign
+from workbench.campaign.runs import CampaignRuns
 from workbench.engine.layout.outcome.purify import fractional_members
 from workbench.errors import HoldfastError, NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
@@ -40,7 +40,7 @@ COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would
 _TRIVIAL = ("none", "uniform", "nominal only")
 
 
-def run_robust_layout(campaign: Campaign, table: Mapping[str, Any]) -> dict[str, Any]:
+def run_robust_layout(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     """Run the loop of `[robust_layout]`; returns `robust_layout.json`. Run again to continue.
 
     Raises StudyError for an unusable model or nominal case, Interrupted when the user stops it.
@@ -101,13 +101,13 @@ def run_robust_layout(campaign: Campaign, table: Mapping[str, Any]) -> dict[str,
     return document
 
 
-def model_identity(campaign: Campaign, table: Mapping[str, Any]) -> str:
+def model_identity(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
     """What makes a run of the layout model what it is: function, its source, options, version."""
     digest = source_digest(table["model"], campaign.study.folder)
     return json.dumps([table["model"], digest, dict(table["options"]), campaign.spec.version], sort_keys=True)
 
 
-def _spec(campaign: Campaign, table: Mapping[str, Any], identity: str) -> ModelSpec:
+def _spec(campaign: CampaignRuns, table: Mapping[str, Any], identity: str) -> ModelSpec:
     study = campaign.study
     return ModelSpec(
         kind="layout",
@@ -123,7 +123,7 @@ def _spec(campaign: Campaign, table: Mapping[str, Any], identity: str) -> ModelS
     )  # fmt: skip
 
 
-def _worst_case(campaign: Campaign, table: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _worst_case(campaign: CampaignRuns, table: Mapping[str, Any]) -> list[dict[str, Any]]:
     if table["start"] != "worst_case":
         return []
     found = read_json(campaign.folder / "worst_case.json")
@@ -135,8 +135,8 @@ def _worst_case(campaign: Campaign, table: Mapping[str, Any]) -> list[dict[str, 
 
 
 def _compared(
-    campaign: Campaign, table: Mapping[str, Any], model: LayoutModel, found: RobustLayout, runs: LayoutRuns,
-    nominal: Mapping[str, Any],
+    campaign: CampaignRuns, table: Mapping[str, Any], model: LayoutModel, found: RobustLayout,
+    runs: LayoutRuns, nominal: Mapping[str, Any],
 ) -> ReEvaluation:  # fmt: skip
     """Baselines first, the robust layout last, all at the same points."""
     names = [name for name in COMPARED if name != found.robust]
@@ -280,7 +280,7 @@ def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any
 
 
 def _screened(
-    campaign: Campaign, model: LayoutModel, found: RobustLayout, runs: LayoutRuns
+    campaign: CampaignRuns, model: LayoutModel, found: RobustLayout, runs: LayoutRuns
 ) -> dict[str, Any] | None:
     """The study's own screening runs repeated with the robust layout, and what changed.
 
@@ -314,7 +314,7 @@ def _screened(
 
 
 def _variant(
-    campaign: Campaign,
+    campaign: CampaignRuns,
     table: Mapping[str, Any],
     variant: Mapping[str, Any],
     found: RobustLayout,
@@ -367,7 +367,7 @@ def _loop_cases(found: RobustLayout) -> list[dict[str, Any]]:
     return near or found.cases[:1]
 
 
-def _motion(campaign: Campaign, model: LayoutModel, found: RobustLayout) -> dict[str, Any] | None:
+def _motion(campaign: CampaignRuns, model: LayoutModel, found: RobustLayout) -> dict[str, Any] | None:
     """`motion.json`: the nominal-only and the robust layout where the former is worst; None without one."""
     make = getattr(model, "motion", None)
     if make is None:

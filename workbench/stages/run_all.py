@@ -11,8 +11,8 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from workbench.campaign.campaign_runs import Asked, Campaign, outcome
 from workbench.campaign.failures import what_is_missing
+from workbench.campaign.runs import Asked, CampaignRuns, outcome
 from workbench.campaign.store import Evaluation
 from workbench.campaign.thinning import spread_runs
 from workbench.errors import NotEnoughRuns, StudyError
@@ -43,7 +43,7 @@ MOST_SEARCHED = 300
 FINGERPRINTS = "stages.json"
 
 
-def run_all(campaign: Campaign) -> dict[str, Any]:
+def run_all(campaign: CampaignRuns) -> dict[str, Any]:
     """All stages of the study in order; their documents by name, and the path of the report."""
     study = campaign.study
     found: dict[str, Any] = {}
@@ -69,7 +69,7 @@ def run_all(campaign: Campaign) -> dict[str, Any]:
     return found
 
 
-def design(campaign: Campaign) -> dict[str, Any]:
+def design(campaign: CampaignRuns) -> dict[str, Any]:
     """The points to run, made once: `design.json`."""
     study = campaign.study
     table = dict(study.design or {})
@@ -99,7 +99,7 @@ def design(campaign: Campaign) -> dict[str, Any]:
     return document
 
 
-def queue_design(campaign: Campaign, document: Mapping[str, Any]) -> list[Asked]:
+def queue_design(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[Asked]:
     """Put the design's rows in the queue; those that have no answer yet. A table answers its rows at once.
 
     Of a model that others run, the rows that a search waits for are given behind the design's.
@@ -112,7 +112,7 @@ def queue_design(campaign: Campaign, document: Mapping[str, Any]) -> list[Asked]
     return [*(run for run in waiting if run.key in keys), *others]
 
 
-def evaluate(campaign: Campaign) -> dict[str, Any]:
+def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
     """Run the model at every point of the design; runs that are stored are not repeated."""
     document = read_json(campaign.folder / "design.json")
     if document is None:
@@ -127,7 +127,7 @@ def evaluate(campaign: Campaign) -> dict[str, Any]:
     return {"runs": len(keys), "counts": dict(Counter(campaign.store.statuses(keys).values()))}
 
 
-def screening_runs(campaign: Campaign) -> list[Evaluation]:
+def screening_runs(campaign: CampaignRuns) -> list[Evaluation]:
     """What screening and the worst case start from: the design and what was told, never a search's runs."""
     document = read_json(campaign.folder / "design.json") or {"run_keys": []}
     keys = dict.fromkeys(document["run_keys"])
@@ -135,7 +135,7 @@ def screening_runs(campaign: Campaign) -> list[Evaluation]:
     return [row for row in campaign.store.rows(keys=list(keys)) if row.status not in ("queued", "running")]
 
 
-def screen(campaign: Campaign) -> dict[str, Any]:
+def screen(campaign: CampaignRuns) -> dict[str, Any]:
     """Which parameters matter: `screening.json`."""
     table = _required(campaign.study.screen, "screen")
     response = campaign.study.response(table["response"])
@@ -158,7 +158,7 @@ def screen(campaign: Campaign) -> dict[str, Any]:
     return _as_document(document)
 
 
-def worst_case(campaign: Campaign) -> dict[str, Any]:
+def worst_case(campaign: CampaignRuns) -> dict[str, Any]:
     """The worst case, confirmed by true runs where the model can be run: `worst_case.json`."""
     table = _required(campaign.study.worst_case, "worst_case")
     from workbench.stages.worst_case import worst_case_document
@@ -176,7 +176,7 @@ def worst_case(campaign: Campaign) -> dict[str, Any]:
     return _as_document(document)
 
 
-def layout(campaign: Campaign) -> dict[str, Any]:
+def layout(campaign: CampaignRuns) -> dict[str, Any]:
     """The layout that holds fast, by the engine: `layout.json`. Resumes by itself."""
     from workbench.stages.layout import run_layout
 
@@ -195,7 +195,7 @@ def layout(campaign: Campaign) -> dict[str, Any]:
     return document
 
 
-def robust(campaign: Campaign) -> dict[str, Any]:
+def robust(campaign: CampaignRuns) -> dict[str, Any]:
     """Designs beside each other over the whole uncertainty, at the same points: `robust.json`."""
     from workbench.stages.robust import run_robust
 
@@ -205,7 +205,7 @@ def robust(campaign: Campaign) -> dict[str, Any]:
     return _as_document(document)
 
 
-def robust_layout(campaign: Campaign) -> dict[str, Any]:
+def robust_layout(campaign: CampaignRuns) -> dict[str, Any]:
     """The robust loop: layout and worst case in turn: `robust_layout.json`. Resumes by itself."""
     from workbench.stages.robust_layout import run_robust_layout
 
@@ -216,7 +216,7 @@ def robust_layout(campaign: Campaign) -> dict[str, Any]:
     return _as_document(document)
 
 
-def report(campaign: Campaign) -> Path:
+def report(campaign: CampaignRuns) -> Path:
     """Exports of all runs, and the report on what the folder holds."""
     from workbench.campaign.exports import write_all
     from workbench.report.writing import write_report
@@ -226,7 +226,7 @@ def report(campaign: Campaign) -> Path:
     return Path(write_report(campaign.folder))
 
 
-def _rows(campaign: Campaign, document: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _rows(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[dict[str, Any]]:
     if document["space_hash"] != campaign.study.space.hash:
         raise StudyError("the parameters changed since the design was made; `holdfast design` makes it anew")
     return [dict(zip(campaign.study.space.names, point, strict=True)) for point in document["physical"]]
@@ -248,7 +248,7 @@ def _enough(runs: list[Evaluation], response: str) -> list[Evaluation]:
     return runs
 
 
-def _thinned(campaign: Campaign, runs: list[Evaluation], response: str, most: int) -> list[Evaluation]:
+def _thinned(campaign: CampaignRuns, runs: list[Evaluation], response: str, most: int) -> list[Evaluation]:
     """The runs, or of very many those that spread most over the box; it is said when some are left out."""
     if sum(row.status == "ok" for row in runs) <= most:
         return runs
@@ -266,7 +266,10 @@ def _required(table: Mapping[str, Any] | None, name: str) -> Mapping[str, Any]:
 
 
 def _unless_current(
-    campaign: Campaign, name: str, table: Mapping[str, Any], stage: Callable[[Campaign], dict[str, Any]]
+    campaign: CampaignRuns,
+    name: str,
+    table: Mapping[str, Any],
+    stage: Callable[[CampaignRuns], dict[str, Any]],
 ) -> dict[str, Any]:
     file = {"screen": "screening.json"}.get(name, f"{name}.json")
     document = read_json(campaign.folder / file)
@@ -277,7 +280,7 @@ def _unless_current(
 
 
 def _unless_recorded(
-    campaign: Campaign, name: str, fingerprint: str, stage: Callable[[Campaign], dict[str, Any]]
+    campaign: CampaignRuns, name: str, fingerprint: str, stage: Callable[[CampaignRuns], dict[str, Any]]
 ) -> dict[str, Any]:
     document = read_json(campaign.folder / f"{name}.json")
     if document is not None and _recorded(campaign, name) == fingerprint:
@@ -286,7 +289,7 @@ def _unless_recorded(
     return stage(campaign)
 
 
-def _layout_fingerprint(campaign: Campaign) -> str:
+def _layout_fingerprint(campaign: CampaignRuns) -> str:
     table = campaign.study.layout or {}
     found = read_json(campaign.folder / "worst_case.json") if table.get("scenarios") else None
     return _fingerprint(
@@ -294,12 +297,12 @@ def _layout_fingerprint(campaign: Campaign) -> str:
     )
 
 
-def _robust_fingerprint(campaign: Campaign) -> str:
+def _robust_fingerprint(campaign: CampaignRuns) -> str:
     # a document that compared designs in different scenarios is not up to date
     return _fingerprint(campaign, campaign.study.robust or {}, "common scenarios")
 
 
-def _loop_fingerprint(campaign: Campaign) -> str:
+def _loop_fingerprint(campaign: CampaignRuns) -> str:
     from workbench.stages.robust_layout import model_identity
 
     table = campaign.study.robust_layout or {}
@@ -308,32 +311,37 @@ def _loop_fingerprint(campaign: Campaign) -> str:
     return _fingerprint(campaign, table, json.dumps(given, sort_keys=True))
 
 
-def _stage_fingerprint(campaign: Campaign, table: Mapping[str, Any]) -> str:
+def _stage_fingerprint(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
     rows = [[row.key, row.status, row.outputs] for row in screening_runs(campaign)]
     if "responses" in table:
         table = {**table, "responses": list(table["responses"].items())}  # their order decides
     return _fingerprint(campaign, table, json.dumps(rows))
 
 
-def _fingerprint(campaign: Campaign, table: Mapping[str, Any], data: str) -> str:
+def _fingerprint(campaign: CampaignRuns, table: Mapping[str, Any], data: str) -> str:
     """A digest of everything that a stage's document depends on."""
     spec = campaign.spec
     parts = [dict(table), campaign.study.seed, campaign.study.space.hash, spec.identity, spec.version, data]
     return blake2b(json.dumps(parts, sort_keys=True).encode(), digest_size=16).hexdigest()
 
 
-def _recorded(campaign: Campaign, stage: str) -> str | None:
+def _recorded(campaign: CampaignRuns, stage: str) -> str | None:
     return (read_json(campaign.folder / FINGERPRINTS) or {}).get(stage)
 
 
 def _write(
-    campaign: Campaign, stage: str, document: Mapping[str, Any], fingerprint: str, *, file: str | None = None
+    campaign: CampaignRuns,
+    stage: str,
+    document: Mapping[str, Any],
+    fingerprint: str,
+    *,
+    file: str | None = None,
 ) -> None:
     write_json(campaign.folder / (file or f"{stage}.json"), document)
     _record(campaign, stage, fingerprint)
 
 
-def _record(campaign: Campaign, stage: str, fingerprint: str) -> None:
+def _record(campaign: CampaignRuns, stage: str, fingerprint: str) -> None:
     known = read_json(campaign.folder / FINGERPRINTS) or {}
     write_json(campaign.folder / FINGERPRINTS, {**known, stage: fingerprint})
 

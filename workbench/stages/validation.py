@@ -5,7 +5,7 @@ from typing import Any
 from workbench.errors import StudyError
 from workbench.models.python import load_function
 from workbench.models.table import TableModel, table_digest
-from workbench.study.loading import Study
+from workbench.study.record import Study
 
 __all__ = ["check_study"]
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from workbench.campaign.campaign_runs import Campaign, outcome
+from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.campaign.store import Evaluation
 from workbench.models.evaluator import Outcome
 from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target
@@ -17,7 +17,7 @@ __all__ = ["worst_case_document"]
 
 
 def worst_case_document(
-    campaign: Campaign, table: Mapping[str, Any], wanted: Sequence[Target], runs: Sequence[Evaluation]
+    campaign: CampaignRuns, table: Mapping[str, Any], wanted: Sequence[Target], runs: Sequence[Evaluation]
 ) -> dict[str, Any]:
     """`worst_case.json` of a search that starts from `runs`: that of the first target, the `others` in it."""
     start = [outcome(row) for row in runs]
@@ -36,7 +36,7 @@ def worst_case_document(
     return first | ({"others": others} if others else {})
 
 
-def _predicted(campaign: Campaign, target: Target, start: Sequence[Outcome]) -> "WorstCase":
+def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome]) -> "WorstCase":
     from workbench.search.worst_case import surrogate_worst_case
 
     return surrogate_worst_case(
@@ -50,7 +50,7 @@ def _predicted(campaign: Campaign, target: Target, start: Sequence[Outcome]) -> 
 
 
 def _searched(
-    campaign: Campaign, table: Mapping[str, Any], target: Target, start: Sequence[Outcome]
+    campaign: CampaignRuns, table: Mapping[str, Any], target: Target, start: Sequence[Outcome]
 ) -> "WorstCase":
     from workbench.search.worst_case import search_worst_case
 
@@ -77,7 +77,7 @@ def _searched(
 
 
 def _all_searched(
-    campaign: Campaign, table: Mapping[str, Any], wanted: Sequence[Target], start: Sequence[Outcome]
+    campaign: CampaignRuns, table: Mapping[str, Any], wanted: Sequence[Target], start: Sequence[Outcome]
 ) -> "list[WorstCase]":
     from workbench.search.worst_cases import worst_cases
 
@@ -98,7 +98,7 @@ def _all_searched(
 
 
 def _quantile(
-    campaign: Campaign, table: Mapping[str, Any], target: Target, worst: "WorstCase"
+    campaign: CampaignRuns, table: Mapping[str, Any], target: Target, worst: "WorstCase"
 ) -> dict[str, Any]:
     """The worst quantile, from the runs of the search and up to `quantile_budget` more."""
     from workbench.search.worst_quantile import worst_quantile
@@ -123,7 +123,7 @@ def _quantile(
     return plain | {"unit": target.unit, "known": len(known)}
 
 
-def _batch(campaign: Campaign, table: Mapping[str, Any]) -> int:
+def _batch(campaign: CampaignRuns, table: Mapping[str, Any]) -> int:
     """How many runs the search proposes at once; it is said when that leaves workers idle."""
     workers, batch = campaign.study.evaluate.get("workers", 1), int(table.get("batch", 1))
     if workers > batch:
@@ -133,7 +133,9 @@ def _batch(campaign: Campaign, table: Mapping[str, Any]) -> int:
     return batch
 
 
-def _listener(campaign: Campaign, table: Mapping[str, Any], target: Target) -> Callable[[Any, float], None]:
+def _listener(
+    campaign: CampaignRuns, table: Mapping[str, Any], target: Target
+) -> Callable[[Any, float], None]:
     def tell(run: Any, best: float) -> None:
         campaign.progress.search(
             run.number, table["budget"], run.proposal, run.value, best, target.name, target.unit
@@ -142,7 +144,7 @@ def _listener(campaign: Campaign, table: Mapping[str, Any], target: Target) -> C
     return tell
 
 
-def _enclosure(campaign: Campaign, table: Mapping[str, Any]) -> "Enclosure":
+def _enclosure(campaign: CampaignRuns, table: Mapping[str, Any]) -> "Enclosure":
     """The function that bounds the response over a box, from its reference."""
     from workbench.models.python import load_function
     from workbench.search.evidence.enclosure import Enclosure

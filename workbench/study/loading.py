@@ -1,131 +1,25 @@
-"""A study: one typed TOML file, read into frozen records.
+"""From a study file to its record: one typed TOML file, read and checked.
 
 Every refusal is a `StudyError` that names the file, the line, the key path, what was expected and what came.
 """
 
-import json
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
 from workbench.errors import StudyError
-from workbench.models.protocol import ModelSpec, Reduction
+from workbench.models.protocol import Reduction
 from workbench.models.reading_rules import checked_rule
 from workbench.space.box import Parameter, Response, Space
 from workbench.space.groups import check_selection, chosen
 from workbench.study.messages import placed, validated
+from workbench.study.record import TABLES, Study
 from workbench.study.robust_table import check_robust
 from workbench.study.worst_case_targets import CHECKS
 
 __all__ = ["Study", "json_schema", "load_study", "parse_study"]
 
 LARGEST_FILE = 5_000_000  # bytes; a study file is written by a person
-MEMORY = {"k": 1e3, "ki": 2**10, "M": 1e6, "Mi": 2**20, "G": 1e9, "Gi": 2**30, "T": 1e12, "Ti": 2**40}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Study:
-    """A study file as read: records for what the campaign needs, mappings for the tables of stages."""
-
-    name: str
-    seed: int
-    space: Space
-    responses: tuple[Response, ...]
-    reductions: Mapping[str, Reduction | None]
-    model: Mapping[str, Any]
-    design: Mapping[str, Any] | None = None
-    evaluate: Mapping[str, Any] = field(default_factory=dict)
-    screen: Mapping[str, Any] | None = None
-    worst_case: Mapping[str, Any] | None = None
-    layout: Mapping[str, Any] | None = None
-    robust: Mapping[str, Any] | None = None
-    robust_layout: Mapping[str, Any] | None = None
-    report: Mapping[str, Any] = field(default_factory=dict)
-    reads: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    title: str | None = None
-    path: Path | None = None
-    text: str = ""
-
-    @property
-    def folder(self) -> Path:
-        """Where the study file stands; relative paths in it start here."""
-        return self.path.parent if self.path is not None else Path.cwd()
-
-    @property
-    def campaign_folder(self) -> Path:
-        """Beside the study file, `welch20.toml` -> `welch20.holdfast`."""
-        stem = self.path.stem if self.path is not None else self.name
-        return self.folder / f"{stem}.holdfast"
-
-    def response(self, name: str) -> Response:
-        """The response of that name."""
-        for response in self.responses:
-            if response.name == name:
-                return response
-        raise StudyError(
-            f"no response {name!r}; the responses are {', '.join(r.name for r in self.responses)}"
-        )
-
-    def spec(self, *, version: str) -> ModelSpec:
-        """The model's description for workers. Where the study stands does not enter the identity of runs."""
-        options = {k: v for k, v in self.model.items() if k not in ("kind", "version")}
-        if self.reads:
-            options["read"] = {name: dict(rule) for name, rule in self.reads.items()}
-        words = [p.name for p in self.space.parameters if not p.is_numeric]
-        if self.model["kind"] == "table" and words:
-            options["words"] = words
-        how = {name: found for name in self.reductions if (found := _how(self, name))}
-        identity = json.dumps(
-            {"kind": self.model["kind"], **_identifying(self.model), **({"responses": how} if how else {})},
-            sort_keys=True,
-        )
-        return ModelSpec(
-            kind=self.model["kind"],
-            options=options,
-            folder=str(self.folder.resolve()),
-            names=self.space.names,
-            responses=self.reductions,
-            identity=identity,
-            version=version,
-        )
-
-    @property
-    def has_points(self) -> bool:
-        """Whether the study says where to run the model, by a design or as a table of runs."""
-        return self.design is not None or self.model["kind"] == "table"
-
-    @property
-    def memory_bytes(self) -> int | None:
-        """The memory limit of one evaluation."""
-        text = self.evaluate.get("memory")
-        if text is None:
-            return None
-        number = text.rstrip("BkMGTi ")
-        return int(float(number) * MEMORY[text[len(number) :].strip()[:-1]])
-
-    @property
-    def hash(self) -> str:
-        """A digest of the file's content."""
-        return blake2b(self.text.encode(), digest_size=16).hexdigest()
-
-    def to_dict(self) -> dict[str, Any]:
-        """The study with all defaults resolved, in plain types."""
-        space = self.space.to_dict()
-        responses = [{**r.to_dict(), **_how(self, r.name)} for r in self.responses]
-        tables = (
-            "model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "robust_layout",
-            "report",
-        )  # fmt: skip
-        return {
-            "study": {"name": self.name, "seed": self.seed, "title": self.title},
-            "parameter": space["parameters"],
-            "constraint": space.get("constraints", []),
-            "response": responses,
-            **{name: None if (t := getattr(self, name)) is None else dict(t) for name in tables},
-        }
 
 
 def load_study(path: str | Path) -> Study:
@@ -211,14 +105,8 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         reads=reads,
         path=path,
         text=text,
-        **{
-            name: _without_none(dumped[name])
-            for name in (
-                "model", "design", "evaluate", "screen", "worst_case", "layout", "robust", "robust_layout",
-                "report",
-            )
-        },
-    )  # fmt: skip
+        **{name: _without_none(dumped[name]) for name in TABLES},
+    )
     if study.robust_layout is not None:
         with placed(text, where, ("robust_layout", "nominal")):
             _check_robust_layout(study)
@@ -260,13 +148,6 @@ def _check_robust_layout(study: Study) -> None:
         raise StudyError(f"the nominal case breaks the constraint {study.space.violated(given)}")
 
 
-def _how(study: Study, name: str) -> dict[str, Any]:
-    """How a response is read and reduced, for the resolved study."""
-    rule, read = study.reductions[name], study.reads.get(name)
-    out: dict[str, Any] = {} if rule is None else {"reduce": rule.kind, "at": rule.at, "p": rule.p}
-    return out if read is None else {**out, "read": dict(read)}
-
-
 def _reduction(table: Any) -> Reduction | None:
     if table.reduce is None:
         stray = next((key for key in ("at", "p") if getattr(table, key) is not None), None)
@@ -282,11 +163,6 @@ def _reduction(table: Any) -> Reduction | None:
 
 def _without_none(table: Any) -> Any:
     return None if table is None else {k: v for k, v in table.items() if v is not None}
-
-
-def _identifying(model: Mapping[str, Any]) -> dict[str, Any]:
-    # a gradient changes no response: runs made without it stay what they are
-    return {k: v for k, v in model.items() if k not in ("kind", "version", "gradient")}
 
 
 def _near(path: Path) -> str:

@@ -10,14 +10,12 @@ The names are those of `worst_case`, `worst_cases`, `weighted` and `within` in P
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import Reading
 from workbench.models.readings import weighted, within
-
-if TYPE_CHECKING:
-    from workbench.study.loading import Study
+from workbench.study.record import Study
 
 __all__ = ["CHECKS", "QUANTILE_BUDGET", "Target", "targets"]
 
@@ -39,7 +37,7 @@ class Target:
     notes: Mapping[str, Any] = field(default_factory=dict)
 
 
-def targets(study: "Study") -> list[Target]:
+def targets(study: Study) -> list[Target]:
     """What a study's `[worst_case]` searches, the most important first."""
     table = study.worst_case or {}
     sense = table.get("sense", "max")
@@ -84,7 +82,7 @@ def _sum_name(weights: Mapping[str, float]) -> str:
     return text.removeprefix("+ ")
 
 
-def _check_choice(study: "Study", table: Mapping[str, Any]) -> None:
+def _check_choice(study: Study, table: Mapping[str, Any]) -> None:
     given = [key for key in CHOICE if key in table]
     if len(given) != 1:
         raise StudyError(
@@ -95,7 +93,7 @@ def _check_choice(study: "Study", table: Mapping[str, Any]) -> None:
         study.response(table["response"])
 
 
-def _check_responses(study: "Study", table: Mapping[str, Any]) -> None:
+def _check_responses(study: Study, table: Mapping[str, Any]) -> None:
     for name in table.get("responses", ()):
         study.response(name)
     stray = [key for key in ("sense", *OF_ONE) if key in table]
@@ -104,14 +102,14 @@ def _check_responses(study: "Study", table: Mapping[str, Any]) -> None:
         raise StudyError(f"[worst_case] responses does not go with {stray[0]}: {cure}")
 
 
-def _check_weights(study: "Study", table: Mapping[str, Any]) -> None:
+def _check_weights(study: Study, table: Mapping[str, Any]) -> None:
     for name, weight in table.get("weights", {}).items():
         study.response(name)
         if weight == 0:
             raise StudyError(f"[worst_case] weights.{name} needs a number other than 0, got 0. Leave it out")
 
 
-def _check_within(study: "Study", table: Mapping[str, Any]) -> None:
+def _check_within(study: Study, table: Mapping[str, Any]) -> None:
     if "within" in table and "response" not in table:
         raise StudyError("[worst_case] within goes with response, the one whose worst is searched")
     for name, (low, high) in table.get("within", {}).items():
@@ -122,7 +120,7 @@ def _check_within(study: "Study", table: Mapping[str, Any]) -> None:
             raise StudyError(f"[worst_case] within.{name} needs [low, high], got [{low:g}, {high:g}]")
 
 
-def _check_quantile(study: "Study", table: Mapping[str, Any]) -> None:
+def _check_quantile(study: Study, table: Mapping[str, Any]) -> None:
     if "quantile" not in table:
         if "quantile_budget" in table:
             raise StudyError("[worst_case] quantile_budget goes with quantile, such as quantile = 0.95")

@@ -19,7 +19,7 @@ import typer
 from workbench.errors import HoldfastError, Interrupted, StudyError
 
 if TYPE_CHECKING:
-    from workbench.campaign.campaign_runs import Campaign
+    from workbench.stages.campaign import Campaign
 
 __all__ = ["app", "main"]
 
@@ -403,7 +403,7 @@ def _campaign(
     keep_runs: bool = False,
 ) -> Iterator["Campaign"]:
     """The campaign of a study with progress on standard error."""
-    from workbench.campaign.campaign_runs import Campaign
+    from workbench.stages.campaign import Campaign
     from workbench.terminal.console import progress_for
 
     progress = progress_for(sys.stderr)

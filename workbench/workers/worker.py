@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from workbench.errors import StudyError
+from workbench.models.opening import open_model
 from workbench.models.protocol import (
     Answer,
     History,
     ModelSpec,
     call,
-    open_model,
 )
 from workbench.system.process_tree import die_with_parent
 

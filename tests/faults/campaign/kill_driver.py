@@ -14,8 +14,8 @@ from pathlib import Path
 
 from workbench.campaign import store as store_module
 from workbench.campaign import supervisor
-from workbench.campaign.campaign_runs import Campaign
 from workbench.space.box import Parameter, Space
+from workbench.stages.campaign import Campaign
 
 SPACE = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
 
@@ -78,9 +78,9 @@ def main(folder, count, engine, kill_after="0"):
         CountingConnection.left = int(kill_after)
         connect = sqlite3.connect
         store_module.sqlite3.connect = lambda *a, **k: connect(*a, factory=CountingConnection, **k)
-    from workbench.campaign import campaign_runs
+    from workbench.campaign import runs
 
-    campaign_runs.supervise = acknowledging(folder)
+    runs.supervise = acknowledging(folder)
     if engine == "inline":
         campaign = Campaign.of(model, SPACE, folder=folder)
     else:

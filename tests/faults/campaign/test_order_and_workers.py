@@ -6,11 +6,11 @@ import sqlite3
 import numpy as np
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.campaign.supervisor import Policy, supervise
 from workbench.models.protocol import Answer
 from workbench.space.box import Parameter, Space
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 
 STUDY = """
 [study]

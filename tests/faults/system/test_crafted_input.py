@@ -5,10 +5,10 @@ import os
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import EvaluationFailed, HoldfastError, StudyError
 from workbench.models.readers import read_response
 from workbench.models.template import compiled
+from workbench.stages.campaign import Campaign
 from workbench.study.loading import load_study
 from workbench.system.confined import confined
 

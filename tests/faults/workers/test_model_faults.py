@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import StudyError
+from workbench.stages.campaign import Campaign
 from workbench.study.loading import load_study
 from workbench.system.process_tree import marked_processes
 from workbench.workers.processes import ProcessPool

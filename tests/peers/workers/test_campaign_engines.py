@@ -7,8 +7,8 @@ import warnings
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import StudyError
+from workbench.stages.campaign import Campaign
 from workbench.stages.validation import check_study
 
 pytestmark = pytest.mark.peer

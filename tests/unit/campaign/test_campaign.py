@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.campaign.telling import asked_csv, tell_csv
 from workbench.errors import Interrupted, NotEnoughRuns, StudyError
 from workbench.space.box import Parameter, Response, Space
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 from workbench.stages.validation import check_study
 from workbench.study.loading import load_study
 

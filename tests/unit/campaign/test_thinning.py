@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.campaign.thinning import spread_runs
 from workbench.report.sections import runs as runs_page
 from workbench.space.streams import stream
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 
 STUDY = """
 [study]

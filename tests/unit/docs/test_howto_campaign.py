@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 from workbench.study.loading import parse_study
 from workbench.study.worst_case_targets import targets
 

@@ -9,12 +9,12 @@ import pytest
 
 import studies
 from studies.adams_loop import solver
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.protocol import History
 from workbench.models.readers import read_response
 from workbench.models.reading_rules import checked_rule
 from workbench.models.template import compiled, format_value
+from workbench.stages.campaign import Campaign
 from workbench.study.loading import load_study
 
 ENERGY = 5e-4  # relative: the speeds are differences of the written angles, coarse where the belt catches

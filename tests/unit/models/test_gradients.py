@@ -2,10 +2,10 @@
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.gradients import checked_gradients
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 
 EXACT = 1e-8  # a quasi-Newton climb on a smooth peak of height one
 STUDY = """

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
+from workbench.models.opening import open_model
 from workbench.models.protocol import (
     Answer,
     History,
     ModelSpec,
     Reduction,
     call,
-    open_model,
     settle,
 )
 from workbench.models.python import load_function, source_digest

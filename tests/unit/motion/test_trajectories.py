@@ -1,18 +1,12 @@
-"""Runs of the engine as datasets, figures and frames."""
+"""Runs of the engine as datasets and frames."""
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from workbench.engine import Airbag, Body, Member, Motion, RevoluteJoint, Spring, System, simulate
 from workbench.errors import StudyError
 from workbench.motion.frames import Motion as Scene
-from workbench.motion.trajectories import (
-    dataset,
-    frames,
-    plot_histories,
-    plot_storyboard,
-)
+from workbench.motion.trajectories import dataset, frames
 
 
 @pytest.fixture(scope="module")
@@ -58,17 +52,3 @@ def test_frames_refuse_what_they_cannot_draw(run):
         frames(run, count=1)
     with pytest.raises(StudyError, match="roles name 'sledge'; bodies of the run are bar, cart"):
         frames(run, roles={"sledge": "seat"})
-
-
-def test_figures_carry_units_and_every_still(run):
-    figure = Figure()
-    ds = dataset(run)
-    ax = plot_histories(
-        {"x": ds.position.sel(body="bar", axis="x"), "y": ds.position.sel(body="bar", axis="y")},
-        ds.time, label="position", unit="m", ax=figure.add_subplot(2, 1, 1),
-    )  # fmt: skip
-    assert ax.get_ylabel() == "position [m]"
-    assert len(ax.get_lines()) == 2
-    board = plot_storyboard(run, (0.0, 0.25, 0.5), ax=figure.add_subplot(2, 1, 2))
-    assert [text.get_text() for text in board.texts] == ["0 s", "0.25 s", "0.5 s"]
-    assert len(board.collections) == 3

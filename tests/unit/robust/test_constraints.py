@@ -3,7 +3,6 @@
 import pytest
 
 from tests.unit.stages.test_late_stages import ROBUST, STUDY
-from workbench.campaign.campaign_runs import Campaign
 from workbench.campaign.failures import failure_document
 from workbench.errors import StudyError
 from workbench.report.lines.robust import robust_lines
@@ -11,6 +10,7 @@ from workbench.robust.re_evaluation import re_evaluate
 from workbench.space.box import Parameter, Space
 from workbench.space.expression import Condition
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 
 U = Space([Parameter("f", lower=0.0, upper=1.0, unit="N"), Parameter("g", lower=0.0, upper=1.0)])
 DESIGNS = {"soft": {"k": 1.0}, "stiff": {"k": 2.0}}

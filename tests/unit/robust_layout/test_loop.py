@@ -8,11 +8,11 @@ import pytest
 
 from studies.occupant_braking import NOMINAL, restraint
 from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import Interrupted, StudyError
 from workbench.report.writing import write_report
 from workbench.robust_layout.model import load_layout_model
 from workbench.stages import robust_layout as robust_layout_stage
+from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
 from workbench.stages.validation import check_study
 from workbench.study.loading import parse_study

@@ -4,12 +4,12 @@ import json
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.campaign.failures import failure_document, failure_lines, where_runs_fail
 from workbench.errors import StoreError, StudyError
 from workbench.report.lines.robust import robust_lines
 from workbench.space.box import Parameter, Space
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
 from workbench.stages.validation import check_study
 from workbench.system.atomic import read_json

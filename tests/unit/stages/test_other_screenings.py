@@ -5,9 +5,9 @@ import textwrap
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.report.lines.screening import other_screening_lines
+from workbench.stages.campaign import Campaign
 from workbench.stages.other_screenings import OTHER_METHODS, other_screening
 from workbench.stages.run_all import design, evaluate, screen
 

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.report.writing import report_numbers, write_report
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
 from workbench.study.loading import parse_study
 

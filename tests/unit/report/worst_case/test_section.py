@@ -5,7 +5,6 @@ import json
 import matplotlib.pyplot as plt
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.report.page.blocks import Figure, Note, Table
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.worst_case.figures import baseline_figures
@@ -14,6 +13,7 @@ from workbench.report.worst_case.section import gap_sentence, worst_case_section
 from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 
 BOX = Space([Parameter("a", lower=-1.0, upper=2.0, unit="m"), Parameter("b", lower=0.0, upper=1.0)])
 

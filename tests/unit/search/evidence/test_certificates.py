@@ -5,7 +5,6 @@ import re
 
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import StudyError
 from workbench.models.readings import within
 from workbench.report.lines.worst_case import worst_case_lines
@@ -15,6 +14,7 @@ from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.worst_case import Status, worst_case
 from workbench.space.box import Parameter, Space
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 
 UNIT = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 STEPS = Space([Parameter("i", kind="integer", lower=0, upper=6), Parameter("on", kind="binary")])

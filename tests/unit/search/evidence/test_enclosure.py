@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 
-from workbench.campaign.campaign_runs import Campaign
 from workbench.errors import StudyError
 from workbench.report.worst_case.section import gap_sentence
 from workbench.search.evidence.enclosure import Enclosure, enclosure_gap
@@ -13,6 +12,7 @@ from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
 from workbench.stages import run_all as stages
+from workbench.stages.campaign import Campaign
 from workbench.stages.validation import check_study
 from workbench.study.loading import load_study
 

@@ -1,46 +1,28 @@
-"""A campaign: a study at work in its folder. Asks the model for runs, keeps every answer, never asks twice.
+"""The runs of a campaign in its folder: asks the model for rows, keeps every answer, never asks twice.
 
-    campaign = Campaign.from_file("study.toml")
-    campaign.run()                                  # design -> evaluate -> screen -> worst case -> report
-    campaign.results()                              # an xarray Dataset with units
-
-The stages themselves stand in `workbench.stages.run_all`; here are the folder, the runs and the ways to make
-them: our own workers, or `ask` and `tell` for results that come from elsewhere.
+The folder, the store, our own workers, and `ask` and `tell` for results that come from elsewhere. The stages
+stand above (`workbench.stages`) and work on this.
 """
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 from workbench.campaign.lock import check_lock, write_lock
 from workbench.campaign.progress import Progress, Silent
 from workbench.campaign.store import Evaluation, Store, run_key
-from workbench.campaign.supervisor import (
-    Engine,
-    InlineEngine,
-    Policy,
-    supervise,
-)
-from workbench.errors import (
-    HoldfastError,
-    Interrupted,
-    StoreError,
-    StudyError,
-)
+from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
+from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
 from workbench.models.evaluator import Outcome
-from workbench.models.protocol import Answer, open_model
-from workbench.space.box import Response, Space
-from workbench.study.loading import Study, load_study
+from workbench.models.opening import open_model
+from workbench.models.protocol import Answer, Reduction, settle
+from workbench.study.record import Study
 from workbench.system.atomic import write_text
 
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
-__all__ = ["Asked", "Campaign"]
+__all__ = ["Asked", "CampaignRuns", "outcome"]
 
 FAILURES = ("failed", "timeout", "killed", "nonfinite")
 RECYCLE = 400  # runs of a worker of an FMU before it is replaced: units leak instances
@@ -54,8 +36,11 @@ class Asked:
     parameters: Mapping[str, Any]
 
 
-class Campaign:
-    """A study, its folder and its runs. Close it, or use it in a `with` statement."""
+class CampaignRuns:
+    """A study, its folder and its runs: what the stages work on.
+
+    `workbench.Campaign` adds the walk through the stages and the results as tables, and overrides nothing.
+    """
 
     def __init__(
         self,
@@ -91,65 +76,7 @@ class Campaign:
             self.store.close()
             raise
 
-    @classmethod
-    def from_file(
-        cls,
-        path: str | Path,
-        *,
-        folder: str | Path | None = None,
-        workers: int | None = None,
-        dask: str | None = None,
-        keep_runs: bool = False,
-        progress: Progress | None = None,
-    ) -> "Campaign":
-        """Open or continue the campaign of a study file, in `folder` or beside the file.
-
-        Raises:
-            StudyError: the file is not usable, or its model changed since runs were stored.
-            StoreError: the folder cannot be used.
-        """
-        study = load_study(path)
-        if workers is not None:
-            study = replace(study, evaluate={**study.evaluate, "workers": workers})
-        if dask is not None:
-            study = replace(study, evaluate={**study.evaluate, "engine": "dask", "address": dask})
-        place = None if folder is None else Path(folder)
-        return cls(study, folder=place, keep_runs=keep_runs, progress=progress)
-
-    @classmethod
-    def of(
-        cls,
-        function: Callable[..., Any],
-        space: Space,
-        *,
-        responses: Sequence[Response] = (Response("y"),),
-        name: str = "campaign",
-        folder: str | Path | None = None,
-        seed: int = 1,
-        version: str = "1",
-        progress: Progress | None = None,
-    ) -> "Campaign":
-        """A campaign of a Python function, run in this process; kept in `folder` or in `name`.holdfast here.
-
-        `version`: change it when the function changes, and its runs are made anew.
-        """
-        reference = (
-            f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', repr(function))}"
-        )
-        study = Study(
-            name=name,
-            seed=seed,
-            space=space,
-            responses=tuple(responses),
-            reductions={r.name: None for r in responses},
-            model={"kind": "python", "function": reference, "version": version},
-            evaluate={"engine": "inline", "workers": 1, "retries": 0},
-        )
-        return cls(
-            study, folder=None if folder is None else Path(folder), function=function, progress=progress
-        )
-
-    def __enter__(self) -> "Campaign":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -235,15 +162,13 @@ class Campaign:
         Raises:
             StudyError: no such key, or neither outputs nor a failure.
         """
-        from workbench.campaign.telling import settled_answer
-
         if key is None:
             if parameters is None:
                 raise StudyError("tell needs the key of an asked run, or the parameters of a new one")
             (key,) = self.enqueue([parameters], batch="told")
         elif not self.store.rows(keys=[key]):
             raise StudyError(f"no run {key!r} was asked for in {self.folder.name}")
-        answer = settled_answer(outputs, failure, self.study.reductions)
+        answer = _told_answer(outputs, failure, self.study.reductions)
         attempt = self.store.rows(keys=[key])[0].attempt + 1
         self.store.finish(key, answer, attempt=attempt)
         return key
@@ -253,34 +178,9 @@ class Campaign:
         names = set(self.study.space.names)
         return [row for row in self.store.rows(version=self.spec.version) if set(row.inputs) == names]
 
-    def results(self) -> "xr.Dataset":
-        """All runs as a Dataset over the dimension `run`, with units in the attributes."""
-        from workbench.campaign.exports import dataset
-
-        return dataset(self.runs(), self.study.space, self.study.responses, name=self.study.name)
-
-    def frame(self) -> "pd.DataFrame":
-        """All runs as a table: key, status, batch, parameters, responses, error, seconds."""
-        from workbench.campaign.exports import frame
-
-        return frame(self.runs(), self.study.space, self.study.responses)
-
-    def history(self, key: str) -> "xr.Dataset":
-        """The time histories of a run."""
-        from workbench.campaign.histories import read_histories
-
-        return read_histories(self.folder, key)
-
     def failures(self) -> dict[str, int]:
         """How many runs failed, by status; those that a constraint skipped are not among them."""
         return dict(Counter(row.status for row in self.runs() if row.status in FAILURES))
-
-    def run(self) -> dict[str, Any]:
-        """Walk the stages that the study asks for; what is up to date stays. Gives what each found."""
-        from workbench.stages.run_all import run_all
-
-        found: dict[str, Any] = run_all(self)
-        return found
 
     def retry(self) -> int:
         """Put failed runs back in the queue; how many."""
@@ -368,6 +268,20 @@ class Campaign:
             memory=self.study.memory_bytes,
             recycle=RECYCLE if self.study.model["kind"] == "fmu" else None,
         )
+
+
+def _told_answer(
+    outputs: Mapping[str, Any] | float | None, failure: str | None, reductions: Mapping[str, Reduction | None]
+) -> Answer:
+    """The answer that somebody tells."""
+    if failure is not None:
+        return Answer(status="failed", error=failure)
+    if outputs is None:
+        raise StudyError("tell needs outputs, or the failure that kept the run from giving any")
+    try:
+        return settle(outputs, reductions)
+    except EvaluationFailed as exc:
+        return Answer(status="failed", error=str(exc))
 
 
 def outcome(row: Evaluation) -> Outcome:
