@@ -24,10 +24,10 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], *, width: in
     """A table of at most `width` columns; a long second cell continues below itself."""
     others = sum(max(len(r[k]) for r in (head, *rows)) + 2 for k in range(len(head)) if k != 1)
     room = max(width - others, 14)
-    wrapped = [[[r[0]], wrapped(r[1], room), *([c] for c in r[2:])] for r in (head, *rows)]
-    sizes = [max(len(line) for r in wrapped for line in r[k]) for k in range(len(head))]
+    split = [[[r[0]], wrapped(r[1], room), *([c] for c in r[2:])] for r in (head, *rows)]
+    sizes = [max(len(line) for r in split for line in r[k]) for k in range(len(head))]
     text = []
-    for n, row in enumerate(wrapped):
+    for n, row in enumerate(split):
         for line in range(max(map(len, row))):
             cells = [cell[line] if line < len(cell) else "" for cell in row]
             text.append(
