@@ -40,6 +40,7 @@ from workbench.search.evidence.baselines import predicted_baselines
 from workbench.search.evidence.certificates import stated_gap
 from workbench.search.evidence.enclosure import Enclosure, check_enclosure
 from workbench.search.evidence.gap import Gap, remaining_gap
+from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
 from workbench.search.proposals.gradient_ascent import polish, reserve
 from workbench.search.proposals.portfolio import predicted_worst, propose
@@ -159,6 +160,7 @@ def search_worst_case(
         check_enclosure(where, enclosure)
     begun = begin(evaluate, ledger, budget=budget, seed=seed, workers=workers)
     ledger.require_values(1 if ledger.is_exhausted else FEWEST_RUNS)
+    gaps = GapHistory()
     model, status, quiet = None, Status.BUDGET, 0
     searched = budget - reserve(ledger, budget)
     corners = CornerPlan.of(ledger, budget=searched - begun)
@@ -168,6 +170,7 @@ def search_worst_case(
         feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
         # the full bound is sought only when a cheap look at it suggests that the search is over
         gap = _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=quiet >= QUIET_BATCHES)
+        gaps.note(gap, ledger, full=quiet >= QUIET_BATCHES)
         quiet = quiet + 1 if gap.width <= tolerance * ledger.scale else 0
         is_settled, room = quiet > QUIET_BATCHES, corners.room(ledger, runs=left)
         if is_settled or room <= 0:
@@ -222,6 +225,7 @@ def search_worst_case(
         status = Status.CONVERGED  # also where corners without a gain took the rest of the budget
     return _result(
         ledger,
+        gaps,
         response=response,
         unit=unit,
         budget=budget,
@@ -264,7 +268,9 @@ def surrogate_worst_case(
         rng=stream(seed, "worst case"),
     )[None]
     mean, std = model.in_units(where.features(worst))
-    found = _result(ledger, response=response, unit=unit, budget=0, seed=seed, status=Status.SURROGATE)
+    found = _result(
+        ledger, GapHistory(), response=response, unit=unit, budget=0, seed=seed, status=Status.SURROGATE
+    )
     predicted = float(ledger.sign * mean[0])
     return replace(
         found,
@@ -287,7 +293,7 @@ def _gap(
 ) -> Gap:
     """The model-based gap; `full` with the roughest credible model and a climb, a cheap look without."""
     features = ledger.where.features(ledger.u_ok)
-    gap = remaining_gap(
+    return remaining_gap(
         ledger.where,
         model,
         u=ledger.u,
@@ -297,11 +303,11 @@ def _gap(
         rough=fit_rough_model(features, ledger.v, model, seed=seed) if full else None,
         polish=full,
     )
-    return ledger.note(gap, full=full)
 
 
 def _result(
     ledger: Ledger,
+    gaps: GapHistory,
     *,
     response: str | Reading | None,
     unit: str,
@@ -325,8 +331,7 @@ def _result(
         return _gap(ledger, model, feasibility, seed=seed, replicate=ledger.spent, full=True)
 
     gap = stated_gap(ledger, model, modelled, tolerance=tolerance, lipschitz=lipschitz, enclosure=enclosure)
-    if gap.kind != "model-based":
-        ledger.note(gap, full=True)
+    gaps.note(gap, ledger, full=True)
     missed = gap.kind == "model-based" and gap.width > tolerance * ledger.scale
     if status is Status.CONVERGED and missed and ledger.spent >= budget:
         status = Status.BUDGET  # the last runs, at corners, have widened the gap again
@@ -345,7 +350,7 @@ def _result(
         budget=budget,
         seed=seed,
         runs=tuple(ledger.runs),
-        gap_history=tuple(ledger.looks),
+        gap_history=tuple(gaps.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
         audit=audit_runs(ledger, model, rng=stream(seed, "audit")),
         profile={} if model is None else profile_of(ledger, model, ledger.incumbent),

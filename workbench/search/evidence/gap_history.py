@@ -1,14 +1,14 @@
 """What a search stated about the remaining gap while it ran: one look per number of runs."""
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
 from workbench.search.evidence.gap import Gap
+from workbench.search.runs.ledger import Ledger
 
-__all__ = ["GapLook", "gap_look", "with_look"]
+__all__ = ["GapHistory", "GapLook"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,21 +34,29 @@ class GapLook:
         return asdict(self)
 
 
-def gap_look(gap: Gap, *, v: np.ndarray, sign: float, runs: int, iteration: int, full: bool) -> GapLook:
-    """The look at a gap of the signed values v (n,)."""
-    spread = float(np.ptp(v))
-    return GapLook(
-        runs=runs,
-        iteration=iteration,
-        upper=sign * gap.upper,
-        width=gap.width,
-        share=gap.width / spread if spread > 0 else None,
-        kind=gap.kind,
-        full=full,
-    )
+@dataclass(slots=True)
+class GapHistory:
+    """The looks of one search, in the order of the runs."""
 
+    looks: list[GapLook] = field(default_factory=list)
 
-def with_look(looks: Sequence[GapLook], look: GapLook) -> list[GapLook]:
-    """The looks with a further one; of two after the same runs the later counts: it is the fuller one."""
-    kept = looks[:-1] if looks and looks[-1].runs == look.runs else looks
-    return [*kept, look]
+    def note(self, gap: Gap, ledger: Ledger, *, full: bool) -> None:
+        """Put a gap stated after the runs of `ledger` on record; one that knows no bound is left out.
+
+        Of two looks after the same runs the later counts: it is the fuller one.
+        """
+        if not np.isfinite(gap.upper):
+            return
+        spread, runs = float(np.ptp(ledger.v)), len(ledger.runs)
+        look = GapLook(
+            runs=runs,
+            iteration=ledger.spent,
+            upper=ledger.sign * gap.upper,
+            width=gap.width,
+            share=gap.width / spread if spread > 0 else None,
+            kind=gap.kind,
+            full=full,
+        )
+        if self.looks and self.looks[-1].runs == runs:
+            self.looks.pop()
+        self.looks.append(look)

@@ -8,8 +8,6 @@ import numpy as np
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome, Reading, response_reader
-from workbench.search.evidence.gap import Gap
-from workbench.search.evidence.gap_history import GapLook, gap_look, with_look
 from workbench.search.runs.given_runs import Run, Start, given_outcomes
 from workbench.search.runs.noticeable_gain import accuracy_scale, noticeable_gain, runs_since_gain
 from workbench.search.runs.unit_space import SearchSpace
@@ -39,7 +37,6 @@ class Ledger:
     slopes: dict[int, np.ndarray] = field(default_factory=dict)
     progress: Callable[[Run, float], None] | None = None
     runs: list[Run] = field(default_factory=list)
-    looks: list[GapLook] = field(default_factory=list)
     # the admissible points of a finite space, None when it cannot be enumerated
     points: np.ndarray | None = None
     _u: list[np.ndarray] = field(default_factory=list)
@@ -191,14 +188,6 @@ class Ledger:
     def since_improvement(self) -> int:
         """Runs made since the best value last rose by a noticeable amount."""
         return runs_since_gain(self.v, noticeable_gain(self.v)) if self.ok.any() else 0
-
-    def note(self, gap: Gap, *, full: bool) -> Gap:
-        """Put a gap that was stated on record, where there is one; gives it back."""
-        if not np.isfinite(gap.upper):
-            return gap
-        look = gap_look(gap, v=self.v, sign=self.sign, runs=len(self.runs), iteration=self.spent, full=full)
-        self.looks = with_look(self.looks, look)
-        return gap
 
     @property
     def is_flat(self) -> bool:

@@ -23,8 +23,8 @@ import numpy as np
 from surrogates import Kriging
 from workbench.search.runs.noticeable_gain import noticeable_gain
 from workbench.search.surrogate import output_transform as warps
+from workbench.search.surrogate.expected_improvement import log_expected_improvement
 from workbench.search.surrogate.output_transform import Warp
-from workbench.search.surrogate.pattern_search import log_expected_improvement
 
 __all__ = ["SearchModel", "believing", "fit_local_model", "fit_rough_model", "fit_search_model"]
 

@@ -1,20 +1,10 @@
-"""Where to run the model next: acquisition scores and their maximisation over mixed coordinates.
-
-Notation: u point in the unit cube, m(u) and s(u) predicted mean and standard deviation of the quantity to be
-maximised, b the best value seen, z = (m - b)/s.
-
-    expected improvement    EI(u) = s (z Phi(z) + phi(z))            Jones, Schonlau and Welch 1998
-    upper bound             UB(u) = m + k s
-
-EI is handled by its logarithm, which neither underflows nor loses its slope far from the optimum.
-"""
+"""Pattern search for the largest score in the unit cube, over continuous and levelled coordinates alike."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.special import erfcx, log_ndtr
 
-__all__ = ["Levels", "log_expected_improvement", "maximise_score", "proposals"]
+__all__ = ["Levels", "maximise_score", "trial_values"]
 
 Score = Callable[[np.ndarray], np.ndarray]
 Levels = Sequence[np.ndarray | None]  # per coordinate: the admissible unit values, or None for continuous
@@ -23,30 +13,9 @@ FINEST_STEP = 2e-4  # of the unit interval; far below what an engineer can set
 FULL_ENUMERATION = 16  # levels up to this number are all tried at every sweep
 
 
-def log_expected_improvement(mean: np.ndarray, std: np.ndarray, best: float) -> np.ndarray:
-    """log EI for arrays (n,); -inf where the standard deviation is zero and nothing is gained.
-
-    >>> float(np.round(np.exp(log_expected_improvement(np.zeros(1), np.ones(1), 0.0))[0], 6))
-    0.398942
-    """
-    std = np.maximum(std, 1e-100)
-    z = (mean - best) / std
-    log_phi = -0.5 * z * z - 0.5 * np.log(2 * np.pi)
-    # z Phi + phi = phi (1 + z Phi/phi), and Phi/phi = sqrt(pi/2) erfcx(-z/sqrt 2), which stays finite for z
-    # < 0
-    low = z < -1
-    inner = np.empty_like(z)
-    inner[~low] = np.log(z[~low] * np.exp(log_ndtr(z[~low])) + np.exp(log_phi[~low]))
-    tail = 1 + z[low] * np.sqrt(np.pi / 2) * erfcx(-z[low] / np.sqrt(2))
-    # for very negative z the bracket cancels to 1/z^2
-    tail = np.where(z[low] < -1e4, 1 / z[low] ** 2, np.maximum(tail, 1e-300))
-    inner[low] = log_phi[low] + np.log(tail)
-    return np.log(std) + inner
-
-
-def proposals(u: np.ndarray, step: float, levels: Levels) -> list[np.ndarray]:
-    """Per coordinate, the values to try next to u (d,): both neighbours at `step`, both ends; all of few
-    levels.
+def trial_values(u: np.ndarray, step: float, levels: Levels) -> list[np.ndarray]:
+    """Per coordinate, the values to try next to u (d,): both neighbours at `step` and both ends, or every
+    level where there are few.
     """
     moves = []
     for x, grid in zip(u, levels, strict=True):
@@ -68,8 +37,8 @@ def maximise_score(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pattern search from every row of `starts` (s, d) at once; returns the points (s, d) and scores (s,).
 
-    A sweep tries each coordinate by itself, then all coordinates that gained together, and keeps the
-    better; a start that gains nothing halves its step. Works for continuous, levelled and categorical
+    A sweep tries each coordinate by itself, then all coordinates that gained together, and keeps the better;
+    a start that gains nothing has its step divided by three. Works for continuous, levelled and categorical
     coordinates alike, and an infeasible point (score -inf) is never kept.
     """
     u = np.array(starts, dtype=float, ndmin=2)
@@ -81,7 +50,7 @@ def maximise_score(
             break
         block, owner, coordinate = [], [], []
         for i in active:
-            for j, tried in enumerate(proposals(u[i], float(steps[i]), levels)):
+            for j, tried in enumerate(trial_values(u[i], float(steps[i]), levels)):
                 moved = np.repeat(u[i][None], len(tried), axis=0)
                 moved[:, j] = tried
                 block.append(moved)
