@@ -17,11 +17,8 @@ PENDING: dict[str, set[str]] = {
         "workbench/engine/planar/runs -> workbench/engine/natural/system",
         "workbench/engine/planar/start -> workbench/engine/natural/compiled",
         "workbench/engine/sensitivity/check -> workbench/engine/sensitivity/__init__",
-        "workbench/search/runs/ledger -> workbench/search/evidence/gap",
-        "workbench/search/runs/ledger -> workbench/search/evidence/gap_history",
     },
     "in_circles": {
-        "workbench/search/evidence, workbench/search/runs, workbench/search/surrogate",
         "workbench.engine.sensitivity, workbench.engine.sensitivity.check",
         "workbench/engine/integration, workbench/engine/natural, workbench/engine/objectives, workbench/engine/planar",  # noqa: E501
     },
