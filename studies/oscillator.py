@@ -24,7 +24,7 @@ from workbench.engine import (
     gradient,
     simulate,
 )
-from workbench.engine.sensitivity import METHODS
+from workbench.engine.sensitivity.gradient import METHODS
 
 __all__ = ["Oscillator", "closed_form", "figures", "problem", "run"]
 

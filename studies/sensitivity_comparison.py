@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from workbench.engine import NotSupported, RungeKutta8, gradient, locate_peak, simulate
-from workbench.engine.sensitivity import METHODS
+from workbench.engine.sensitivity.gradient import METHODS
 
 from . import three_body, two_body
 

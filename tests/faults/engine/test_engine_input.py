@@ -200,3 +200,8 @@ def test_studies_name_their_cases():
         two_body.layout_problem("A")
     with pytest.raises(ValueError, match="'node' or 'refined'"):
         two_body.layout_problem("short", peak="x")
+
+
+def test_what_is_no_system_is_refused_by_name():
+    with pytest.raises(TypeError, match="needs a system of one of the kinds System, NaturalSystem"):
+        simulate("a system", [1.0], t_end=0.1, steps=2)

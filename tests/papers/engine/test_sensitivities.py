@@ -6,7 +6,7 @@ import pytest
 
 from studies import three_body, two_body
 from workbench.engine import NotSupported, gradient, gradient_check, simulate
-from workbench.engine.sensitivity import METHODS
+from workbench.engine.sensitivity.gradient import METHODS
 
 ROUNDING = 1e-12  # two algebras of the same scheme
 ONE_NEWTON_STEP = 2e-9  # what one Newton step per time step leaves, plus the differences in dS/dalpha

@@ -5,18 +5,14 @@
     N^T (M w + F) = 0,  Phi'' = 0  give w;  lambda = -Phi_D^-T (M w + F)_D, 0 for redundant rows
 
 `Chart` holds the arrays. `tangents` differentiates w by q_I and v_I, `_kernels_pull_back` transposes it. The
-three questions to a system (rates of its constraints, forces, design derivatives) are answered by type.
+three questions to a system (`constraint_rates`, `applied_forces`, `add_design`) are answered by every kind
+with a `numba.extending.overload` for its own type of tables, which gives None for those of others.
 """
 
 from numba import njit
-from numba.extending import overload
 
 from ..compiler._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
 from ..compiler.options import INNER
-from ..natural._kernels_equations import natural_contract, natural_forces, natural_rates
-from ..natural.tables import NaturalTables
-from ..planar._kernels.equations import contract, evaluate, place
-from ..planar._kernels.joint_rates import joint_rates
 
 CLOSING, MOVING, BENDING, BRIDGED = 0, 1, 2, -1
 SINGULAR, OPEN = 2, 3
@@ -29,41 +25,12 @@ def constraint_rates(T, W, R, X, step, q, v, w):
     """Fill W.phi, W.phi_q, X.rate, X.bend, X.t1, X.t2."""
 
 
-@overload(constraint_rates, jit_options=INNER, strict=False)
-def _constraint_rates(T, W, R, X, step, q, v, w):
-    if T.instance_class is NaturalTables:
-        return lambda T, W, R, X, step, q, v, w: natural_rates(T, W, R, X, step, q, v, w)
-    return lambda T, W, R, X, step, q, v, w: joint_rates(T, W, R, X, step, q, v, w)
-
-
 def applied_forces(T, W, X, step, q, v, lam, tangent):
     """Fill W.force (with Phi_q^T lambda) and, if tangent, W.k and W.c."""
 
 
-@overload(applied_forces, jit_options=INNER, strict=False)
-def _applied_forces(T, W, X, step, q, v, lam, tangent):
-    if T.instance_class is NaturalTables:
-        return lambda T, W, X, step, q, v, lam, tangent: natural_forces(T, W, step, q, v, lam, tangent)
-    return lambda T, W, X, step, q, v, lam, tangent: evaluate(
-        T, W, step, q, v, lam, X.damage, X.damage, 0.0, tangent
-    )
-
-
 def add_design(T, W, step, q, v, mu, gradient):
     """gradient (N,) += (dF/dscale)^T mu."""
-
-
-@overload(add_design, jit_options=INNER, strict=False)
-def _add_design(T, W, step, q, v, mu, gradient):
-    if T.instance_class is NaturalTables:
-        return lambda T, W, step, q, v, mu, gradient: natural_contract(T, W, step, q, v, mu, gradient)
-    return lambda T, W, step, q, v, mu, gradient: _planar_design(T, W, step, q, v, mu, gradient)
-
-
-@njit(**INNER)
-def _planar_design(T, W, step, q, v, mu, gradient):
-    place(T, W, step, q, v)
-    contract(T, W, step, mu, gradient)
 
 
 @njit(**INNER)

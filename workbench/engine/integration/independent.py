@@ -22,7 +22,16 @@ from ._kernels_independent_rk import (
 from .chart import Chart, Rates
 from .schemes import IndependentAlpha
 
-__all__ = ["Equations", "March", "Splits", "alpha_gradient", "march", "march_rk8", "notices", "rk8_gradient"]
+__all__ = [
+    "IndependentEquations",
+    "March",
+    "Splits",
+    "alpha_gradient",
+    "march",
+    "march_rk8",
+    "notices",
+    "rk8_gradient",
+]
 
 Array = np.ndarray[Any, Any]
 LOG = logging.getLogger("workbench.engine")
@@ -49,7 +58,7 @@ class Splits:
     bridged: Array
 
 
-class Equations(NamedTuple):
+class IndependentEquations(NamedTuple):
     """A system as the kernels see it: tables, work space, rates of what is prescribed, arrays of the
     split."""
 
@@ -71,7 +80,7 @@ class March(NamedTuple):
     evaluations: int
 
 
-def _empty(equations: Equations, times: Array, q0: Array, v0: Array) -> tuple[Array, ...]:
+def _empty(equations: IndependentEquations, times: Array, q0: Array, v0: Array) -> tuple[Array, ...]:
     nodes, n, m = len(times), len(q0), len(equations.row_names)
     kind = np.result_type(q0, equations.chart.mass)
     q, v, w = (np.zeros((nodes, n), kind) for _ in range(3))
@@ -83,7 +92,9 @@ def _empty(equations: Equations, times: Array, q0: Array, v0: Array) -> tuple[Ar
     )  # fmt: skip
 
 
-def march(equations: Equations, scheme: IndependentAlpha, times: Array, q0: Array, v0: Array) -> March:
+def march(
+    equations: IndependentEquations, scheme: IndependentAlpha, times: Array, q0: Array, v0: Array
+) -> March:
     """Generalised-alpha from a closed state. Raises NotConverged."""
     n = len(q0)
     q, v, w, lam, rows, cols, rank, tight, bridged = _empty(equations, times, q0, v0)
@@ -100,7 +111,7 @@ def march(equations: Equations, scheme: IndependentAlpha, times: Array, q0: Arra
 
 
 def march_rk8(
-    equations: Equations, tableau: tuple[Array, Array], times: Array, q0: Array, v0: Array
+    equations: IndependentEquations, tableau: tuple[Array, Array], times: Array, q0: Array, v0: Array
 ) -> tuple[March, Array, Array]:
     """Order 8 from a closed state, and the states at all stages. `equations` is sampled at `point_times`."""
     n, m, steps = len(q0), len(equations.row_names), len(times) - 1
@@ -159,7 +170,7 @@ def notices(scheme: str, run: March, redundant: tuple[str, ...], times: Array) -
     return tuple(out)
 
 
-def _check(equations: Equations, times: Array, info: Array, name: str, rows: Array) -> None:
+def _check(equations: IndependentEquations, times: Array, info: Array, name: str, rows: Array) -> None:
     step = int(info[1])
     time = float(times[min(max(step, 0), len(times) - 1)])
     h = float(times[1] - times[0])
@@ -184,12 +195,14 @@ def _check(equations: Equations, times: Array, info: Array, name: str, rows: Arr
         )
 
 
-def _independent(equations: Equations, rows: Array) -> set[str]:
+def _independent(equations: IndependentEquations, rows: Array) -> set[str]:
     rank = int(equations.chart.rank[0])
     return {equations.row_names[r] for r in rows[-1][:rank]}
 
 
-def alpha_gradient(equations: Equations, scheme: IndependentAlpha, h: float, run: Any, seeds: Any) -> Array:
+def alpha_gradient(
+    equations: IndependentEquations, scheme: IndependentAlpha, h: float, run: Any, seeds: Any
+) -> Array:
     """(N,) sum of (dF/dscale)^T mu in segment order; run: position ... multiplier, splits."""
     n = run.position.shape[1]
     gradient = np.zeros(len(equations.tables.scale))
@@ -205,8 +218,8 @@ def alpha_gradient(equations: Equations, scheme: IndependentAlpha, h: float, run
 
 
 def rk8_gradient(
-    equations: Equations, tableau: tuple[Array, Array], times: Array, run: March, points: tuple[Array, Array],
-    seeds: Any,
+    equations: IndependentEquations, tableau: tuple[Array, Array], times: Array, run: March,
+    points: tuple[Array, Array], seeds: Any,
 ) -> Array:  # fmt: skip
     """(N,) sum of (dF/dscale)^T mu in segment order, for a run of `march_rk8`."""
     n, m = run.position.shape[1], run.multiplier.shape[1]

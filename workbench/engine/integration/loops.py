@@ -1,7 +1,7 @@
 """Time loops over any `Equations`, and their discrete adjoints: the alpha family and BDF2, written in Python.
 
-The compiled loop of `_kernels_alpha` does the same for planar systems without user laws, some thirty times
-faster.
+The compiled loop of `planar/_kernels/alpha` does the same for planar systems without user laws, some thirty
+times faster.
 
 BDF2: v_n = D q_n, M D v_n + F(q_n, v_n) + Phi_q^T lambda_n = 0, Phi(q_n) = 0 with
 D x_n = (3/2 x_n - 2 x_{n-1} + 1/2 x_{n-2})/h, and (x_1 - x_0)/h in the first step.
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotConverged
-from ..planar.equations import Equations
+from .equations import Equations
 from .schemes import BDF2, GeneralisedAlpha, VelocityVerlet
 
 __all__ = ["Nodes", "alpha_adjoint_loop", "alpha_loop", "bdf2_adjoint_loop", "bdf2_loop"]

@@ -8,10 +8,13 @@ so Phi_q is linear in q, (Phi_q)' the same in v and (Phi_q)'' the same in w; the
 """
 
 from numba import njit
+from numba.extending import overload
 from numpy import sqrt
 
 from ..compiler.options import ENTRY, INNER
 from ..elements._kernels_laws import energies, laws
+from ..integration._kernels_chart import add_design, applied_forces, constraint_rates
+from .tables import NaturalTables
 
 
 @njit(**INNER)
@@ -171,3 +174,24 @@ def natural_energies(T, W, q, v, out):
             energies(
                 T.segment[g, 0], T.law, T.segment[g, 1], T.segment[g, 2], W.delta, T.times[step], out[step]
             )
+
+
+@overload(constraint_rates, jit_options=INNER, strict=False)
+def _constraint_rates(T, W, R, X, step, q, v, w):
+    if T.instance_class is NaturalTables:
+        return lambda T, W, R, X, step, q, v, w: natural_rates(T, W, R, X, step, q, v, w)
+    return None
+
+
+@overload(applied_forces, jit_options=INNER, strict=False)
+def _applied_forces(T, W, X, step, q, v, lam, tangent):
+    if T.instance_class is NaturalTables:
+        return lambda T, W, X, step, q, v, lam, tangent: natural_forces(T, W, step, q, v, lam, tangent)
+    return None
+
+
+@overload(add_design, jit_options=INNER, strict=False)
+def _add_design(T, W, step, q, v, mu, gradient):
+    if T.instance_class is NaturalTables:
+        return lambda T, W, step, q, v, mu, gradient: natural_contract(T, W, step, q, v, mu, gradient)
+    return None

@@ -9,7 +9,7 @@ from ..errors import AssemblyError, NotSupported
 from ..integration.chart import chart
 from ..integration.dop853_tableau import A, B, C
 from ..integration.independent import (
-    Equations,
+    IndependentEquations,
     March,
     Splits,
     alpha_gradient,
@@ -19,14 +19,14 @@ from ..integration.independent import (
     point_times,
     rk8_gradient,
 )
+from ..integration.outcome import Diagnosis, Status
+from ..integration.redundancy import FEASIBLE, RANK, redundancy
 from ..integration.schemes import (
     GeneralisedAlpha,
     IndependentAlpha,
     RungeKutta8,
     Scheme,
 )
-from ..planar.start import FEASIBLE, RANK, redundancy
-from ..planar.trajectory import Diagnosis, Status
 from ._kernels_equations import natural_energies, natural_state
 from .compiled import (
     NaturalCompiled,
@@ -37,7 +37,7 @@ from .compiled import (
 from .system import NaturalSystem
 from .tables import NaturalTables, natural_work
 
-__all__ = ["NaturalTrajectory", "moving", "natural_equations", "natural_gradient", "simulate_natural"]
+__all__ = ["NaturalTrajectory", "moving", "natural_equations", "natural_gradient", "run"]
 
 Array = np.ndarray[Any, Any]
 
@@ -120,10 +120,10 @@ class NaturalTrajectory:
         return out
 
 
-def natural_equations(parts: NaturalCompiled, tables: NaturalTables) -> Equations:
+def natural_equations(parts: NaturalCompiled, tables: NaturalTables) -> IndependentEquations:
     """Work space and arrays for runs on the grid of `tables`."""
     n, m = len(tables.mass), len(tables.constant)
-    return Equations(
+    return IndependentEquations(
         tables=tables,
         work=natural_work(tables),
         rates=natural_rates_of(parts, tables.times),
@@ -132,7 +132,7 @@ def natural_equations(parts: NaturalCompiled, tables: NaturalTables) -> Equation
     )
 
 
-def _look(equations: Equations, node: int, q: Array, v: Array, w: Array) -> None:
+def _look(equations: IndependentEquations, node: int, q: Array, v: Array, w: Array) -> None:
     natural_state(*equations[:4], node, q, v, w)
 
 
@@ -227,15 +227,11 @@ def moving(system: NaturalSystem, known: dict[str, tuple[float, float, float]]) 
     )
 
 
-def simulate_natural(
-    system: NaturalSystem, density: Array, times: Array, scheme: Scheme | None = None
-) -> NaturalTrajectory:
+def run(system: NaturalSystem, density: Array, times: Array, scheme: Scheme) -> NaturalTrajectory:
     """Run a spatial system; GeneralisedAlpha means IndependentAlpha with its rho.
 
     Raises AssemblyError, NotConverged, or NotSupported for BDF2 and VelocityVerlet.
     """
-    if scheme is None:
-        scheme = GeneralisedAlpha()
     if isinstance(scheme, GeneralisedAlpha):
         scheme = IndependentAlpha(rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations)
     if not isinstance(scheme, IndependentAlpha | RungeKutta8):
@@ -245,16 +241,16 @@ def simulate_natural(
     parts = natural_compiled(system)
     tables = natural_on_grid(parts, density, times)
     q0, v0, phi_q = _start(parts, tables)
-    run, _ = natural_march(parts, density, times, scheme, (q0, v0))
-    lost = redundancy(parts, phi_q).rows
+    made, _ = natural_march(parts, density, times, scheme, (q0, v0))
+    lost = redundancy(parts.row_names, phi_q).rows
     return NaturalTrajectory(
-        system=system, density=density, scheme=scheme, times=times, position=run.position,
-        velocity=run.velocity, acceleration=run.acceleration, multiplier=run.multiplier, tables=tables,
-        splits=run.splits,
+        system=system, density=density, scheme=scheme, times=times, position=made.position,
+        velocity=made.velocity, acceleration=made.acceleration, multiplier=made.multiplier, tables=tables,
+        splits=made.splits,
         diagnosis=Diagnosis(
-            newton_iterations=run.evaluations, factorisations=run.evaluations,
+            newton_iterations=made.evaluations, factorisations=made.evaluations,
             redundant_rows=lost, reason="natural coordinates, independent ones by pivoting",
-            notices=notices(type(scheme).__name__, run, lost, times),
+            notices=notices(type(scheme).__name__, made, lost, times),
         ),
     )  # fmt: skip
 
@@ -262,7 +258,7 @@ def simulate_natural(
 def natural_march(
     parts: NaturalCompiled, density: Array, times: Array, scheme: IndependentAlpha | RungeKutta8,
     start: tuple[Array, Array],
-) -> tuple[March, tuple[Equations, Any]]:  # fmt: skip
+) -> tuple[March, tuple[IndependentEquations, Any]]:  # fmt: skip
     """The run, with the equations and stage states that its adjoint needs."""
     if isinstance(scheme, IndependentAlpha):
         equations = natural_equations(parts, natural_on_grid(parts, density, times))

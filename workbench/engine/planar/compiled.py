@@ -11,18 +11,14 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..elements.laws import Member, UserLaw
+from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import Motion, _slope
 from ..errors import InvalidSystem
 from ._kernels.equations import FUSED
+from ._kernels.row_kinds import ANGLE, COINCIDENT_Y, DISTANCE, LINE
 from ._kernels.tables import SpringTables, Tables
-from .joints import (
-    ANGLE,
-    COINCIDENT_Y,
-    DISTANCE,
-    LINE,
-    Row,
-)
+from .joints import Row
+from .members import Member
 from .system import System
 
 __all__ = ["Compiled", "UserSegment", "compiled", "on_grid"]

@@ -1,12 +1,6 @@
-"""The equations of motion as the generic time loops see them, and the planar systems behind them.
+"""Planar systems as the time loops see them: compiled kernels, and the laws that users write in Python."""
 
-`Equations` is all that the loops of `stepping` and their adjoints ask for: residual, tangents and design
-derivatives at a state. Planar systems answer with the compiled kernels plus the laws that users write in
-Python;
-another kind of system (spatial trees, tyres) plugs in by answering the same questions.
-"""
-
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -21,33 +15,11 @@ from ._kernels.equations import (
 from ._kernels.tables import Tables, work_space
 from .compiled import Compiled, UserSegment
 
-__all__ = ["Equations", "PlanarEquations"]
+__all__ = ["PlanarEquations"]
 
 Array = np.ndarray[Any, Any]
 
 COMPLEX_STEP = 1e-30
-
-
-class Equations(Protocol):
-    """r = M w + force, Phi = 0 at node `node` of the time grid; arrays are valid until the next call."""
-
-    size: int  # n coordinates
-    rows: int  # m constraints
-    members: int  # N designs
-    mass: Array  # (n, n)
-    force: Array  # (n,) internal minus external forces plus Phi_q^T lambda
-    stiffness: Array  # (n, n) d force/dq
-    damping: Array  # (n, n) d force/dv
-    constraint: Array  # (m,)
-    jacobian: Array  # (m, n)
-
-    def look(self, node: int, q: Array, v: Array, lam: Array) -> None:
-        """Evaluate everything at a state."""
-        ...
-
-    def contract(self, node: int, q: Array, v: Array, mu: Array, gradient: Array) -> None:
-        """gradient += (dF/dscale)^T mu."""
-        ...
 
 
 class PlanarEquations:

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
-from ..integration.chart import planar_chart, rates_of
 from ..integration.dop853_tableau import A, B, C
 from ..integration.independent import (
-    Equations,
+    IndependentEquations,
     March,
     alpha_gradient,
     march,
@@ -17,11 +16,15 @@ from ..integration.independent import (
     point_times,
     rk8_gradient,
 )
+from ..integration.outcome import Diagnosis
+from ..integration.redundancy import redundancy
 from ..integration.schemes import IndependentAlpha, RungeKutta8
+from ._kernels import chart_answers  # noqa: F401  (answers the chart's questions by type)
 from ._kernels.tables import Tables, work_space
+from .chart import planar_chart, rates_of
 from .compiled import Compiled, compiled, on_grid
-from .start import check_start, redundancy
-from .trajectory import Diagnosis, Trajectory
+from .start import check_start
+from .trajectory import Trajectory
 
 __all__ = ["independent_alpha", "jointed_rk8", "planar_gradient"]
 
@@ -40,14 +43,14 @@ def _refuse(parts: Compiled, scheme: str) -> None:
         )
 
 
-def planar_equations(parts: Compiled, tables: Tables) -> Equations:
+def planar_equations(parts: Compiled, tables: Tables) -> IndependentEquations:
     """Work space and arrays for runs on the grid of `tables`, with the Jacobian at the start."""
     _, _, phi_q = check_start(parts, tables)
-    return Equations(
+    return IndependentEquations(
         tables=tables,
         work=work_space(tables),
         rates=rates_of(parts, tables.times),
-        chart=planar_chart(parts, tables, phi_q),
+        chart=planar_chart(tables, phi_q),
         row_names=parts.row_names,
     )
 
@@ -71,7 +74,7 @@ def jointed_rk8(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
     return _record(parts, alpha, times, RungeKutta8(), tables, run, "RungeKutta8 as asked")
 
 
-def _rk8(parts: Compiled, alpha: Array, times: Array) -> tuple[March, tuple[Equations, Any]]:
+def _rk8(parts: Compiled, alpha: Array, times: Array) -> tuple[March, tuple[IndependentEquations, Any]]:
     tables = on_grid(parts, alpha, point_times(times, C))
     q0, v0, _ = check_start(parts, tables)
     equations = planar_equations(parts, tables)
@@ -85,7 +88,7 @@ def _record(
 ) -> Trajectory:  # fmt: skip
     bushings = np.zeros((len(times), len(tables.bushing_pair)))
     _, _, phi_q = check_start(parts, tables)
-    lost = redundancy(parts, phi_q).rows
+    lost = redundancy(parts.row_names, phi_q).rows
     return Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=run.position,
         velocity=run.velocity, acceleration=run.acceleration, multiplier=run.multiplier, damage=bushings,

@@ -1,14 +1,15 @@
 """Joints: position-level constraints Phi(q, t) = 0 between two bodies, as rows of a few elementary kinds.
 
-Every joint returns rows (kind, s_a, s_b, normal, target, drive); `_kernels_elements` and `_kernels_equations`
-hold
-Phi, Phi_q and the geometric term d(Phi_q^T lambda)/dq of each kind. Body "ground" is the world.
+Every joint returns rows (kind, s_a, s_b, normal, target, drive) of the kinds in `_kernels/row_kinds`. Body
+"ground" is the world.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import hypot
 from typing import NamedTuple
+
+from ._kernels.row_kinds import ANGLE, COINCIDENT_X, COINCIDENT_Y, DISTANCE, LINE
 
 __all__ = [
     "AngleJoint",
@@ -23,7 +24,6 @@ __all__ = [
 ]
 
 Point = tuple[float, float]
-COINCIDENT_X, COINCIDENT_Y, LINE, ANGLE, DISTANCE = range(5)
 
 
 class Row(NamedTuple):

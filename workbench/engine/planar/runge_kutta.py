@@ -1,6 +1,6 @@
-"""The explicit scheme of order 8 for smooth systems, and a grid with a node on the peak.
+"""The explicit scheme of order 8 for smooth systems.
 
-With joints the run is made in independent coordinates (`planar_independent`).
+With joints the run is made in independent coordinates (`independent`).
 """
 
 from dataclasses import replace
@@ -15,21 +15,18 @@ from ..integration.dop853_tableau import (
     B,
     C,
 )
+from ..integration.outcome import Diagnosis
 from ..integration.schemes import RungeKutta8
-from ..objectives.reductions import Maximum, Minimum
 from ._kernels.equations import evaluate
 from ._kernels.runge_kutta import rk8_adjoint, rk8_forward
 from ._kernels.tables import Tables, Work, work_space
 from .compiled import Compiled, compiled, on_grid
 from .independent import jointed_rk8
-from .trajectory import Diagnosis, Trajectory
+from .trajectory import Trajectory
 
-__all__ = ["locate_peak", "runge_kutta", "runge_kutta_adjoint"]
+__all__ = ["runge_kutta", "runge_kutta_adjoint", "with_node"]
 
 Array = np.ndarray[Any, Any]
-
-PEAK_STEPS = 8  # secant steps on dg/dt = 0; three suffice from the Hermite start
-NEAR = 1e-6  # of the interval: the last step, not evaluated again
 
 
 def stage_times(times: Array) -> Array:
@@ -114,55 +111,8 @@ def runge_kutta_adjoint(trajectory: Trajectory, last: int, seed_q: Array, seed_v
     return gradient
 
 
-def locate_peak(trajectory: Trajectory, objective: Maximum | Minimum) -> Trajectory:
-    """The same run with one more node, exactly on the objective's highest peak (Newton on dg/dt = 0).
-
-    The cubic Hermite between nodes is of order 4; with steps as long as order 8 allows it would be the
-    largest error. Returns the trajectory unchanged when the peak is at an end or the quantity has no rate.
-    """
-    r = trajectory
-    if not isinstance(r.scheme, RungeKutta8):
-        raise NotSupported(
-            "locate_peak is for RungeKutta8 trajectories; GeneralisedAlpha's peaks are refined already"
-        )
-    if r.splits is not None:
-        raise NotSupported("locate_peak is for systems without joints; take more steps near the peak instead")
-    peak = objective.peaks(r)[0]
-    if peak.at_end or not objective.quantity.has_rates:
-        return r
-    parts = compiled(r.system)
-    a = int(np.searchsorted(r.times, peak.time, side="right") - 1)
-    low, high = float(r.times[a]), float(r.times[a + 1])
-
-    def rate(time: float) -> float:
-        # a short run is enough: the start (quantities may refer to it) and the step with the peak
-        nodes = np.array([a, a + 1] if a == 0 else [0, a, a + 1])
-        local = _with_node(parts, r, nodes, time)
-        return float(objective.quantity.rates(local, np.array([len(nodes) - 1]))[0])
-
-    time, here = peak.time, rate(peak.time)
-    ga, gb = objective.quantity.values(r)[[a, a + 1]]
-    da, db = objective.quantity.rates(r, np.array([a, a + 1]))
-    s, h = (time - low) / (high - low), high - low
-    # curvature of the cubic for the first step, secants after it
-    slope = ((6 - 12 * s) * (gb - ga) / h - (4 - 6 * s) * da - (2 - 6 * s) * db) / h
-    for _ in range(PEAK_STEPS):
-        move = -here / slope if slope != 0.0 else 0.0
-        if not low < time + move < high:
-            break
-        if abs(move) < NEAR * h:  # what is left is this move times the one before
-            time += move
-            break
-        there = rate(time + move)
-        if abs(there) >= abs(here):
-            break
-        slope = (there - here) / move
-        time, here = time + move, there
-    return _with_node(parts, r, np.arange(len(r.times)), time)
-
-
-def _with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Trajectory:
-    """The nodes `keep` of a run, with one more at `time`, integrated from the node before it."""
+def with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Trajectory:
+    """The nodes `keep` of a run without joints and one more at `time`, integrated from the node before."""
     at = int(np.searchsorted(r.times[keep], time, side="right"))
     before = int(keep[at - 1])
     times = np.concatenate([r.times[keep[:at]], [time], r.times[keep[at:]]])

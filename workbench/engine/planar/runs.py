@@ -1,13 +1,15 @@
-"""simulate: integrate a system over time and return its trajectory."""
+"""Runs of planar systems: which loop takes which scheme, and the trajectory it leaves."""
 
 import logging
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
 from ..errors import NotConverged, NotSupported
 from ..integration.independent import CONSISTENT
 from ..integration.loops import alpha_loop, bdf2_loop
+from ..integration.outcome import Diagnosis
+from ..integration.redundancy import Redundancy, redundancy
 from ..integration.schemes import (
     BDF2,
     GeneralisedAlpha,
@@ -16,8 +18,6 @@ from ..integration.schemes import (
     Scheme,
     VelocityVerlet,
 )
-from ..natural.runs import NaturalTrajectory, simulate_natural
-from ..natural.system import NaturalSystem
 from ._kernels.alpha import SINGULAR, alpha_forward
 from ._kernels.tables import (
     SpringTables,
@@ -29,17 +29,11 @@ from .compiled import Compiled, compiled, on_grid
 from .equations import PlanarEquations
 from .independent import independent_alpha
 from .runge_kutta import runge_kutta
-from .start import (
-    Redundancy,
-    accelerations_from,
-    check_start,
-    initial_accelerations,
-    redundancy,
-)
+from .start import accelerations_from, check_start, initial_accelerations
 from .system import System
-from .trajectory import Diagnosis, Tangents, Trajectory
+from .trajectory import Tangents, Trajectory
 
-__all__ = ["simulate"]
+__all__ = ["run"]
 
 Array = np.ndarray[Any, Any]
 LOG = logging.getLogger("workbench.engine")
@@ -49,71 +43,12 @@ UNDAMPED = 0.99  # above it the alternation of the joint forces may grow: eigenv
 SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
 
 
-def checked_density(system: System | NaturalSystem, density: Array) -> Array:
-    """(N,) densities as a fresh float array; raises ValueError for a wrong shape, negative or non-finite
-    values."""
-    alpha = np.array(density, dtype=float)
-    count = len(system.members)
-    if alpha.shape != (count,):
-        raise ValueError(f"density needs one value per member, shape ({count},), got shape {alpha.shape}")
-    if not np.isfinite(alpha).all() or (alpha < 0.0).any():
-        bad = int(np.flatnonzero(~np.isfinite(alpha) | (alpha < 0.0))[0])
-        raise ValueError(f"density needs finite values >= 0, got density[{bad}]={alpha[bad]}")
-    return alpha
+def run(system: System, alpha: Array, times: Array, scheme: Scheme) -> Trajectory:
+    """Run a planar system over the nodes `times`; alpha: (N,) densities.
 
-
-@overload
-def simulate(
-    system: System, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
-) -> Trajectory: ...
-
-
-@overload
-def simulate(
-    system: NaturalSystem,
-    density: Array,
-    t_end: float = 0.2,
-    steps: int = 200,
-    *,
-    scheme: Scheme | None = None,
-) -> NaturalTrajectory: ...
-
-
-def simulate(
-    system: System | NaturalSystem,
-    density: Array,
-    t_end: float = 0.2,
-    steps: int = 200,
-    *,
-    scheme: Scheme | None = None,
-) -> Trajectory | NaturalTrajectory:
-    """Integrate the system from t = 0 to t_end in equal steps.
-
-        M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
-
-    Args:    density: (N,) alpha, one per member, >= 0    t_end: s    steps: number of steps
-             scheme: GeneralisedAlpha(rho=0.8) unless given
-    Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`.
-    Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
-    when a
-    step cannot be solved, NotSupported when the scheme cannot treat the system.
-
-    >>> from workbench.engine import Body, Member, Spring, System, simulate
-    >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
-    >>> spring = Member(a="mass", b="ground", point_b=(-1.0, 0.0), law=Spring(k=10.0))
-    >>> run = simulate(System(bodies=(mass,), members=(spring,)), [1.0], t_end=1.0, steps=200)
-    >>> float(round(run.position[-1, 0], 4))        # v0 sqrt(m/k) sin(sqrt(k/m))
-    -0.0033
+    Raises AssemblyError when the start violates the joints, NotConverged when a step cannot be solved,
+    NotSupported when the scheme cannot treat the system.
     """
-    if not np.isfinite(t_end) or t_end <= 0.0:
-        raise ValueError(f"simulate needs t_end > 0 s, got t_end={t_end}")
-    if int(steps) != steps or steps < 1:
-        raise ValueError(f"simulate needs a whole number of steps >= 1, got steps={steps}")
-    alpha = checked_density(system, density)
-    scheme = GeneralisedAlpha() if scheme is None else scheme
-    times = np.linspace(0.0, float(t_end), int(steps) + 1)
-    if isinstance(system, NaturalSystem):
-        return simulate_natural(system, alpha, times, scheme)
     parts = compiled(system)
     if isinstance(scheme, RungeKutta8):
         if not parts.fused:
@@ -148,7 +83,7 @@ def _implicit(
     if isinstance(scheme, VelocityVerlet) and len(tables.row):
         raise NotSupported("velocity Verlet is explicit and cannot hold joints; use GeneralisedAlpha")
     q0, v0, phi_q = check_start(parts, tables)
-    found = redundancy(parts, phi_q)
+    found = redundancy(parts.row_names, phi_q)
     redundant = len(found.rows) > 0
     if isinstance(scheme, BDF2) or not parts.fused:
         if any(b.breakable for b in parts.system.bushings):
@@ -165,13 +100,13 @@ def _implicit(
             parts, alpha, times, scheme, tables, nodes.position, nodes.velocity,
             nodes.acceleration, nodes.multiplier, empty, empty.copy(), found, nodes.newton, nodes.newton,
         ))  # fmt: skip
-    run = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
-    if run.info[0] != 0 or not np.isfinite(run.q[-1]).all():
-        raise _failure(parts, alpha, times, scheme, run.info)
+    made = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
+    if made.info[0] != 0 or not np.isfinite(made.q[-1]).all():
+        raise _failure(parts, alpha, times, scheme, made.info)
     return _agreeing(_record(
-        parts, alpha, times, scheme, tables, run.q, run.v, run.w, run.lam, run.z, run.zdot, found,
-        int(run.info[2]), int(run.info[4]), run.tangents,
-        run.work,
+        parts, alpha, times, scheme, tables, made.q, made.v, made.w, made.lam, made.z, made.zdot, found,
+        int(made.info[2]), int(made.info[4]), made.tangents,
+        made.work,
     ))  # fmt: skip
 
 
@@ -307,7 +242,8 @@ def _failure(
         finer = np.linspace(0.0, times[min(step + 5, len(times) - 1)], count + 1)
         tables = on_grid(parts, alpha, finer)
         q0, v0, phi_q = check_start(parts, tables)
-        trial = integrate(parts, tables, scheme, q0, v0, redundant=len(redundancy(parts, phi_q).rows) > 0)
+        lost = redundancy(parts.row_names, phi_q).rows
+        trial = integrate(parts, tables, scheme, q0, v0, redundant=len(lost) > 0)
         if trial.info[0] == 0:
             advice = (
                 f"A step of {h / 2**halvings:.3g} s passes this point: "

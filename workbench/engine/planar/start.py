@@ -4,14 +4,15 @@ multipliers.
 M w + F + Phi_q^T lambda = 0,   Phi_q w = -(d/dt Phi_q) v - ...   at t = 0 (section 2.4: a_0 = q''_0)
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..errors import AssemblyError
-from ..natural.compiled import NaturalCompiled
+from ..integration.redundancy import FEASIBLE, RANK
 from ._kernels.equations import evaluate
+from ._kernels.row_kinds import ANGLE, LINE
 from ._kernels.tables import Tables, Work, work_space
 from .compiled import (
     Compiled,
@@ -19,23 +20,11 @@ from .compiled import (
     drive_slopes,
     on_grid,
 )
-from .joints import ANGLE, LINE
 from .system import System
 
-__all__ = ["Redundancy", "assembled", "redundancy"]
+__all__ = ["assembled"]
 
 Array = np.ndarray[Any, Any]
-
-FEASIBLE = 1e-9  # m or rad; positions typed in with ten digits pass
-RANK = 1e-9  # singular values below this share of the largest count as zero
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Redundancy:
-    """Constraint rows that say nothing new at the start, and the rank of Phi_q."""
-
-    rank: int
-    rows: tuple[str, ...]
 
 
 def residual_of_joints(tables: Tables, work: Work, q: Array, v: Array) -> tuple[Array, Array]:
@@ -96,25 +85,6 @@ def _pair_motion(q: Array, v: Array, acc: Array, i: int, j: int) -> tuple[Array,
     a = turn @ d2 + 2.0 * om * spin @ (turn @ d1) + al * spin @ x - om**2 * x
     angle = [z[3 * i + 2] - z[3 * j + 2] for z in (q, v, acc)]
     return np.append(x, angle[0]), np.append(u, angle[1]), np.append(a, angle[2])
-
-
-def redundancy(parts: Compiled | NaturalCompiled, phi_q: Array) -> Redundancy:
-    """Rank of the joints' Jacobian and the rows that depend on earlier ones."""
-    m = len(phi_q)
-    if m == 0:
-        return Redundancy(rank=0, rows=())
-    names: list[str] = []
-    basis = np.zeros((0, phi_q.shape[1]))
-    for r in range(m):
-        row = phi_q[r] / max(np.linalg.norm(phi_q[r]), 1e-300)
-        for _ in range(2):
-            row = row - basis.T @ (basis @ row)
-        size = np.linalg.norm(row)
-        if size < np.sqrt(RANK):
-            names.append(parts.row_names[r])
-        else:
-            basis = np.vstack([basis, row / size])
-    return Redundancy(rank=len(basis), rows=tuple(names))
 
 
 def check_start(parts: Compiled, tables: Tables) -> tuple[Array, Array, Array]:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..elements.joint_forces import Bushing, JointSpring
-from ..elements.laws import Member
 from ..elements.prescribed_motion import Motion
 from ..errors import InvalidSystem
 from .joints import Joint
+from .members import Member
 
 __all__ = ["Body", "Load", "System"]
 

@@ -1,39 +1,21 @@
 """The solution of a system on its time grid, with what is needed to judge it."""
 
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import Any
 
 import numpy as np
 
 from ..integration.independent import Splits
+from ..integration.outcome import Diagnosis, Status
 from ..integration.schemes import Scheme
 from ._kernels.energy import member_energy_series, torsion_energy_sum
 from ._kernels.equations import evaluate, place
 from ._kernels.tables import Tables, Work, work_space
 from .system import System
 
-__all__ = ["Diagnosis", "Status", "Tangents", "Trajectory"]
+__all__ = ["Tangents", "Trajectory"]
 
 Array = np.ndarray[Any, Any]
-
-
-class Status(Enum):
-    """How a run ended; every member is a sentence."""
-
-    COMPLETE = "The run reached its end time."
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Diagnosis:
-    """Numbers to judge a run by. notices: what the user should know, a sentence each, also sent to the
-    log."""
-
-    newton_iterations: int
-    factorisations: int
-    redundant_rows: tuple[str, ...]
-    reason: str
-    notices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -8,8 +8,9 @@ import numpy as np
 
 from ..integration.schemes import Scheme
 from ..objectives.reductions import Objective
-from ..planar.runs import simulate
 from ..planar.system import System
+from ..simulation.simulate import simulate
+from .gradient import gradient
 
 __all__ = ["GradientCheck", "gradient_check"]
 
@@ -48,8 +49,6 @@ def gradient_check(
 
     The direction points inside: at alpha = 0 it has no component that would make a density negative.
     """
-    from . import gradient
-
     density = np.asarray(density, float)
     direction = rng.normal(size=len(density))
     direction[density < 2.5 * step * np.abs(direction)] = 0.0

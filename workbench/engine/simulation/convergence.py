@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..integration.redundancy import redundancy
 from ..integration.schemes import (
     BDF2,
     GeneralisedAlpha,
@@ -18,9 +19,9 @@ from ..integration.schemes import (
 from ..objectives.reductions import Objective
 from ..planar.compiled import compiled, on_grid
 from ..planar.equations import PlanarEquations
-from ..planar.runs import simulate
-from ..planar.start import check_start, redundancy
+from ..planar.start import check_start
 from ..planar.system import System
+from .simulate import simulate
 
 __all__ = ["Choice", "Convergence", "choose_scheme", "convergence"]
 
@@ -113,7 +114,7 @@ def choose_scheme(system: System, density: Array, *, t_end: float, steps: int) -
     alpha = np.asarray(density, float)
     tables = on_grid(parts, alpha, np.zeros(1))
     q, v, phi_q = check_start(parts, tables)
-    lost = redundancy(parts, phi_q).rows
+    lost = redundancy(parts.row_names, phi_q).rows
     if lost:
         return Choice(
             scheme=GeneralisedAlpha(rho=0.8),

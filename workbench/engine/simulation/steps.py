@@ -14,8 +14,8 @@ from ..errors import NotConverged
 from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
 from ..natural.system import NaturalSystem
 from ..objectives.reductions import Objective
-from ..planar.runs import simulate
 from ..planar.system import System
+from .simulate import simulate
 
 __all__ = ["StepChoice", "choose_steps"]
 

@@ -19,7 +19,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...elements.laws import Member
 from ...errors import NotConverged
 from ...integration.schemes import Scheme
 from ...objectives.quantities import Deviation, full_state
@@ -31,10 +30,11 @@ from ...objectives.reductions import (
     nodes_within,
 )
 from ...planar.compiled import compiled
-from ...planar.runs import simulate
+from ...planar.members import Member
 from ...planar.system import System
 from ...planar.trajectory import Trajectory
 from ...sensitivity.discrete_adjoint import discrete_adjoints
+from ...simulation.simulate import simulate
 from .forward import Sensitivities, forward_sensitivities, supports_forward
 from .load_cases import side_by_side
 from .problem import (

@@ -14,9 +14,9 @@ from numpy import cos, sin
 
 from ...compiler._kernels_dense import lu_factor, lu_solve
 from ...compiler.options import CAREFUL, INNER
-from ...elements._kernels_joint_forces import COINCIDENT_Y
 from .equations import evaluate
 from .pairs import pair_covector
+from .row_kinds import COINCIDENT_Y
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are

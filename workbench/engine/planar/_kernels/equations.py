@@ -15,13 +15,9 @@ from numba.extending import overload
 from numpy import cos, sin
 
 from ...compiler.options import ENTRY, INNER
-from ...elements._kernels_joint_forces import (
-    COINCIDENT_Y,
-    bushing,
-    pair_row,
-    torsion,
-)
+from ...elements._kernels_joint_forces import bushing, torsion
 from ...elements._kernels_laws import USER, laws
+from .joint_rows import pair_row
 from .members import (
     gather,
     gather_tangent,
@@ -38,6 +34,7 @@ from .pairs import (
     pull_back,
     spread,
 )
+from .row_kinds import COINCIDENT_Y
 from .tables import SpringTables
 
 FUSED = -1  # segment code of undamped linear springs

@@ -15,7 +15,7 @@ from numba import njit
 from numpy import cos, sin
 
 from ...compiler.options import INNER
-from ...elements._kernels_joint_forces import ANGLE, COINCIDENT_Y, LINE
+from .row_kinds import ANGLE, COINCIDENT_Y, LINE
 
 
 @njit(**INNER)

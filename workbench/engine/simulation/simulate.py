@@ -1,0 +1,91 @@
+"""simulate: integrate a system of any kind over time and return its trajectory."""
+
+from collections.abc import Callable
+from typing import Any, overload
+
+import numpy as np
+
+from ..integration.schemes import GeneralisedAlpha, Scheme
+from ..natural import runs as natural
+from ..natural.runs import NaturalTrajectory
+from ..natural.system import NaturalSystem
+from ..planar import runs as planar
+from ..planar.system import System
+from ..planar.trajectory import Trajectory
+
+__all__ = ["KINDS", "simulate"]
+
+Array = np.ndarray[Any, Any]
+
+# kind of system -> run(system, density (N,), times (steps + 1,), scheme)
+KINDS: dict[type, Callable[..., Any]] = {System: planar.run, NaturalSystem: natural.run}
+
+
+def checked_density(system: System | NaturalSystem, density: Array) -> Array:
+    """(N,) densities as a fresh float array; raises ValueError for a wrong shape, negative or non-finite
+    values."""
+    alpha = np.array(density, dtype=float)
+    count = len(system.members)
+    if alpha.shape != (count,):
+        raise ValueError(f"density needs one value per member, shape ({count},), got shape {alpha.shape}")
+    if not np.isfinite(alpha).all() or (alpha < 0.0).any():
+        bad = int(np.flatnonzero(~np.isfinite(alpha) | (alpha < 0.0))[0])
+        raise ValueError(f"density needs finite values >= 0, got density[{bad}]={alpha[bad]}")
+    return alpha
+
+
+@overload
+def simulate(
+    system: System, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+) -> Trajectory: ...
+
+
+@overload
+def simulate(
+    system: NaturalSystem,
+    density: Array,
+    t_end: float = 0.2,
+    steps: int = 200,
+    *,
+    scheme: Scheme | None = None,
+) -> NaturalTrajectory: ...
+
+
+def simulate(
+    system: System | NaturalSystem,
+    density: Array,
+    t_end: float = 0.2,
+    steps: int = 200,
+    *,
+    scheme: Scheme | None = None,
+) -> Trajectory | NaturalTrajectory:
+    """Integrate the system from t = 0 to t_end in equal steps.
+
+        M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
+
+    Args:    density: (N,) alpha, one per member, >= 0    t_end: s    steps: number of steps
+             scheme: GeneralisedAlpha(rho=0.8) unless given
+    Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`.
+    Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
+    when a
+    step cannot be solved, NotSupported when the scheme cannot treat the system.
+
+    >>> from workbench.engine import Body, Member, Spring, System, simulate
+    >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
+    >>> spring = Member(a="mass", b="ground", point_b=(-1.0, 0.0), law=Spring(k=10.0))
+    >>> run = simulate(System(bodies=(mass,), members=(spring,)), [1.0], t_end=1.0, steps=200)
+    >>> float(round(run.position[-1, 0], 4))        # v0 sqrt(m/k) sin(sqrt(k/m))
+    -0.0033
+    """
+    run = next((run for kind, run in KINDS.items() if isinstance(system, kind)), None)
+    if run is None:
+        kinds = ", ".join(kind.__name__ for kind in KINDS)
+        raise TypeError(f"simulate needs a system of one of the kinds {kinds}, got {type(system).__name__}")
+    if not np.isfinite(t_end) or t_end <= 0.0:
+        raise ValueError(f"simulate needs t_end > 0 s, got t_end={t_end}")
+    if int(steps) != steps or steps < 1:
+        raise ValueError(f"simulate needs a whole number of steps >= 1, got steps={steps}")
+    alpha = checked_density(system, density)
+    scheme = GeneralisedAlpha() if scheme is None else scheme
+    times = np.linspace(0.0, float(t_end), int(steps) + 1)
+    return run(system, alpha, times, scheme)
