@@ -1,12 +1,12 @@
 """Offences against the house that are being mended: each leaves this list with its mending."""
 
 PENDING: dict[str, set[str]] = {
-    "upward": {},
-    "in_circles": {},
+    "upward": set(),
+    "in_circles": set(),
     "unplaced": {
         "workbench/_moved does not exist",
     },
-    "faces": {},
+    "faces": set(),
     "long_files": {
         "doe/latin/_kernels_swaps.py",
         "doe/latin/swaps.py",
