@@ -1,12 +1,11 @@
 # mypy: ignore-errors
 """Runs dealt out to blocks: swaps that bring the means of all blocks together."""
 
-from numba import njit
-
+from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def deal(columns, label, sums, sizes, trials, state):
     """Swap runs between blocks while the sum over blocks of |sum of columns|^2 / size falls.
 

@@ -5,13 +5,13 @@ Coordinates are whole numbers, so that squared distances are, and the choice is 
 """
 
 import numpy as np
-from numba import njit
 
+from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 from doe.portable._kernels_whole_sums import inverse_power, whole
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def squared(x, i, j):
     total = np.int64(0)
     for k in range(x.shape[1]):
@@ -20,7 +20,7 @@ def squared(x, i, j):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def farthest(x, chosen, kept, used):
     """Fill chosen[kept:] with the candidate farthest from those chosen, one after the other (Kennard &
     Stone).
@@ -38,7 +38,7 @@ def farthest(x, chosen, kept, used):
             nearest[r] = min(nearest[r], squared(x, r, chosen[c]))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def exchange_rows(x, chosen, kept, used, h, scale, trials, state):
     """Exchange chosen rows for others when the sum over pairs of D^-h falls; returns the exchanges made."""
     n = chosen.size

@@ -1,10 +1,10 @@
 # mypy: ignore-errors
 """Rows of a regression model: each term is the product of the coded columns that it lists."""
 
-from numba import njit
+from doe.portable._kernel_cache import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def expand_row(coded_row, starts, columns, out):
     """out[t] = the product of the entries listed in columns[starts[t]:starts[t + 1]], of one run."""
     for t in range(starts.size - 1):
@@ -14,7 +14,7 @@ def expand_row(coded_row, starts, columns, out):
         out[t] = value
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def expand(coded, starts, columns, out):
     """The model rows (n, p) of coded points (n, d)."""
     for r in range(coded.shape[0]):

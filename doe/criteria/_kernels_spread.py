@@ -7,12 +7,13 @@ blocks of runs so that a block's products stay in the first cache.
 """
 
 import numpy as np
-from numba import njit
+
+from doe.portable._kernel_cache import kernel
 
 BLOCK = 256
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def distances(columns, rows, half, power, nearest, sums):
     """Per sampled row r: nearest[r] = smallest squared distance, sums[r] = sum of d^-(2 power) over others.
 
@@ -51,7 +52,7 @@ def distances(columns, rows, half, power, nearest, sums):
         sums[r] = total
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def discrepancies(columns, rows, half, sums):
     """sums[:, r]: the pair products of the centred, wrap-around and mixture discrepancy, summed over j."""
     d, n = columns.shape
@@ -87,7 +88,7 @@ def discrepancies(columns, rows, half, sums):
         sums[0, r], sums[1, r], sums[2, r] = c, w, m
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def centred_products(columns, rows, half, sums):
     """sums[r]: the pair products of the centred discrepancy alone, summed over j.
 
@@ -118,7 +119,7 @@ def centred_products(columns, rows, half, sums):
         sums[r] = total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def projections(columns, rows, half, sums):
     """sums[r] = sum over j of the product over k of (x_ik - x_jk)^-2; infinite when two runs share a
     value.
@@ -144,7 +145,7 @@ def projections(columns, rows, half, sums):
         sums[r] = total
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def singles(points, out):
     """out: single sums (centred, mixed) and diagonals (centred, mixed) of the discrepancies."""
     for c in range(4):
@@ -163,7 +164,7 @@ def singles(points, out):
         out[3] += own_mixed
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def pair_projections(columns, out):
     """out[k, l], l < k: the pair products of the centred discrepancy of columns k and l, summed over i <
     j.
@@ -186,7 +187,7 @@ def pair_projections(columns, out):
                     out[k, l] += total
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def probe_distances(columns, probes, out):
     """out[q]: squared distance of probe q (probes: (m, d)) to the nearest of n runs."""
     d, n = columns.shape

@@ -8,15 +8,15 @@ again in whole numbers, and only those decide. So the design does not depend on 
 """
 
 import numpy as np
-from numba import njit
 
+from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 
 FAR = np.int64(2**62)
 ROUNDING = 4.0e-7  # a few units of float32 rounding, relative to the largest partial sum
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def squared_floor(x):
     """Largest whole number whose root is <= x; -1 for x < 0."""
     if x < 0.0:
@@ -29,7 +29,7 @@ def squared_floor(x):
     return s
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def nearest(candidate, chosen, bounds, c, m, limit, bar):
     """Smallest squared distance to the m chosen points, or `limit` when none is below it.
 
@@ -46,7 +46,7 @@ def nearest(candidate, chosen, bounds, c, m, limit, bar):
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def smallest_rows(bounds, out):
     """out[c] = min over j of bounds[j, c]."""
     for c in range(out.size):
@@ -57,7 +57,7 @@ def smallest_rows(bounds, out):
             out[c] = row[c] if row[c] < out[c] else out[c]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def partial_dimensions(n, d, limit):
     """Coordinates enough for nearly every random pair to be beyond the limit already: mean - 3 std."""
     ratio = np.float64(limit) / (np.float64(n) * n)
@@ -67,7 +67,7 @@ def partial_dimensions(n, d, limit):
     return d
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def bound_rows(chosen, m, q, centre, rows):
     """rows[:m, :q] = b and rows[:m, q] = |b|^2 of the first q centred coordinates."""
     for i in range(m):
@@ -79,7 +79,7 @@ def bound_rows(chosen, m, q, centre, rows):
         rows[i, q] = total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def cells(n, d, duplication, target, pool, state, out):
     """Fill out (n, d) with cells 1..n; `pool` caps the candidates of a step (0: duplication * free
     levels).
@@ -161,7 +161,7 @@ def cells(n, d, duplication, target, pool, state, out):
             out[0, k] = free[k, 0]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def nearest_squares(levels, rows):
     """Squared distance of each listed run of levels (d, n) to its nearest neighbour."""
     d, n = levels.shape

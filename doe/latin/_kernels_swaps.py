@@ -14,8 +14,8 @@ everywhere.
 """
 
 import numpy as np
-from numba import njit
 
+from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_draws import below, word
 from doe.portable._kernels_whole_sums import CLAMP, MAGIC, MAGIC_BITS, inverse_power, whole
 
@@ -26,7 +26,7 @@ PHI, CD2, MAXPRO, CORRELATION, FRESH, CHANGES = 0, 1, 2, 3, 4, 5
 DONE, ACCEPTED, PENDING, COLUMN, FIRST, SECOND, LOGGED = 0, 1, 2, 3, 4, 5, 6
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def distance_state(x, nominal, apart, squares, rows, h, scale):
     """Fill the squared distances (n, n) and row sums of their terms; returns the sum over pairs."""
     d, n = x.shape
@@ -52,7 +52,7 @@ def distance_state(x, nominal, apart, squares, rows, h, scale):
     return total // 2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def steps(column, is_nominal, apart, a, b, out):
     """Change of the squared distance between run i and every l when i goes from a to b; -it for run j."""
     if is_nominal:
@@ -63,7 +63,7 @@ def steps(column, is_nominal, apart, a, b, out):
             out[l] = (b - a) * (a + b - 2 * column[l])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def distance_trial(first, second, step, i, j, h, scale, buffer, bits):
     """Sum of the terms of runs i and j after the swap, without their own pair."""
     if h == 5:  # the default p = 10: no inner loop
@@ -92,7 +92,7 @@ def distance_trial(first, second, step, i, j, h, scale, buffer, bits):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def distance_accept(squares, rows, step, i, j, h, scale):
     """Move the squared distances and row sums on; returns the change of the sum over pairs."""
     own = whole(inverse_power(np.float64(squares[i, j]), h, scale))
@@ -117,7 +117,7 @@ def distance_accept(squares, rows, step, i, j, h, scale):
     return change
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def centred_factors(column, is_nominal, a, out):
     """f(a, c) = 1 + |a - 1/2| / 2 + |c - 1/2| / 2 - |a - c| / 2; levels of a nominal column are all at the
     ends.
@@ -135,18 +135,18 @@ def centred_factors(column, is_nominal, a, out):
             out[l] = 1.0 + min(max(0.5 - column[l], 0.0), -z)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def single_factor(a, is_nominal):
     z = 0.5 if is_nominal else abs(a - 0.5)
     return 1.0 + 0.5 * z - 0.5 * z * z
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def diagonal_factor(a, is_nominal):
     return 1.5 if is_nominal else 1.0 + abs(a - 0.5)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def gap_factors(column, is_nominal, a, shift, unit, out):
     """(unit |a - c| + shift)^2; unlike levels of a nominal column differ by NOMINAL_GAP.
 
@@ -159,7 +159,7 @@ def gap_factors(column, is_nominal, a, shift, unit, out):
         out[l] = (gap + shift) * (gap + shift)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def centred_state(u, nominal, products, singles):
     """Fill C (n, n), and singles (2, n) with s_i and C_ii."""
     d, n = u.shape
@@ -175,7 +175,7 @@ def centred_state(u, nominal, products, singles):
             singles[1, i] *= diagonal_factor(u[k, i], nominal[k])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def centred_value(products, singles, constant):
     n = products.shape[0]
     total, single = 0.0, 0.0
@@ -189,7 +189,7 @@ def centred_value(products, singles, constant):
     return constant - 2.0 * single / n + total / (np.float64(n) * n)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def gap_state(x, nominal, shifts, unit, products):
     """Fill M (n, n); returns the sum over pairs."""
     d, n = x.shape
@@ -207,7 +207,7 @@ def gap_state(x, nominal, shifts, unit, products):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def product_trial(first, second, fa, fb, i, j, scale, buffer, bits):
     """Change of the pair sum of runs i and j when row i is multiplied by fb/fa and row j by fa/fb."""
     for l in range(fa.size):
@@ -221,7 +221,7 @@ def product_trial(first, second, fa, fb, i, j, scale, buffer, bits):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def product_accept(products, fa, fb, i, j):
     for l in range(fa.size):
         if l != i and l != j:
@@ -233,7 +233,7 @@ def product_accept(products, fa, fb, i, j):
             products[l, j] = t
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def eighth_powers(gram, weights):
     """Sum over column pairs of r^8; weights: 1 / (G_kk G_ll), 0 for columns that do not count."""
     total = 0.0
@@ -244,7 +244,7 @@ def eighth_powers(gram, weights):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def correlation_trial(x, gram, weights, k, i, j):
     """Change of the sum of r^8 when runs i and j are swapped in column k."""
     step = np.float64(x[k, j] - x[k, i])
@@ -258,13 +258,13 @@ def correlation_trial(x, gram, weights, k, i, j):
     return change
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def root8(sum_of_powers, pairs):
     """rho, the eighth root of the mean: three correctly rounded square roots."""
     return np.sqrt(np.sqrt(np.sqrt(max(sum_of_powers, 0.0) / pairs)))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def note(log, at, k, i, j):
     """Write a swap down, if there is room."""
     if at < log.shape[0]:
@@ -273,7 +273,7 @@ def note(log, at, k, i, j):
         log[at, 2] = j
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def catch_up(e, best, log, count):
     """Do the swaps that were written down to `best` too; copy everything when there were too many."""
     if count <= log.shape[0]:
@@ -286,7 +286,7 @@ def catch_up(e, best, log, count):
                 best[k, i] = e[k, i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def swap_in(e, holder, x, u, k, i, j):
     e[k, i], e[k, j] = e[k, j], e[k, i]
     holder[k, e[k, i]], holder[k, e[k, j]] = i, j
@@ -295,7 +295,7 @@ def swap_in(e, holder, x, u, k, i, j):
         u[k, i], u[k, j] = u[k, j], u[k, i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def search(
     e, holder, x, u, nominal, groups, movable, state, on, weights, scales, values,
     h, apart, squares, rows, products, singles, shifts, unit, gaps, gram, gram_weights,
@@ -429,7 +429,7 @@ def search(
             progress[LOGGED] = 0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def merit(on, weights, values, pairs):
     """What the search lowers: the weighted sum of the criteria."""
     total = 0.0

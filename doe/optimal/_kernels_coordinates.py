@@ -8,13 +8,13 @@ g = M^-1 f the quantities of an exchange (see `_kernels_exchange`) follow from e
 """
 
 import numpy as np
-from numba import njit
 
 from doe.optimal._kernels_exchange import TIE, update_inverse, update_middle
+from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_linear import dot, times
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def climb_coordinates(
     coded, x, inverse, middle, trace, starts, columns, held_starts, held, levels, counts, by_trace, passes
 ):

@@ -17,14 +17,14 @@ No fastmath: the same candidates give the same design on every processor (see `_
 """
 
 import numpy as np
-from numba import njit
 
+from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_linear import dot, times
 
 TIE = 1e-9  # gains closer than this count as equal and the first one wins: no decision hangs on rounding
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def add_greedily(f, design, used, kept, inverse, v, replicates):
     """Fill design[kept:], each time with the candidate of largest variance (Dykstra 1971)."""
     p = f.shape[1]
@@ -47,7 +47,7 @@ def add_greedily(f, design, used, kept, inverse, v, replicates):
             v[j] -= scale * t * t
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def update_inverse(inverse, g, h, a, b, c):
     """Inverse -= a h h' + b (h g' + g h') + c g g'."""
     p = g.size
@@ -59,7 +59,7 @@ def update_inverse(inverse, g, h, a, b, c):
             row[q] -= s * h[q] + t * g[q]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22):
     """M^-1 B M^-1 after the exchange whose update of M^-1 has the coefficients a, b, e; gc, hc = middle f."""
     for r in range(g.size):
@@ -71,7 +71,7 @@ def update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22):
             middle[r, q] += z * h[q] + u * g[q] - x * hc[q] - y * gc[q] - xc * h[q] - yc * g[q]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def climb_d(f, design, used, fixed, inverse, v, replicates, max_exchanges):
     """Give rows fixed.. of the design their best candidate in turn until none gains; the exchanges made.
 
@@ -110,7 +110,7 @@ def climb_d(f, design, used, fixed, inverse, v, replicates, max_exchanges):
     return exchanges
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def climb_trace(f, design, used, fixed, inverse, middle, v, c, trace, replicates, max_exchanges):
     """The same for trace M^-1 B, with `middle` = M^-1 B M^-1 and c_j = f_j' middle f_j kept up to date.
 

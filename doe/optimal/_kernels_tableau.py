@@ -12,9 +12,9 @@ where a float maximum does not.
 """
 
 import numpy as np
-from numba import njit
 
 from doe.optimal._kernels_exchange import update_inverse
+from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 from doe.portable._kernels_linear import dot, times
 
@@ -24,21 +24,21 @@ PLAUSIBLE = np.float32(0.7)  # a shake takes candidates with at least this share
 TRIALS = 50  # candidates drawn before a shake gives up on a row
 
 
-@njit(cache=True)
+@kernel()
 def copy(source, target):
     """Target = source; a loop compiles in a tenth of the time of a slice assignment."""
     for k in range(source.size):
         target[k] = source[k]
 
 
-@njit(cache=True)
+@kernel()
 def copy_table(source, target):
     for r in range(source.shape[0]):
         for k in range(source.shape[1]):
             target[r, k] = source[r, k]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def lift(ft, h, out):
     """out = ft' h for ft of shape (terms, candidates), four terms at a time."""
     for x in range(out.size):
@@ -51,7 +51,7 @@ def lift(ft, h, out):
             out[x] += a * f0[x] + b * f1[x] + c * f2[x] + d * f3[x]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def fill(f, ft, design, inverse, w):
     """w[k, x] = f_k' M^-1 f_x for the design rows k and all candidates x."""
     h = np.empty(f.shape[1])
@@ -60,7 +60,7 @@ def fill(f, ft, design, inverse, w):
         lift(ft, h, w[k])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
     """Fill design[kept:], each time with the candidate of largest variance (Dykstra 1971)."""
     g = np.empty(f.shape[1])
@@ -82,7 +82,7 @@ def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
             v[x] += factor * wj[x] * wj[x]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def best_pair(design, fixed, blocked, w, v, gains, bits):
     """Design row and candidate with the largest gain; (-1, -1) when none is positive. bits views gains."""
     top, row = np.int32(0), -1
@@ -110,7 +110,7 @@ def best_pair(design, fixed, blocked, w, v, gains, bits):
     return row, column
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
     """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused."""
     p = f.shape[1]
@@ -146,7 +146,7 @@ def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
     return gain
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchanges):
     """Take the best pair until none gains: the gain in log|M|."""
     gains, wj, wi = np.empty_like(v), np.empty_like(v), np.empty_like(v)
@@ -163,7 +163,7 @@ def climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchange
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def shake(
     f, ft, design, fixed, blocked, w, v, inverse, state, depth, shakes, floor, replicates, max_exchanges
 ):

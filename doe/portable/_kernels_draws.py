@@ -7,7 +7,8 @@ draws on every platform.
 """
 
 import numpy as np
-from numba import njit
+
+from doe.portable._kernel_cache import kernel
 
 GAMMA = np.uint64(0x9E3779B97F4A7C15)
 MIX_A = np.uint64(0xBF58476D1CE4E5B9)
@@ -20,7 +21,7 @@ TO_UNIT = 4.656612875e-10  # 1 / (2^31 - 1) as the published program rounds it
 TO_UNIT_53 = 1.0 / 9007199254740992.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def word(state):
     """The next 64 bits of SplitMix64."""
     state[1] += GAMMA
@@ -30,7 +31,7 @@ def word(state):
     return z ^ (z >> S31)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def below(state, k):
     """A whole number in 0..k-1, k < 2^31."""
     if state[0] == ONE:
@@ -39,14 +40,14 @@ def below(state, k):
     return np.int64(((word(state) >> S32) * np.uint64(k)) >> S32)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def shuffle(state, entries):
     for k in range(entries.size - 1, 0, -1):
         j = below(state, k + 1)
         entries[j], entries[k] = entries[k], entries[j]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def permutations(state, out):
     """Fill each row of out (d, n) with a random permutation of 0..n-1."""
     for k in range(out.shape[0]):
@@ -55,7 +56,7 @@ def permutations(state, out):
         shuffle(state, out[k])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def units(state, out):
     """Fill out with numbers in [0, 1), multiples of 2^-53."""
     flat = out.ravel()

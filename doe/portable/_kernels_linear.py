@@ -7,12 +7,13 @@ one order: along the vectors nothing is summed, or four partial sums are kept as
 """
 
 import numpy as np
-from numba import njit
+
+from doe.portable._kernel_cache import kernel
 
 LANES = 64
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def dot(a, b):
     """Inner product in four partial sums."""
     s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
@@ -27,14 +28,14 @@ def dot(a, b):
     return (s0 + s2) + (s1 + s3)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def times(matrix, vector, out):
     """out = matrix @ vector."""
     for r in range(matrix.shape[0]):
         out[r] = dot(matrix[r], vector)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def quadratic_forms(f, matrix, out):
     """out[i] = f_i' matrix f_i for the rows of f and a symmetric matrix, LANES rows at a time."""
     n, p = f.shape
@@ -59,7 +60,7 @@ def quadratic_forms(f, matrix, out):
                 values[i] += 2.0 * row[i] * inner[i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def product(a, b, out):
     """out = a @ b."""
     for i in range(a.shape[0]):
@@ -72,7 +73,7 @@ def product(a, b, out):
                 row[q] += s * b[k, q]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def add_gram(x, p, out):
     """out += x[:, :p]' x[:, :p]."""
     for i in range(x.shape[0]):
@@ -83,7 +84,7 @@ def add_gram(x, p, out):
                 row[b] += s * x[i, b]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def cholesky_root(a, root):
     """root = L^-1 for the symmetric a = L L' (overwritten); False when a is not positive definite."""
     p = a.shape[0]

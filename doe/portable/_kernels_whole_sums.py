@@ -6,14 +6,15 @@ whole-number scale by adding MAGIC, whose last bit is worth one.
 """
 
 import numpy as np
-from numba import njit
+
+from doe.portable._kernel_cache import kernel
 
 MAGIC = 6755399441055744.0  # 1.5 * 2^52: the sum of it and |t| < 2^51 holds t rounded to a whole number
 MAGIC_BITS = np.int64(np.float64(MAGIC).view(np.int64))
 CLAMP = 2.0**48  # largest single term: n of them stay far below 2^63
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def inverse_power(q, h, scale):
     """scale * q^-h, at most CLAMP."""
     inverse = 1.0 / q
@@ -23,7 +24,7 @@ def inverse_power(q, h, scale):
     return min(t, CLAMP)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def whole(t):
     """t on the whole-number scale, rounded as MAGIC rounds."""
     return np.int64((t + MAGIC) - MAGIC)

@@ -10,12 +10,13 @@ Gaussian correlation needs no kernel (see `correlation`); the numpy twins stand 
 import math
 
 import numpy as np
-from numba import njit
+
+from ._kernel_cache import kernel
 
 __all__ = ["cross", "derivatives", "gram"]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def _pair(a, b, scale, kind, eta):
     exponent = 0.0
     product = 1.0
@@ -39,7 +40,7 @@ def _pair(a, b, scale, kind, eta):
     return product * math.exp(-exponent)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def gram(x, scale, kind, eta):
     n = x.shape[0]
     r = np.empty((n, n))
@@ -52,7 +53,7 @@ def gram(x, scale, kind, eta):
     return r
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def cross(a, b, scale, kind, eta):
     m, n = a.shape[0], b.shape[0]
     r = np.empty((m, n))
@@ -62,7 +63,7 @@ def cross(a, b, scale, kind, eta):
     return r
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def derivatives(x, r, w, v, scale, kind, eta):
     """sum_ij W_ij dR_ij/dphi_k and (dR/dphi_k) v for phi = (log theta_1 .. log theta_d, eta)."""
     n, d = x.shape

@@ -19,8 +19,8 @@ steps with it always climb.
 """
 
 import numpy as np
-from numba import njit
 
+from ._kernel_cache import kernel
 from ._kernels_matrix import (
     FAILED,
     exp_minus,
@@ -34,7 +34,7 @@ __all__ = ["ascend", "likelihood"]
 RISE, FALL = 2.0, 3.0  # longest steps in log theta: a theta that vanishes may do so fast
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def likelihood(D, at, y, phi, restricted, level, gradient, information, dead, least):
     """Return (l, s2) at phi; fill gradient (level >= 1) and information (level >= 2) where l exceeds `least`.
 
@@ -165,7 +165,7 @@ def likelihood(D, at, y, phi, restricted, level, gradient, information, dead, le
     return l, s2
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def step(gradient, information, phi, lower, upper, damping, delta):
     """Damped Newton step inside the box; returns the predicted gain."""
     m = phi.shape[0]
@@ -212,7 +212,7 @@ def step(gradient, information, phi, lower, upper, damping, delta):
     return gain
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def ascend(D, at, y, start, lower, upper, restricted, iterations, tolerance):
     """Climb from start to a maximum in the box; returns (phi, l, s2, evaluations)."""
     m = start.shape[0]

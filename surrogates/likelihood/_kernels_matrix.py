@@ -6,7 +6,8 @@ Loops take four rows at a time: what is loaded serves all four.
 """
 
 import numpy as np
-from numba import njit
+
+from ._kernel_cache import kernel
 
 __all__ = ["FAILED", "exp_minus", "factor", "lower_gram", "weighted"]
 
@@ -16,7 +17,7 @@ LOG2_E = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10  # the first with zeros for 20 bits of a factor
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def weighted(D, at, theta, alive, R):
     """Add sum_k theta_k D[at_k] over the k in `alive` to R (pairs,)."""
     pairs = D.shape[1]
@@ -36,7 +37,7 @@ def weighted(D, at, theta, alive, R):
 
 
 # fastmath would undo the roundings; not named here, it would be inherited from the caller
-@njit(cache=True, fastmath=False, error_model="numpy")
+@kernel(fastmath=False)
 def exp_minus(R, S):
     """Replace R >= 0 by exp(-R), to one unit in the last place; S is scratch of the same length.
 
@@ -71,7 +72,7 @@ def exp_minus(R, S):
         R[t] *= S[t]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def factor(R, diagonal, L, M):
     """Factor the matrix with packed R and a constant diagonal into L L'; fill L below its diagonal and M with
     L^-1. Returns the log-determinant, FAILED where there is no factor.
@@ -139,7 +140,7 @@ def factor(R, diagonal, L, M):
     return log_det
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel()
 def lower_gram(M, W):
     """Add M' M to the lower triangle of W, for a lower triangular M."""
     n = M.shape[0]

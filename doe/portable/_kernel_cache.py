@@ -1,0 +1,54 @@
+# mypy: ignore-errors
+"""How the kernels are compiled, and when a compiled one is out of date.
+
+numba keeps machine code beside the source and takes it as fresh while the kernel's own file is unchanged.
+But a kernel holds the code of the kernels that it calls, which may stand in other files. So here the stamp of
+a compiled kernel counts all kernel files of the package: an edit of any of them compiles all anew.
+"""
+
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+from numba import njit
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+__all__ = ["kernel"]
+
+PACKAGE = Path(__file__).parents[1]
+
+
+@cache
+def kernels_digest():
+    """Digest of the names and contents of all kernel files of the package."""
+    digest = sha256()
+    for path in sorted(PACKAGE.rglob("_kernels_*.py")):
+        digest.update(path.relative_to(PACKAGE).as_posix().encode())
+        digest.update(sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+class _PackageCache(FunctionCache):
+    """numba's cache of a function, with a stamp of the whole package."""
+
+    def __init__(self, function):
+        super().__init__(function)
+        self._cache_file = IndexDataCacheFile(
+            cache_path=self._cache_path,
+            filename_base=self._impl.filename_base,
+            source_stamp=(self._impl.locator.get_source_stamp(), kernels_digest()),
+        )
+
+
+def kernel(*, fastmath=False):
+    """Compile a kernel: no checks of divisors, which cost a factor of 8, and kept beside its source.
+
+    fastmath: sums in any order and no NaN; without it the same bits come out on every processor.
+    """
+
+    def compiled(function):
+        dispatcher = njit(fastmath=fastmath, error_model="numpy")(function)
+        dispatcher._cache = _PackageCache(function)
+        return dispatcher
+
+    return compiled

@@ -1,0 +1,71 @@
+"""A small package of two kernels, one calling the other, for tests of how kernels are kept compiled."""
+
+import ast
+import importlib
+import sys
+from pathlib import Path
+
+INNER = "from .{room}._kernel_cache import kernel\n\n\n@kernel()\ndef inner(x):\n    return x + {term}\n"
+OUTER = """from .{room}._kernel_cache import kernel
+from ._kernels_inner import inner
+
+
+@kernel()
+def outer(x):
+    return inner(x)
+"""
+
+
+def answers_around_an_edit(source: Path, folder: Path) -> tuple[float, float, float]:
+    """What `outer(0.0)` says before an edit of the file of `inner`, after it, and from the cache then.
+
+    source: the `_kernel_cache.py` under test, copied into a package made in `folder`.
+    """
+    package, room = folder / "kernels_under_test", source.parent.name
+    (package / room).mkdir(parents=True)
+    (package / room / "_kernel_cache.py").write_text(source.read_text())
+    for path in (package, package / room):
+        (path / "__init__.py").touch()
+    (package / "_kernels_outer.py").write_text(OUTER.format(room=room))
+    sys.path.insert(0, str(folder))
+    try:
+        found = []
+        for term in (1.0, 2.0, 2.0):
+            inner = package / "_kernels_inner.py"
+            text = INNER.format(room=room, term=term)
+            if not inner.exists() or inner.read_text() != text:
+                inner.write_text(text)
+            found.append(_fresh(package.name).outer(0.0))
+        hits = _fresh(package.name).outer
+        hits(0.0)
+        assert sum(hits.stats.cache_hits.values()) == 1
+        return tuple(found)
+    finally:
+        sys.path.remove(str(folder))
+        _forget(package.name)
+
+
+def _forget(package: str) -> None:
+    for name in [name for name in sys.modules if name.split(".")[0] == package]:
+        del sys.modules[name]
+
+
+def _fresh(package: str):
+    """The outer kernels as a new process would see them."""
+    _forget(package)
+    importlib.invalidate_caches()
+    return importlib.import_module(f"{package}._kernels_outer")
+
+
+def kernel_imports(package: Path) -> dict[str, set[str]]:
+    """Last part of every module that each kernel file of a package imports from."""
+    found = {}
+    for path in sorted(package.rglob("_kernels_*.py")):
+        names = set()
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                names |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names.add((node.module or "").split(".")[-1])
+        found[path.name] = names
+    return found

@@ -1,0 +1,33 @@
+"""A compiled kernel is out of date when any kernel file of the package has changed."""
+
+from pathlib import Path
+
+import doe
+from doe.portable import _kernel_cache
+from tests.kernel_package import answers_around_an_edit, kernel_imports
+
+
+def test_an_edit_of_an_inner_kernel_reaches_its_callers(tmp_path):
+    assert answers_around_an_edit(Path(_kernel_cache.__file__), tmp_path) == (1.0, 2.0, 2.0)
+
+
+def test_kernels_rest_on_kernel_files_alone():
+    """What a compiled kernel holds stands in files that the digest counts."""
+    for name, imported in kernel_imports(Path(doe.__file__).parent).items():
+        strangers = {m for m in imported if not m.startswith("_kernels_")}
+        assert strangers <= {"_kernel_cache", "math", "numpy"}, name
+
+
+def test_the_digest_counts_names_and_contents(tmp_path, monkeypatch):
+    monkeypatch.setattr(_kernel_cache, "PACKAGE", tmp_path)
+    digest = _kernel_cache.kernels_digest.__wrapped__
+    seen = {digest()}
+    (tmp_path / "_kernels_a.py").write_text("x = 1\n")
+    seen.add(digest())
+    (tmp_path / "_kernels_a.py").write_text("x = 2\n")
+    seen.add(digest())
+    (tmp_path / "_kernels_a.py").rename(tmp_path / "_kernels_b.py")
+    seen.add(digest())
+    assert len(seen) == 4
+    (tmp_path / "other.py").touch()
+    assert digest() in seen

@@ -1,0 +1,18 @@
+"""A compiled kernel is out of date when any kernel file of the package has changed."""
+
+from pathlib import Path
+
+import surrogates
+from surrogates.likelihood import _kernel_cache
+from tests.kernel_package import answers_around_an_edit, kernel_imports
+
+
+def test_an_edit_of_an_inner_kernel_reaches_its_callers(tmp_path):
+    assert answers_around_an_edit(Path(_kernel_cache.__file__), tmp_path) == (1.0, 2.0, 2.0)
+
+
+def test_kernels_rest_on_kernel_files_alone():
+    """What a compiled kernel holds stands in files that the digest counts."""
+    for name, imported in kernel_imports(Path(surrogates.__file__).parent).items():
+        strangers = {m for m in imported if not m.startswith("_kernels_")}
+        assert strangers <= {"_kernel_cache", "math", "numpy"}, name
