@@ -1,33 +1,77 @@
-"""Responses out of the files that a solver leaves: JSON, CSV, columns, patterns, request tables, Python.
+"""Responses out of the files that a solver leaves: one table of readers, and the functions behind it.
 
-    json      key = "result.peak" or "forces.0"         a number, or {"time": [...], "values": [...]}
-    csv       column = "force", time = "t"              a named column
-    columns   column = 3, time = 1, skip = 2            a column by its number, split at blanks, `skip` lines
-    first columns   characters = [11, 22]                     a column by its place in the line, from 1, both
-    ends in it regex     pattern = "peak = ([-+0-9.eE]+)"          the last match (`which = "first"`: the
-    first) request   request = "belt", column = "FM"           a block of a `.req`-like table, see below
-    python    function = "post.py:peak"                 called with the run's folder
+`READERS` says of every kind of `read` which keys it takes, which function reads, and what a person is told;
+`KEYS` says what the keys hold. The schema of a study, its checks and the page on simulators are made from the
+two, so that a new reader is a function here and an entry.
 
-A column is a history over its time column when the response has a `reduce`, else it must hold one value.
-A request file holds blocks: a line `REQUEST name`, a line of column names that begins with TIME, lines of
+A column is a history over its time column when the response has a `reduce`, else it must hold one value. A
+request file holds blocks: a line `REQUEST name`, a line of column names that begins with TIME, lines of
 numbers, and an empty line; lines that begin with `!` are comments.
 """
 
 import csv
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.protocol import History
+from workbench.models.python import load_function
 from workbench.system.confined import confined
 
-__all__ = ["READERS", "read_response"]
+__all__ = ["KEYS", "READERS", "Reader", "RunFiles", "checked_rule", "read_response"]
 
 LARGEST = 500_000_000  # bytes of a result file
-READERS = ("json", "csv", "columns", "regex", "request", "python")
+
+# key of a rule -> what it holds: "text", "count" (a whole number from 1), "number" (one from 0), "place" (two
+# counts: first and last character), "name or count", or the words themselves
+KEYS: dict[str, str | tuple[str, ...]] = {
+    "file": "text",
+    "key": "text",
+    "column": "name or count",
+    "time": "name or count",
+    "skip": "number",
+    "characters": "place",
+    "time_characters": "place",
+    "pattern": "text",
+    "which": ("first", "last"),
+    "request": "text",
+    "function": "text",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class RunFiles:
+    """What a reader may look at: the folder of the run, and that of the study, where functions stand."""
+
+    work: Path
+    study: Path
+
+    def text(self, name: str) -> str:
+        """The text of a result file.
+
+        Raises:
+            EvaluationFailed: it is missing, too large, not text, or outside the run's folder.
+        """
+        try:
+            path = confined(self.work, name, what="result file")
+            size = path.stat().st_size
+            if not path.is_file() or size > LARGEST:
+                raise EvaluationFailed(
+                    f"the result file {name} has {size} bytes or is no file; at most {LARGEST} are read"
+                )
+            return path.read_bytes().decode("utf-8")
+        except StudyError as exc:
+            raise EvaluationFailed(str(exc)) from None
+        except UnicodeDecodeError as exc:
+            raise EvaluationFailed(f"the result file {name} is not text (byte {exc.start})") from None
+        except FileNotFoundError:
+            raise EvaluationFailed(f"the run left no result file {name}") from None
+        except OSError as exc:
+            raise EvaluationFailed(f"cannot read the result file {name}: {exc.strerror}") from None
 
 
 def read_response(rule: Mapping[str, Any], work: Path, study: Path, *, history: bool) -> Any:
@@ -36,46 +80,67 @@ def read_response(rule: Mapping[str, Any], work: Path, study: Path, *, history: 
     Raises:
         EvaluationFailed: the file is missing, too large or does not hold what the rule names.
     """
-    kind = rule["kind"]
-    if kind == "python":
-        from workbench.models.python import load_function
-
-        return load_function(rule["function"], study)(work)
-    text = _text(work, rule["file"])
-    where = rule["file"]
-    if kind == "json":
-        return _from_json(text, rule["key"], where)
-    if kind == "regex":
-        return _from_regex(text, rule["pattern"], rule.get("which", "last"), where)
-    if kind == "csv":
-        columns = _csv_columns(text, where)
-        return _column(columns, rule["column"], rule.get("time"), where, history=history)
-    if kind == "columns":
-        return _from_columns(text, rule, where, history=history)
-    columns = _request_columns(text, rule["request"], where)
-    return _column(columns, rule["column"], "TIME", where, history=history)
+    return READERS[rule["kind"]].read(rule, RunFiles(work, study), history)
 
 
-def _text(work: Path, name: str) -> str:
+def checked_rule(response: str, rule: Mapping[str, Any], *, reduced: bool) -> dict[str, Any]:
+    """The rule without empty keys.
+
+    Raises:
+        StudyError: a key is missing, too much, or not what its kind needs.
+    """
+    given = {key: value for key, value in rule.items() if value is not None}
+    kind = given["kind"]
+    reader = READERS[kind]
+    keys = set(given) - {"kind"}
+    missing, stray = sorted(set(reader.needs) - keys), sorted(keys - set(reader.needs) - set(reader.may))
+    if missing or stray:
+        wrong = f"needs {missing[0]}" if missing else f"takes no {stray[0]}"
+        takes = ", ".join(sorted((*reader.needs, *reader.may)))
+        raise StudyError(f"response {response!r}: read of kind {kind!r} {wrong}; its keys are {takes}")
     try:
-        path = confined(work, name, what="result file")
-        size = path.stat().st_size
-        if not path.is_file() or size > LARGEST:
-            raise EvaluationFailed(
-                f"the result file {name} has {size} bytes or is no file; at most {LARGEST} are read"
-            )
-        return path.read_bytes().decode("utf-8")
+        reader.check(given, reduced)
     except StudyError as exc:
-        raise EvaluationFailed(str(exc)) from None
-    except UnicodeDecodeError as exc:
-        raise EvaluationFailed(f"the result file {name} is not text (byte {exc.start})") from None
-    except FileNotFoundError:
-        raise EvaluationFailed(f"the run left no result file {name}") from None
-    except OSError as exc:
-        raise EvaluationFailed(f"cannot read the result file {name}: {exc.strerror}") from None
+        raise StudyError(f"response {response!r}: {exc}") from None
+    return given
 
 
-def _from_json(text: str, key: str, where: str) -> Any:
+def _check_nothing(_rule: Mapping[str, Any], _reduced: bool) -> None:
+    """Any value of the right type will do."""
+
+
+def _check_names(rule: Mapping[str, Any], _reduced: bool) -> None:
+    _check_columns(rule, str, "the name of a column")
+
+
+def _check_numbers(rule: Mapping[str, Any], _reduced: bool) -> None:
+    if ("column" in rule) == ("characters" in rule):
+        raise StudyError("read of kind 'columns' needs column or characters, not both")
+    for key in ("characters", "time_characters"):
+        place = rule.get(key)
+        if place is not None and (len(place) != 2 or place[0] > place[1]):
+            raise StudyError(f"{key} needs first and last, such as [11, 22], got {place}")
+    _check_columns(rule, int, "the number of a column, from 1")
+
+
+def _check_columns(rule: Mapping[str, Any], wanted: type, words: str) -> None:
+    for key in ("column", "time"):
+        if key in rule and not isinstance(rule[key], wanted):
+            raise StudyError(f"{key} is {words}, got {rule[key]!r}")
+
+
+def _check_pattern(rule: Mapping[str, Any], reduced: bool) -> None:
+    if reduced:
+        raise StudyError("a regular expression finds one number; leave reduce out")
+    try:
+        re.compile(rule["pattern"])
+    except re.error as exc:
+        raise StudyError(f"pattern {rule['pattern']!r}: {exc}") from None
+
+
+def _json(rule: Mapping[str, Any], files: RunFiles, _history: bool) -> Any:
+    where, key = rule["file"], rule["key"]
+    text = files.text(where)
     try:
         here = json.loads(text)
     except (ValueError, RecursionError) as exc:
@@ -92,30 +157,34 @@ def _from_json(text: str, key: str, where: str) -> Any:
     return here
 
 
-def _from_regex(text: str, pattern: str, which: str, where: str) -> float:
+def _regex(rule: Mapping[str, Any], files: RunFiles, _history: bool) -> float:
+    where, pattern = rule["file"], rule["pattern"]
     found = None
-    for match in re.finditer(pattern, text, re.MULTILINE):
+    for match in re.finditer(pattern, files.text(where), re.MULTILINE):
         found = match
-        if which == "first":
+        if rule.get("which") == "first":
             break
     if found is None:
         raise EvaluationFailed(f"{where}: nothing matches {pattern!r}")
     return _number(found[1] if found.re.groups else found[0], where)
 
 
-def _csv_columns(text: str, where: str) -> dict[str, list[str]]:
+def _csv(rule: Mapping[str, Any], files: RunFiles, history: bool) -> Any:
+    where = rule["file"]
+    text = files.text(where)
     try:
         lines = [cells for cells in csv.reader(text.splitlines()) if any(c.strip() for c in cells)]
     except csv.Error as exc:
         raise EvaluationFailed(f"{where} is not CSV: {exc}") from None
     if not lines:
         raise EvaluationFailed(f"{where} is empty")
-    header = [name.strip() for name in lines[0]]
-    return _by_name(header, lines[1:], where)
+    columns = _by_name([name.strip() for name in lines[0]], lines[1:], where)
+    return _column(columns, rule["column"], rule.get("time"), where, history=history)
 
 
-def _from_columns(text: str, rule: Mapping[str, Any], where: str, *, history: bool) -> Any:
-    lines = [line for line in text.splitlines()[rule.get("skip", 0) :] if line.strip()]
+def _columns(rule: Mapping[str, Any], files: RunFiles, history: bool) -> Any:
+    where = rule["file"]
+    lines = [line for line in files.text(where).splitlines()[rule.get("skip", 0) :] if line.strip()]
     if "characters" in rule:
         first, last = rule["characters"]
         values = [_number(line[first - 1 : last], where) for line in lines]
@@ -130,6 +199,12 @@ def _from_columns(text: str, rule: Mapping[str, Any], where: str, *, history: bo
         columns[str(number)] = [row[number - 1] for row in cells]
     time = rule.get("time")
     return _column(columns, str(rule["column"]), None if time is None else str(time), where, history=history)
+
+
+def _request(rule: Mapping[str, Any], files: RunFiles, history: bool) -> Any:
+    where = rule["file"]
+    columns = _request_columns(files.text(where), rule["request"], where)
+    return _column(columns, rule["column"], "TIME", where, history=history)
 
 
 def _request_columns(text: str, request: str, where: str) -> dict[str, list[str]]:
@@ -195,3 +270,64 @@ def _number(cell: str, where: str) -> float:
     except ValueError:
         shown = cell if len(cell) < 80 else f"{cell[:77]}..."
         raise EvaluationFailed(f"{where}: {shown!r} is no number") from None
+
+
+def _python(rule: Mapping[str, Any], files: RunFiles, _history: bool) -> Any:
+    return load_function(rule["function"], files.study)(files.work)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reader:
+    """A kind of `read`: the keys it needs and those it may have, and how a person is told about them.
+
+    read: (rule, files, whether a history is wanted) -> a number, a `History` or a pair (time, values)
+    check: (rule, whether the response has a `reduce`), raises StudyError for values that do not go together
+    """
+
+    needs: tuple[str, ...]
+    may: tuple[str, ...] = ()
+    keys: str  # with examples, in Markdown
+    read: Callable[[Mapping[str, Any], RunFiles, bool], Any]
+    check: Callable[[Mapping[str, Any], bool], None] = _check_nothing
+
+
+READERS: dict[str, Reader] = {
+    "json": Reader(
+        needs=("file", "key"),
+        keys='`file`, `key = "result.peak"`; numbers in the path index lists',
+        read=_json,
+    ),
+    "csv": Reader(
+        needs=("file", "column"),
+        may=("time",),
+        keys='`file`, `column = "force"`, `time = "t"` (the first column when left out)',
+        read=_csv,
+        check=_check_names,
+    ),
+    "columns": Reader(
+        needs=("file",),
+        may=("column", "time", "skip", "characters", "time_characters"),
+        keys="`file`, `column = 3`, `time = 1`, `skip = 2`; or `characters = [11, 22]` for fixed places",
+        read=_columns,
+        check=_check_numbers,
+    ),
+    "regex": Reader(
+        needs=("file", "pattern"),
+        may=("which",),
+        keys='`file`, `pattern = "peak = (\\\\S+)"`, `which = "first"` or `"last"`',
+        read=_regex,
+        check=_check_pattern,
+    ),
+    "request": Reader(
+        needs=("file", "request", "column"),
+        keys="`file`, `request`, `column`: blocks `REQUEST name`, a line of names that begins with TIME, "
+        "numbers, an empty line",
+        read=_request,
+        check=_check_names,
+    ),
+    "python": Reader(
+        needs=("function",),
+        keys='`function = "post.py:peak"`, called with the run\'s folder',
+        read=_python,
+    ),
+}

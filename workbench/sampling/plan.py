@@ -15,7 +15,8 @@ import numpy as np
 import doe
 from workbench.errors import StudyError
 from workbench.sampling.growth import balanced_blocks, further_points
-from workbench.sampling.kinds import DesignOptions, points_of_kind
+from workbench.sampling.kinds import DesignOptions
+from workbench.sampling.points import points_of_kind
 from workbench.space.box import Space
 from workbench.space.streams import stream
 
@@ -258,8 +259,7 @@ def make_design(
 ) -> Design:
     """A design of `runs` runs in `space`, the same for the same seed.
 
-    kind: lhs | optimised_lhs | ihs | d_optimal_select | d_optimal_within | optimal | sobol | halton | grid |
-    factorial | fractional | plackett_burman | central_composite | box_behnken
+    kind: one of `workbench.sampling.kinds.KINDS`
     runs: their number; None for kinds that fix it themselves.
 
     >>> from workbench.space.box import Parameter

@@ -9,7 +9,7 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.protocol import Reduction
-from workbench.models.reading_rules import checked_rule
+from workbench.models.readers import checked_rule
 from workbench.space.box import Parameter, Response, Space
 from workbench.space.groups import check_selection, chosen
 from workbench.study.messages import placed, validated

@@ -4,10 +4,15 @@
 key. Nothing else of the workbench imports this module, because building the models takes a third of a second.
 """
 
+from collections.abc import Mapping
+from dataclasses import fields
 from math import isinf, isnan
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
+
+from workbench.models.readers import KEYS, READERS
+from workbench.sampling.kinds import DesignOptions
 
 __all__ = ["StudySchema"]
 
@@ -118,21 +123,28 @@ class ParameterTable(Table):
     distribution: dict[str, float | str] | None = None
 
 
-class ReadTable(Table):
-    """`read = { kind = ..., file = ..., ... }`: where a command leaves a response."""
+def _optional(name: str, doc: str, types: Mapping[str, Any], **required: Any) -> type[Table]:
+    """A table whose keys may all be left out, but for the `required` ones."""
+    keys: dict[str, Any] = {key: (kind | None, None) for key, kind in types.items()}
+    return create_model(name, __base__=Table, __doc__=doc, **required, **keys)
 
-    kind: Literal["json", "csv", "columns", "regex", "request", "python"]
-    file: Text | None = None
-    key: Text | None = None
-    column: Text | Annotated[int, Field(ge=1)] | None = None
-    time: Text | Annotated[int, Field(ge=1)] | None = None
-    skip: Annotated[int, Field(ge=0)] | None = None
-    characters: list[Count] | None = None
-    time_characters: list[Count] | None = None
-    pattern: Text | None = None
-    which: Literal["first", "last"] | None = None
-    request: Text | None = None
-    function: Text | None = None
+
+# what a key of a reader holds, by the words of `workbench.models.readers.KEYS`
+HELD: dict[str, Any] = {
+    "text": Text,
+    "count": Count,
+    "number": Annotated[int, Field(ge=0)],
+    "name or count": Text | Count,
+    "place": list[Count],
+}
+
+# no class that mypy could follow: the keys stand in the table of readers
+ReadTable: Any = _optional(
+    "ReadTable",
+    "`read = { kind = ..., file = ..., ... }`: where a command leaves a response.",
+    {key: HELD[held] if isinstance(held, str) else Literal[held] for key, held in KEYS.items()},
+    kind=(Literal[tuple(READERS)], ...),
+)
 
 
 class ResponseTable(Table):
@@ -147,22 +159,17 @@ class ResponseTable(Table):
     read: ReadTable | None = None
 
 
-class DesignTable(Table):
-    """`[design]`: the options beside `kind` and `runs` belong to single kinds."""
+def _option(option: Any) -> Any:
+    """The type of an option of a design: a text, or a whole number from its least."""
+    return Text if str in get_args(option.type) else Annotated[int, Field(ge=option.metadata.get("least", 1))]
 
-    kind: Text = "ihs"
-    runs: Count | None = None
-    file: Text | None = None
-    criterion: Text | None = None
-    swaps: Count | None = None
-    duplication: Count | None = None
-    target: Text | None = None
-    model: Text | None = None
-    pool: Count | None = None
-    levels: Count | None = None
-    resolution: Count | None = None
-    alpha: Text | None = None
-    centre: Annotated[int, Field(ge=0)] | None = None
+
+DesignTable: Any = _optional(
+    "DesignTable",
+    "`[design]`: the options beside `kind` and `runs` belong to single kinds.",
+    {"runs": Count, "file": Text, **{option.name: _option(option) for option in fields(DesignOptions)}},
+    kind=(Text, "ihs"),
+)
 
 
 class EvaluateTable(Table):

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from workbench.errors import HoldfastError, Interrupted, StudyError
+from workbench.sampling.kinds import KINDS
 
 if TYPE_CHECKING:
     from workbench.stages.campaign import Campaign
@@ -74,7 +75,7 @@ def design(
         bool, typer.Option("--quality", help="All figures of merit, and design_quality.png in the folder.")
     ] = False,
     compare: Annotated[
-        str | None, typer.Option(help="Other kinds to put beside it, such as lhs,ihs,optimised_lhs.")
+        str | None, typer.Option(help=f"Other kinds to put beside it, such as lhs,ihs: {', '.join(KINDS)}.")
     ] = None,
     json_: Json = False,
 ) -> None:

@@ -376,4 +376,4 @@ def test_bad_input_says_what_to_do(space, call, message):
 
 def test_every_option_belongs_to_a_kind():
     options = set(DesignOptions.__dataclass_fields__)
-    assert options == {name for names in KINDS.values() for name in names}
+    assert options == {name for kind in KINDS.values() for name in kind.options}
