@@ -5,15 +5,25 @@ BENCH_BIN := .venv-bench/bin
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: help setup demo test check slow bench wheel readme clean
+.PHONY: help setup demo test fast one format check slow bench wheel oldest house hooks clean
+
+# T: what `make one` runs, e.g. make one T=tests/unit/space or T="tests/unit/doe -k ihs"
+T ?= tests/unit
+NOT_SLOW := not slow and not peer and not bench and not browser
 
 help:
 	@echo "make demo    run the main job from nothing to a report"
+	@echo "make fast    unit tests and the table of rooms, under a minute"
+	@echo "make one     the tests of one room: make one T=tests/unit/space"
+	@echo "make format  lay the code out and mend what lint can mend"
+	@echo "make check   lint, spelling and types"
 	@echo "make test    run the tests (a few minutes)"
-	@echo "make check   lint and types"
 	@echo "make slow    slow, peer and fault tests"
-	@echo "make bench   ours beside the peers, one table per room"
+	@echo "make bench   ours beside the peers; times are appended to tests/bench/history.csv"
 	@echo "make wheel   build the wheel and try it in an empty environment"
+	@echo "make oldest  unit tests with the oldest dependencies, and on the newest Python"
+	@echo "make house   draw the rooms anew in docs/explanation/architecture.md"
+	@echo "make hooks   check style and spelling before every commit"
 
 .venv/.core: pyproject.toml constraints.txt
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
@@ -39,18 +49,39 @@ demo: .venv/.core
 	$(BIN)/holdfast demo
 
 test: .venv/.installed
-	$(BIN)/python -m pytest -q -n 2 -m "not slow and not peer and not bench and not browser"
+	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "$(NOT_SLOW)"
+
+fast: .venv/.installed
+	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "$(NOT_SLOW) and not long" tests/unit tests/test_architecture.py
+
+one: .venv/.installed
+	$(BIN)/python -m pytest --durations=10 $(T)
+
+format: .venv/.installed
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+house: .venv/.installed
+	$(BIN)/python -m tests.house --write
+
+hooks: .venv/.installed
+	$(BIN)/pre-commit install
 
 check: .venv/.installed
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+	$(BIN)/codespell
 	$(BIN)/mypy
 
 slow: .venv/.peers
-	$(BIN)/python -m pytest -q -n 2 -m "(slow or peer or browser) and not bench"
+	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "(slow or peer or browser) and not bench"
 
 bench: .venv-bench/.installed
-	$(BENCH_BIN)/python -m pytest -q -s -p no:xdist --benchmark-disable-gc -m bench tests/bench
+	$(BENCH_BIN)/python -m pytest -q -s -p no:xdist --benchmark-disable-gc -m bench \
+	  --history tests/bench/history.csv tests/bench
+
+oldest: .venv/.installed
+	$(BIN)/python tests/oldest.py
 
 wheel: .venv/.installed
 	$(BIN)/python tests/wheel.py
