@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Runs dealt out to blocks: swaps that bring the means of all blocks together."""
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 
 

@@ -6,7 +6,7 @@ Coordinates are whole numbers, so that squared distances are, and the choice is 
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 from doe.portable._kernels_whole_sums import inverse_power, whole
 

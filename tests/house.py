@@ -64,8 +64,8 @@ FLOORS: dict[str, tuple[str, ...]] = {
     ),
     "workbench/engine/layout": ("*", "bound separable", "outcome", "formulation"),
     "workbench/engine/planar": ("*", "_kernels"),
-    "doe": ("*", "optimal", "latin", "criteria portable"),
-    "surrogates": ("screening", "analysis", "kriging", "likelihood", "errors"),
+    "doe": ("*", "optimal", "latin", "criteria portable", "_kernel_cache"),
+    "surrogates": ("screening", "analysis", "kriging", "likelihood", "errors _kernel_cache"),
     "surrogates/screening": ("*", "sets"),
 }
 

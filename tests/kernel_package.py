@@ -5,8 +5,8 @@ import importlib
 import sys
 from pathlib import Path
 
-INNER = "from .{room}._kernel_cache import kernel\n\n\n@kernel()\ndef inner(x):\n    return x + {term}\n"
-OUTER = """from .{room}._kernel_cache import kernel
+INNER = "from ._kernel_cache import kernel\n\n\n@kernel()\ndef inner(x):\n    return x + {term}\n"
+OUTER = """from ._kernel_cache import kernel
 from ._kernels_inner import inner
 
 
@@ -21,18 +21,17 @@ def answers_around_an_edit(source: Path, folder: Path) -> tuple[float, float, fl
 
     source: the `_kernel_cache.py` under test, copied into a package made in `folder`.
     """
-    package, room = folder / "kernels_under_test", source.parent.name
-    (package / room).mkdir(parents=True)
-    (package / room / "_kernel_cache.py").write_text(source.read_text())
-    for path in (package, package / room):
-        (path / "__init__.py").touch()
-    (package / "_kernels_outer.py").write_text(OUTER.format(room=room))
+    package = folder / "kernels_under_test"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "_kernel_cache.py").write_text(source.read_text())
+    (package / "_kernels_outer.py").write_text(OUTER)
     sys.path.insert(0, str(folder))
     try:
         found = []
         for term in (1.0, 2.0, 2.0):
             inner = package / "_kernels_inner.py"
-            text = INNER.format(room=room, term=term)
+            text = INNER.format(term=term)
             if not inner.exists() or inner.read_text() != text:
                 inner.write_text(text)
             found.append(_fresh(package.name).outer(0.0))

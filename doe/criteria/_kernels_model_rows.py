@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Rows of a regression model: each term is the product of the coded columns that it lists."""
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 
 
 @kernel()

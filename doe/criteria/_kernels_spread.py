@@ -8,7 +8,7 @@ blocks of runs so that a block's products stay in the first cache.
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 
 BLOCK = 256
 

@@ -9,7 +9,7 @@ again in whole numbers, and only those decide. So the design does not depend on 
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 
 FAR = np.int64(2**62)

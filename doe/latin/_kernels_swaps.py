@@ -15,7 +15,7 @@ everywhere.
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 from doe.portable._kernels_draws import below, word
 from doe.portable._kernels_whole_sums import CLAMP, MAGIC, MAGIC_BITS, inverse_power, whole
 

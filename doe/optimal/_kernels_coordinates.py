@@ -9,8 +9,8 @@ g = M^-1 f the quantities of an exchange (see `_kernels_exchange`) follow from e
 
 import numpy as np
 
+from doe._kernel_cache import kernel
 from doe.optimal._kernels_exchange import TIE, update_inverse, update_middle
-from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_linear import dot, times
 
 

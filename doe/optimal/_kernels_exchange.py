@@ -18,7 +18,7 @@ No fastmath: the same candidates give the same design on every processor (see `_
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 from doe.portable._kernels_linear import dot, times
 
 TIE = 1e-9  # gains closer than this count as equal and the first one wins: no decision hangs on rounding

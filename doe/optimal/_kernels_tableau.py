@@ -13,8 +13,8 @@ where a float maximum does not.
 
 import numpy as np
 
+from doe._kernel_cache import kernel
 from doe.optimal._kernels_exchange import update_inverse
-from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 from doe.portable._kernels_linear import dot, times
 

@@ -9,9 +9,9 @@ U = [f_r, f_s, f_r', f_s'] (old, old, new, new) and S = diag(-1, -1, 1, 1),
 
 import numpy as np
 
+from doe._kernel_cache import kernel
 from doe.criteria._kernels_model_rows import expand_row
 from doe.optimal._kernels_exchange import TIE
-from doe.portable._kernel_cache import kernel
 from doe.portable._kernels_draws import below
 from doe.portable._kernels_linear import dot, times
 

@@ -8,7 +8,7 @@ draws on every platform.
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 
 GAMMA = np.uint64(0x9E3779B97F4A7C15)
 MIX_A = np.uint64(0xBF58476D1CE4E5B9)

@@ -8,7 +8,7 @@ one order: along the vectors nothing is summed, or four partial sums are kept as
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 
 LANES = 64
 

@@ -7,7 +7,7 @@ whole-number scale by adding MAGIC, whose last bit is worth one.
 
 import numpy as np
 
-from doe.portable._kernel_cache import kernel
+from doe._kernel_cache import kernel
 
 MAGIC = 6755399441055744.0  # 1.5 * 2^52: the sum of it and |t| < 2^51 holds t rounded to a whole number
 MAGIC_BITS = np.int64(np.float64(MAGIC).view(np.int64))

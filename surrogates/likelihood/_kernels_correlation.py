@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ._kernel_cache import kernel
+from .._kernel_cache import kernel
 
 __all__ = ["cross", "derivatives", "gram"]
 

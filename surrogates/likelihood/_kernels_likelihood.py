@@ -20,7 +20,7 @@ steps with it always climb.
 
 import numpy as np
 
-from ._kernel_cache import kernel
+from .._kernel_cache import kernel
 from ._kernels_matrix import (
     FAILED,
     exp_minus,

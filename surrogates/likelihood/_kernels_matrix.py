@@ -7,7 +7,7 @@ Loops take four rows at a time: what is loaded serves all four.
 
 import numpy as np
 
-from ._kernel_cache import kernel
+from .._kernel_cache import kernel
 
 __all__ = ["FAILED", "exp_minus", "factor", "lower_gram", "weighted"]
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import doe
-from doe.portable import _kernel_cache
+from doe import _kernel_cache
 from tests.kernel_package import answers_around_an_edit, kernel_imports
 
 

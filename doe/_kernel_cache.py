@@ -15,7 +15,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 __all__ = ["kernel"]
 
-PACKAGE = Path(__file__).parents[1]
+PACKAGE = Path(__file__).parent
 
 
 @cache
@@ -40,14 +40,14 @@ class _PackageCache(FunctionCache):
         )
 
 
-def kernel(*, fastmath=True, inline="never"):
+def kernel(*, fastmath=False):
     """Compile a kernel: no checks of divisors, which cost a factor of 8, and kept beside its source.
 
-    fastmath: sums in any order and no NaN. inline: "always" for what is put into its callers' source.
+    fastmath: sums in any order and no NaN; without it the same bits come out on every processor.
     """
 
     def compiled(function):
-        dispatcher = njit(fastmath=fastmath, error_model="numpy", inline=inline)(function)
+        dispatcher = njit(fastmath=fastmath, error_model="numpy")(function)
         dispatcher._cache = _PackageCache(function)
         return dispatcher
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import surrogates
-from surrogates.likelihood import _kernel_cache
+from surrogates import _kernel_cache
 from tests.kernel_package import answers_around_an_edit, kernel_imports
 
 
