@@ -13,6 +13,7 @@ import numpy as np
 from studies.welch20 import NAMES, welch20, worst_corner
 from tests.sample_motion import sample_motion
 from workbench.campaign.store_schema import SCHEMA
+from workbench.search.evidence.gap import Gap
 
 RUNS = 40
 PATH = ((None, -52.3), ("x12", -44.1), ("x4", -40.7), ("x20", -31.2), ("x19", -20.0), ("x16", -18.5))
@@ -179,8 +180,7 @@ def _worst(history, confirmed):
         "status": "the budget was spent",
         "evaluations": len(history) - RUNS, "budget": 8, "seed": 1, "failures": {},
         "history": history if confirmed else history[:RUNS],
-        "gap": {"upper": best["value"] + 0.2, "lower": 0.0, "width": 0.2, "coverage": 0.95,
-                "kind": "model-based"},
+        "gap": Gap(upper=best["value"] + 0.2, width=0.2, coverage=0.95, kind="model-based").to_dict(),
         "audit": {"corners": None, "corners_run": 1, "corners_open": None, "is_corner": True,
                   "sentences": ["1 corner was run; there are too many to run them all"],
                   "monotone": {"x12": "rising", "x4": "mixed"}, "monotone_share": {"x12": 1.0, "x4": 0.4}},

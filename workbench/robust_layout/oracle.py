@@ -141,7 +141,6 @@ class LayoutOracle:
             fixed,
             Space(tuple(p for p in self.space.parameters if p.name not in words), self.space.constraints),
             response=self.model.response,
-            unit=self.model.unit,
             budget=self.budget,
             seed=self.seed,
             start=[replace(o, parameters=_without(o.parameters, words)) for o in start],

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
 
@@ -39,7 +39,7 @@ class WorstCase:
     """The worst true run found, how it was found, and how much worse it could still be."""
 
     response: str
-    unit: str
+    unit: str  # "1" until `named` says otherwise
     sense: str
     value: float
     parameters: Mapping[str, Any]
@@ -56,6 +56,10 @@ class WorstCase:
     profile: Mapping[str, Mapping[str, list[float]]] = field(default_factory=dict)
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
     gap_history: tuple[GapLook, ...] = ()
+
+    def named(self, response: str, unit: str) -> "WorstCase":
+        """The same under the response's name, and with its unit, which the sentence about the gap carries."""
+        return replace(self, response=response, unit=unit, gap=replace(self.gap, unit=unit))
 
     @property
     def label(self) -> str:

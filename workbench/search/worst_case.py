@@ -133,7 +133,6 @@ def search_worst_case(
     space: Space,
     *,
     response: str | Reading | None = None,
-    unit: str = "1",
     sense: str = "max",
     budget: int = 60,
     seed: int = 0,
@@ -227,7 +226,6 @@ def search_worst_case(
         ledger,
         gaps,
         response=response,
-        unit=unit,
         budget=budget,
         seed=seed,
         status=status,
@@ -243,7 +241,6 @@ def surrogate_worst_case(
     runs: Start,
     *,
     response: str | Reading | None = None,
-    unit: str = "1",
     sense: str = "max",
     seed: int = 0,
 ) -> WorstCase:
@@ -268,9 +265,7 @@ def surrogate_worst_case(
         rng=stream(seed, "worst case"),
     )[None]
     mean, std = model.in_units(where.features(worst))
-    found = _result(
-        ledger, GapHistory(), response=response, unit=unit, budget=0, seed=seed, status=Status.SURROGATE
-    )
+    found = _result(ledger, GapHistory(), response=response, budget=0, seed=seed, status=Status.SURROGATE)
     predicted = float(ledger.sign * mean[0])
     return replace(
         found,
@@ -310,7 +305,6 @@ def _result(
     gaps: GapHistory,
     *,
     response: str | Reading | None,
-    unit: str,
     budget: int,
     seed: int,
     status: Status,
@@ -338,7 +332,7 @@ def _result(
     best = ledger.best
     return WorstCase(
         response=response_name(response),
-        unit=unit,
+        unit="1",
         sense="max" if ledger.sign > 0 else "min",
         value=float(best.value if best.value is not None else np.nan),
         parameters=best.parameters,

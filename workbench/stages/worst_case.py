@@ -28,7 +28,7 @@ def worst_case_document(
     else:
         found = _all_searched(campaign, table, wanted, start)
     first, *others = (
-        replace(result, response=target.name, unit=target.unit).to_dict() | dict(target.notes)
+        result.named(target.name, target.unit).to_dict() | dict(target.notes)
         for result, target in zip(found, wanted, strict=True)
     )
     if "quantile" in table:
@@ -43,7 +43,6 @@ def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome])
         campaign.study.space,
         start,
         response=target.reading,
-        unit=target.unit,
         sense=target.sense,
         seed=campaign.study.seed,
     )
@@ -61,7 +60,6 @@ def _searched(
         campaign.outcomes_of_search,
         campaign.study.space,
         response=target.reading,
-        unit=target.unit,
         sense=target.sense,
         budget=table["budget"],
         seed=campaign.study.seed,

@@ -182,7 +182,7 @@ def test_a_finite_space_is_exhausted_and_has_no_gap():
     assert result.evaluations == 6
     assert result.gap.width == 0.0
     assert result.gap.kind == "enumerated"
-    assert "nothing worse exists" in result.gap.sentence
+    assert result.gap.failed == 0
 
 
 def test_constraints_hold_for_every_run():
@@ -253,7 +253,6 @@ def test_a_lipschitz_constant_makes_the_gap_a_certificate():
     assert result.gap.kind == "Lipschitz"
     assert result.gap.coverage == 1.0
     assert result.gap.upper >= 4.0
-    assert "certified" in result.gap.sentence
 
 
 def test_the_lipschitz_bound_is_the_bound_of_the_cones():

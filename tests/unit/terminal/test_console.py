@@ -50,12 +50,12 @@ def test_the_worst_case_says_what_it_rests_on():
     document = {
         "response": "y", "unit": "mm", "sense": "max", "value": 13.31251, "label": "confirmed by a true run",
         "evaluations": 41, "budget": 60, "parameters": {"k": 2.0, "road": "bump"}, "failures": {"failed": 2},
-        "gap": {"upper": 14.2, "width": 0.9, "kind": "model-based"},
+        "gap": {"sentence": "It could be at most 0.9 mm worse."},
     }  # fmt: skip
     text = "\n".join(worst_case_lines(document))
     assert "Worst case (largest y): 13.3125 mm" in text
     assert "confirmed by a true run; 41 runs of at most 60" in text
-    assert "could be as far as 14.2 mm (model-based bound, not a proof)" in text
+    assert "  It could be at most 0.9 mm worse." in text
     assert "runs without a value: 2 failed" in text
     assert "  road = bump" in text
 

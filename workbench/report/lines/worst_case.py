@@ -27,14 +27,8 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     text.append(f"  {document['label']}{runs}")
     if document.get("status"):
         text.append(f"  stopped because {document['status']}")
-    gap = document.get("gap") or {}
-    if gap.get("upper") is not None:
-        what = "model-based bound, not a proof" if gap["kind"] == "model-based" else gap["kind"]
-        text.append(f"  could be as far as {format_number(gap['upper'], 6)}{unit} ({what})")
-    if gap.get("failed"):
-        text += wrapped(f"  every point was run; {gap['failed']} failed and may be worse", 79)
-    if gap.get("note"):
-        text += wrapped(f"  note: {gap['note']}", 79)
+    if document.get("gap"):
+        text += [f"  {line}" for line in wrapped(document["gap"]["sentence"], 77)]
     if document.get("quantile"):
         text += [f"  {line}" for line in wrapped(quantile_text(document["quantile"]), 77)]
     failures = document.get("failures") or {}

@@ -1,11 +1,10 @@
 """What a section is made of: sentences, notes, figures with their table twins; and how numbers read."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from workbench.space.units import raised
+from workbench.space.units import DIGITS, number, raised
 
 __all__ = [
     "Card",
@@ -19,10 +18,10 @@ __all__ = [
     "number",
     "percent",
     "quantity",
+    "typeset",
 ]
 
 Level = Literal["good", "fair", "poor", "plain"]
-DIGITS = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,29 +153,6 @@ class Section:
         ]
 
 
-def number(value: Any, digits: int = DIGITS) -> str:
-    """A value as it is read: `digits` significant digits, no exponent between 1e-4 and 1e7.
-
-    >>> [number(v) for v in (115600.0, 0.123456789, 13.3125, 2e-9, 64, None, True, "x1", -0.5)]
-    ['115600', '0.123457', '13.3125', '2e-09', '64', '–', 'yes', 'x1', '-0.5']
-    """
-    if value is None:
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int) or not isinstance(value, float):
-        return str(value)
-    if not math.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    exponent = math.floor(math.log10(abs(value)))
-    if not -4 <= exponent < 7:
-        return f"{value:.{digits - 1}g}"
-    text = f"{value:.{max(digits - 1 - exponent, 0)}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
-
-
 def quantity(value: Any, unit: str = "1", digits: int = DIGITS) -> str:
     """A value with its unit.
 
@@ -193,6 +169,15 @@ def percent(share: float, digits: int = 0) -> str:
     '95\xa0%'
     """
     return f"{100.0 * share:.{digits}f}\N{NO-BREAK SPACE}%"
+
+
+def typeset(sentence: str) -> str:
+    """A sentence of a document as the page prints it: exponents raised, no line break before a percent sign.
+
+    >>> typeset("at most 5 % or 2 m^3/yr")
+    'at most 5\xa0% or 2 m³/yr'
+    """
+    return raised(sentence).replace(" %", "\N{NO-BREAK SPACE}%")
 
 
 def names_of(names: Sequence[str], *, at_most: int = 12) -> str:

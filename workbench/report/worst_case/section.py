@@ -16,6 +16,7 @@ from workbench.report.page.blocks import (
     number,
     percent,
     quantity,
+    typeset,
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.worst_case.figures import (
@@ -37,27 +38,7 @@ MOST_RANKED = 10
 def gap_sentence(worst: Mapping[str, Any]) -> str:
     """What is known about how much worse it could be."""
     gap = worst.get("gap")
-    if not gap:
-        return "No bound on how much worse it could be was computed."
-    sentence = _claim(gap, str(worst.get("unit") or "1"))
-    note = str(gap.get("note") or "").rstrip(".")
-    return f"{sentence} {note[:1].upper()}{note[1:]}." if note else sentence
-
-
-def _claim(gap: Mapping[str, Any], unit: str) -> str:
-    width = "an unknown amount" if gap["width"] is None else quantity(gap["width"], unit, 4)
-    kind = str(gap.get("kind", "model-based"))
-    if kind == "enumerated":
-        if gap.get("failed"):
-            return f"Every point of the space was run; {gap['failed']} failed and may be worse, by {width}."
-        return "Every point of the space was run: nothing worse exists."
-    if kind.lower() == "lipschitz":
-        return f"With the given Lipschitz constant it is certain that at most {width} more is possible."
-    if kind == "enclosure":
-        end = "" if gap.get("closed") else "; more calls of it would narrow this"
-        return f"By the given interval enclosure it is certain that at most {width} more is possible{end}."
-    stated = f" with {percent(gap['coverage'])} confidence" if gap.get("coverage") else ""
-    return f"By the Kriging{stated} it could be at most {width} worse ({kind}, not a proof)."
+    return typeset(gap["sentence"]) if gap else "No bound on how much worse it could be was computed."
 
 
 def worst_case_section(folder: CampaignFolder) -> Section | None:

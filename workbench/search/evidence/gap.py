@@ -1,13 +1,12 @@
-"""How much worse could it still be: an upper bound of the response over the whole space, with its kind
-stated.
+"""How much worse could it still be: an upper bound of the response over the space, with its kind stated.
 
     model-based    max over u of m(u) + 3 kappa s(u), kappa from leave-one-out, the larger of two models: the
                    cautious twin of the search's model, and the roughest model of the plain values that the
                    runs do not refute; regions where runs almost surely fail are left out
     Lipschitz      max over u of min_i (v_i + L |u - u_i|), a certificate when L is right
     enclosure      branch and bound on the user's interval enclosure, a certificate
-    (`workbench.search.evidence.enclosure`) enumerated     every point of a finite space was run: nothing is
-    left but points that failed
+                   (`workbench.search.evidence.enclosure`)
+    enumerated     every point of a finite space was run: nothing is left but points that failed
 
 A model-based gap is a statement about the Kriging and is calibrated, not proven:
 `studies/worst_case_calibration.py` counts how often it covers the true gap of functions with known extremes.
@@ -27,6 +26,7 @@ from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
+from workbench.space.units import number
 
 __all__ = ["COVERAGE", "Gap", "lipschitz_gap", "remaining_gap"]
 
@@ -39,11 +39,16 @@ POLISHED = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
-    """`width` >= 0: how far beyond the confirmed worst the response could lie, in its unit. `upper` is the
+    """`width` >= 0: how far beyond the confirmed worst the response could lie, in its `unit`. `upper` is the
     bound itself (a lower bound of the response when small is bad); both are infinite where nothing is known.
+
     Of an enclosure: its `calls`, and whether they brought the width below the tolerance. Of an enumeration:
     how many points `failed`. `note`: what a reader must know beside it, such as a certificate that the runs
-    refute."""
+    refute.
+
+    >>> Gap(upper=5.2, width=0.2, coverage=0.95, kind="model-based", unit="mm").sentence
+    'By the Kriging with 95 % confidence it could be at most 0.2 mm worse (model-based, not a proof).'
+    """
 
     upper: float
     width: float
@@ -53,10 +58,12 @@ class Gap:
     closed: bool = True
     failed: int = 0
     note: str = ""
+    unit: str = "1"
 
     def to_dict(self) -> dict[str, Any]:
         """For the JSON document."""
         plain = asdict(self)
+        del plain["unit"]  # the document's own
         if self.kind != "enclosure":
             del plain["calls"], plain["closed"]
         for name in ("failed", "note"):
@@ -68,28 +75,28 @@ class Gap:
 
     @property
     def sentence(self) -> str:
-        """What to tell a reader."""
-        return f"{self._claim}; {self.note}" if self.note else self._claim
+        """What to tell a reader: the one wording that results, documents, terminal and report show."""
+        note = self.note.rstrip(".")
+        return f"{self._claim} {note[:1].upper()}{note[1:]}." if note else self._claim
 
     @property
     def _claim(self) -> str:
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        width = f"{number(self.width, 4)}{unit}" if isfinite(self.width) else "an unknown amount"
         if self.kind == "enumerated":
             if not self.failed:
-                return "every point of the space was run: nothing worse exists"
-            text = f"every point of the space was run; {self.failed} failed and may be worse"
-            if isfinite(self.width):
-                text += f": by at most {self.width:.4g} there (model-based, {self.coverage:.0%})"
-            return text
+                return "Every point of the space was run: nothing worse exists."
+            return f"Every point of the space was run; {self.failed} failed and may be worse, by {width}."
         if self.kind == "Lipschitz":
-            return f"certified by the given Lipschitz constant: at most {self.width:.4g} worse"
+            return f"With the given Lipschitz constant it is certain that at most {width} more is possible."
         if self.kind == "enclosure":
-            end = "" if self.closed else "; they did not suffice to close the gap"
+            end = "" if self.closed else "; more calls of it would narrow this"
             return (
-                f"certified by the given enclosure: at most {self.width:.4g} worse ({self.calls} calls{end})"
+                f"By the given interval enclosure it is certain that at most {width} more is possible{end}."
             )
         return (
-            f"model-based, {self.coverage:.0%}: at most {self.width:.4g} worse "
-            "(a statement of the Kriging, not a proof)"
+            f"By the Kriging with {100 * self.coverage:.0f} % confidence it could be at most {width} worse "
+            f"({self.kind}, not a proof)."
         )
 
 

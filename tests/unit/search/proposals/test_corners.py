@@ -105,7 +105,7 @@ def test_a_constant_response_is_said_to_be_constant(value):
     assert found.status is Status.CONSTANT
     assert found.evaluations == 20  # ten runs per parameter
     assert found.audit.corners_run == 4
-    assert "all 20 runs gave the same value: the response does not depend on" in found.gap.sentence
+    assert "all 20 runs gave the same value: the response does not depend on" in found.gap.note
     assert "the model ignores its inputs" in found.to_dict()["status"]
 
 
