@@ -107,7 +107,7 @@ def exchange(
         candidates: (N, d) points of the unit cube, N up to 1e6 and more; the model is taken in x = 2 u - 1.
             Points outside the cube are allowed: D and I do not depend on the scale of a column.
         n: runs to choose, `include` among them.
-        model: linear | interactions | quadratic, a table of exponents, or a function (see `doe.Model`).
+        model: linear | interactions | quadratic, a table of exponents, or a function (see `doe.model_terms`).
         criterion: D maximises |X'X|; A minimises trace (X'X)^-1; I minimises the prediction variance averaged
             over the unit cube.
         replicates: whether a candidate may be chosen several times.

@@ -4,7 +4,7 @@
     quadratic   the same over all linear, square and product terms
     forest      permutation importance of a random forest                             Breiman 2001
     sobol       total Sobol' indices of a Kriging with one theta per input
-    welch       the screening of surrogates.welch                                     Welch et al. 1992
+    welch       the screening of sets.welch                                           Welch et al. 1992
 
 A user will ask for them, so they are one call away and run on the same data. Scores of different methods
 are not comparable; rankings are.

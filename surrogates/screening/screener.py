@@ -1,8 +1,8 @@
 """Screening of inputs by the likelihood of a Kriging model: which inputs does the response depend on?
 
-    default   sparse multi-start ARD likelihood, backward, exchange               surrogates.ard
-    forward   section 3.3 of the dissertation, literal                            surrogates.forward
-    welch     the maximum-likelihood original with free exponents                 surrogates.welch
+    default   sparse multi-start ARD likelihood, backward, exchange               sets.ard
+    forward   section 3.3 of the dissertation, literal                            sets.forward
+    welch     the maximum-likelihood original with free exponents                 sets.welch
 
 An input matters when it needs a theta of its own (eq. 3.7). The others share one common theta in the
 published methods, and have theta = 0 in the default, where what is not selected must not act. The
