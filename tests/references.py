@@ -1,4 +1,4 @@
-"""Paths and dotted names of the house, wherever text speaks of them: pages, docstrings, comments and strings."""
+"""Paths and dotted names of the house, wherever text speaks of them: pages, docstrings and comments."""
 
 import ast
 import io
@@ -12,8 +12,9 @@ from tests.house import PACKAGES
 
 __all__ = ["missing_names", "missing_paths", "texts"]
 
-PATH = re.compile(r"(?<![\w./<-])(?:(?:%s|tests|docs)/[\w./*-]*\w)" % "|".join(PACKAGES))
-NAME = re.compile(r"(?<![\w./-])(?:%s)(?:\.[A-Za-z_]\w*)+(?![\w/])" % "|".join(PACKAGES))
+OURS = "|".join(PACKAGES)
+PATH = re.compile(rf"(?<![\w./<-])(?:{OURS}|tests|docs)/[\w./*-]*\w")
+NAME = re.compile(rf"(?<![\w./-])(?:{OURS})(?:\.[A-Za-z_]\w*)+(?![\w/])")
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
 
 

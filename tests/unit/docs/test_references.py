@@ -22,7 +22,7 @@ def test_every_path_and_name_that_is_written_exists():
 @pytest.mark.parametrize(
     ("text", "missing"),
     [
-        ("see `workbench/search/attic.py` and tests/unit/attic.", ["workbench/search/attic.py", "tests/unit/attic"]),
+        ("see `workbench/search/a.py` and tests/unit/attic.", ["workbench/search/a.py", "tests/unit/attic"]),
         ("[a](howto/attic.md), [b](notation.md#greek), [c](https://example.org/a.md)", ["howto/attic.md"]),
         ("workbench/search/worst_case.py, doe/latin/, tests/unit/space/test_*.py", []),
         ("workbench.search.attic.find, doe.lhs, workbench.engine.Body.name", ["workbench.search.attic.find"]),
