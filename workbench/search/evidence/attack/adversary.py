@@ -1,0 +1,285 @@
+"""An adversary: given a model and a value, find a case beyond it within a budget of true runs.
+
+    interior     independent cases drawn from the laws of the parameters: of them alone the share of the
+                 uncertainty beyond the value is counted
+    corner       corners, in equal shares of every combination of unordered levels; all where they fit
+    near corner  the same with some coordinates inside
+    change, cliff, pattern, gradient    climbs from the best cases of each stratum, see
+                 `workbench.search.evidence.attack.climbs`
+
+An adversary shares with the search that it attacks neither a surrogate nor a start design nor a stream of
+random numbers; what it runs is a function of its seed, of the budget and of the model's answers. A space
+with no more cases than the budget is run whole.
+
+Falsification of simulated systems lives on such attacks (ARCH-COMP, category falsification); how the budget
+is split was measured by `studies/adversary.py`.
+"""
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.errors import StudyError
+from workbench.models.evaluator import Evaluator, Reading, response_reader
+from workbench.search.evidence.attack.climbs import Climb, Step, corner_climb, interior_climb
+from workbench.search.evidence.attack.record import Attack, Attempt
+from workbench.search.evidence.attack.share import counted_share
+from workbench.search.evidence.attack.strata import Strata
+from workbench.search.evidence.attack.trials import Trials
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.space.box import Space
+from workbench.space.streams import stream
+
+__all__ = ["DEFAULT_SPLIT", "Split", "attack"]
+
+SIDE_BY_SIDE = 4  # climbs at once: the size of a batch, whatever the number of workers
+NOTICEABLE = 0.01  # of the value or of the range of the values, the smaller
+FRESH, REDRAWS = 8, 20  # near-corners drawn when no case is left to climb from, and how often
+TRIES = 50  # redraws of an independent case that a constraint refuses
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Split:
+    """Shares of the budget that are drawn at random; the rest climbs."""
+
+    interior: float = 0.25
+    corner: float = 0.15
+    near_corner: float = 0.10
+
+
+DEFAULT_SPLIT = Split()
+
+
+def attack(
+    evaluate: Evaluator,
+    space: Space,
+    *,
+    value: float,
+    budget: int,
+    seed: int,
+    sense: str = "max",
+    response: str | Reading | None = None,
+    split: Split = DEFAULT_SPLIT,
+) -> Attack:
+    """Look for a case beyond `value` over `space` with up to `budget` true runs.
+
+    Args:
+        evaluate: runs rows of named parameters, one outcome each; failures are outcomes, see
+            `workbench.models.evaluator.Evaluator`. A batch may be run in any order and by any number of
+            workers: the cases asked for do not depend on it.
+        value: the claim, in the response's own unit and sign: nothing is said to be worse.
+        budget: true runs; fewer are made where a finite space has no more.
+        seed: of all random numbers of the attack; its stream is no search's.
+        response: the name of the attacked response, or a function of the outputs; not needed for one.
+        split: what part of the budget is drawn at random.
+
+    Raises:
+        StudyError: the sense, the value or the budget is of no use, or no case meets the constraints.
+    """
+    _check(sense=sense, value=value, budget=budget)
+    where = SearchSpace.of(space)
+    trials = Trials(
+        evaluate=evaluate,
+        where=where,
+        read=response_reader(response),
+        response=None if callable(response) else response,
+        sign=1.0 if sense == "max" else -1.0,
+        budget=budget,
+    )
+    every = where.points() if where.size <= budget else None
+    rng = stream(seed, "attack")
+    strata = Strata.of(where, rng=rng)
+    independent: list[float] = []
+    if every is not None:
+        trials.run(every, ["enumerated"] * len(every))
+    else:
+        drawn = _independent(where, round(split.interior * budget), rng)
+        if not len(drawn):
+            raise StudyError("no case of the space meets its constraints: loosen them or widen the bounds")
+        independent = trials.run(drawn, ["interior"] * len(drawn))
+        for kind, part, draw in (
+            ("corner", split.corner, strata.corners),
+            ("near corner", split.near_corner, strata.near_corners),
+        ):
+            points = draw(round(part * budget), rng)
+            trials.run(points, [kind] * len(points))
+        _Ascents(trials=trials, strata=strata, seed=seed).run()
+    return _record(
+        trials, strata, independent, value=value, sense=sense, seed=seed, is_exhaustive=every is not None
+    )
+
+
+@dataclass(slots=True, kw_only=True)
+class _Ascents:
+    """Climbs side by side from the best cases of each stratum, until the budget ends."""
+
+    trials: Trials
+    strata: Strata
+    seed: int
+    begun: int = 0
+    redrawn: int = 0
+    used: set[int] = field(default_factory=set)
+
+    def run(self) -> None:
+        """Climb, and begin another climb whenever one has ended."""
+        active: deque[tuple[Climb, Step]] = deque()
+        starts = self._starts()
+        while self.trials.left > 0:
+            while len(active) < SIDE_BY_SIDE and (begun := self._next(starts)) is not None:
+                active.append(begun)
+            if not active:
+                break
+            values = self.trials.run([step.point for _, step in active], [step.kind for _, step in active])
+            going = list(active)[: len(values)]
+            active.clear()
+            for (climb, _), value in zip(going, values, strict=True):
+                step = self._asked(climb, value)
+                if step is not None:
+                    active.append((climb, step))
+
+    def _next(self, starts: Iterator[Climb]) -> tuple[Climb, Step] | None:
+        """The next climb that has a case to run, with that case; None where nothing is left to climb."""
+        for climb in starts:
+            step = self._asked(climb, None)
+            if step is not None:
+                return climb, step
+        return None
+
+    def _asked(self, climb: Climb, value: float | None) -> Step | None:
+        """Go on with a climb until it asks for a case that was not run; None when it has ended."""
+        try:
+            step = next(climb) if value is None else climb.send(value)
+            while (known := self.trials.known(step.point)) is not None:
+                step = climb.send(known)
+        except StopIteration:
+            return None
+        return step
+
+    def _starts(self) -> Iterator[Climb]:
+        """Climbs from the worst cases of the strata by turns, corner and interior climbs by turns, and from
+        new near-corners when no drawn case is left."""
+        drawn = range(len(self.trials.outcomes))
+        while True:
+            queue = self._queue(drawn)
+            if not queue:
+                drawn = self._more()
+                if not drawn:
+                    return
+                continue
+            for i in queue:
+                self.used.add(i)
+                yield self._climb(i)
+
+    def _more(self) -> range:
+        """Run a few new near-corners; the places of those that were new, none where none is left."""
+        before = len(self.trials.outcomes)
+        for _ in range(REDRAWS):
+            self.redrawn += 1
+            rng = stream(self.seed, "attack again", replicate=self.redrawn)
+            fresh = self.strata.near_corners(FRESH, rng)
+            self.trials.run(fresh, ["near corner"] * len(fresh))
+            if len(self.trials.outcomes) > before:
+                break
+        return range(before, len(self.trials.outcomes))
+
+    def _queue(self, drawn: range) -> list[int]:
+        """The best case of each stratum that no climb has begun at, the strata with the worst ones first."""
+        open_ = [i for i in drawn if i not in self.used and self.trials.values[i] > -np.inf]
+        if not open_:
+            return []
+        index = self.strata.index(np.array([self.trials.points[i] for i in open_]))
+        best: dict[int, int] = {}
+        for i, stratum in zip(open_, index, strict=True):
+            if stratum not in best or self.trials.values[i] > self.trials.values[best[stratum]]:
+                best[int(stratum)] = i
+        return sorted(best.values(), key=lambda i: -self.trials.values[i])
+
+    def _climb(self, i: int) -> Climb:
+        trials = self.trials
+        rng = stream(self.seed, "climb", replicate=self.begun)
+        self.begun += 1
+        start, value = trials.points[i], trials.values[i]
+        if self.begun % 2:
+            return corner_climb(
+                trials.where, start, value, slope=trials.slope, spread=lambda: _spread(trials.values), rng=rng
+            )
+        return interior_climb(trials.where, start, value, slope=trials.slope, rng=rng)
+
+
+def _independent(where: SearchSpace, size: int, rng: np.random.Generator) -> np.ndarray:
+    """`size` independent unit points (n, d) of the laws of the parameters, given the constraints."""
+    kept = np.empty((0, where.dimension))
+    for _ in range(TRIES):
+        if len(kept) >= max(size, 1):
+            break
+        table = where.space.quantile(rng.random((max(size, 1), where.dimension)))
+        u = where.space.unit(table)
+        kept = np.vstack([kept, u[where.allowed(u)]])
+    drawn: np.ndarray = kept[: max(size, 1)]
+    return drawn
+
+
+def _spread(values: list[float]) -> float:
+    """The range of the values of runs that gave one."""
+    finite = np.array(values)[np.isfinite(values)]
+    return float(np.ptp(finite)) if len(finite) else 0.0
+
+
+def _record(
+    trials: Trials,
+    strata: Strata,
+    independent: list[float],
+    *,
+    value: float,
+    sense: str,
+    seed: int,
+    is_exhaustive: bool,
+) -> Attack:
+    sign, values = trials.sign, np.array(trials.values)
+    best = int(np.argmax(values)) if np.isfinite(values).any() else None
+    drawn = np.array(independent)
+    return Attack(
+        value=value,
+        sense=sense,
+        budget=trials.budget,
+        seed=seed,
+        attempts=tuple(
+            Attempt(point=point, kind=kind, value=sign * v if np.isfinite(v) else None, outcome=outcome)
+            for point, kind, v, outcome in zip(
+                trials.points, trials.kinds, trials.values, trials.outcomes, strict=True
+            )
+        ),
+        largest=None if best is None else float(sign * values[best]),
+        parameters=None if best is None else dict(trials.outcomes[best].parameters),
+        run_key="" if best is None else trials.outcomes[best].key,
+        since=_since(values, sign * value),
+        share=counted_share(int((drawn > sign * value).sum()), len(drawn)),
+        failing=counted_share(int((drawn == -np.inf).sum()), len(drawn)),
+        strata=len(strata),
+        strata_in_all=strata.count,
+        is_exhaustive=is_exhaustive,
+    )
+
+
+def _since(values: np.ndarray, claim: float) -> int:
+    """Runs after the last of the signed `values` (n,) that was noticeably beyond the claim and all before."""
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return len(values)
+    scale = min(float(np.ptp(np.append(finite, claim))), max(abs(claim), float(np.abs(finite).max())))
+    level, last = claim, -1
+    for i, v in enumerate(values):
+        if v > level + NOTICEABLE * scale:
+            level, last = v, i
+    return len(values) - 1 - last
+
+
+def _check(*, sense: str, value: float, budget: int) -> None:
+    if sense not in ("max", "min"):
+        raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
+    if not np.isfinite(value):
+        raise StudyError(f"an attack needs a finite value to look beyond, got {value!r}")
+    if isinstance(budget, bool) or not isinstance(budget, int | np.integer) or budget < 1:
+        raise StudyError(f"the budget of an attack needs a whole number of runs >= 1, got {budget!r}")

@@ -1,0 +1,135 @@
+"""What an attack found, and what may be said after it."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.models.evaluator import Outcome
+from workbench.search.evidence.attack.share import Share
+
+__all__ = ["Attack", "Attempt"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attempt:
+    """One true run of an attack: its unit point (d,), its kind, its value in the response's own sign, None
+    where the run gave none."""
+
+    point: np.ndarray
+    kind: str
+    value: float | None
+    outcome: Outcome
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attack:
+    """An attack on the claim that nothing is worse than `value`.
+
+    `largest` is the worst value that the attack met, in the response's own sign, with the parameters and the
+    key of its run; None where every run failed. `since`: runs made after the last that was noticeably worse
+    than all before, the claim included. `share`: of the independent cases drawn from the uncertainty, those
+    beyond the claim, with the exact 95 % interval; `failing` the same of those that gave no value. `strata`
+    of `strata_in_all` combinations of unordered levels were drawn from.
+    """
+
+    value: float
+    sense: str
+    budget: int
+    seed: int
+    attempts: tuple[Attempt, ...]
+    largest: float | None
+    parameters: Mapping[str, Any] | None
+    run_key: str
+    since: int
+    share: Share
+    failing: Share
+    strata: int
+    strata_in_all: int
+    is_exhaustive: bool
+
+    @property
+    def runs(self) -> int:
+        """True runs made."""
+        return len(self.attempts)
+
+    @property
+    def kinds(self) -> dict[str, int]:
+        """Runs by kind."""
+        return dict(Counter(attempt.kind for attempt in self.attempts))
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """Runs without a value, by status."""
+        lost = (a.outcome.status for a in self.attempts if a.value is None)
+        return dict(Counter("excluded" if status == "ok" else status for status in lost))
+
+    @property
+    def excess(self) -> float:
+        """How far the largest value found lies beyond the claim, in the unit of the response."""
+        if self.largest is None:
+            return 0.0
+        sign = 1.0 if self.sense == "max" else -1.0
+        return max(sign * (self.largest - self.value), 0.0)
+
+    @property
+    def is_beaten(self) -> bool:
+        """Whether a case beyond the claim was found."""
+        return self.excess > 0
+
+    @property
+    def sentence(self) -> str:
+        """What the attack says about the claim."""
+        runs = f"{self.runs} true runs of an adversary"
+        if self.is_beaten:
+            return (
+                f"{runs} found {self.largest:.6g}, beyond {self.value:.6g}{self._share_words}{self._failed}"
+            )
+        found = "every run failed" if self.largest is None else f"found nothing beyond {self.value:.6g}"
+        if self.is_exhaustive and not self.failures:
+            return f"{runs}, all cases that there are, {found}"
+        return f"{runs} {found}{self._share_words}{self._failed}"
+
+    @property
+    def _share_words(self) -> str:
+        draws, hits, high = self.share.draws, self.share.hits, self.share.high
+        if not draws:
+            return ""
+        count = "none" if not hits else str(hits)
+        return (
+            f"; {count} of {draws} independent cases lie beyond, so with 95 % confidence less than "
+            f"{100 * high:.2g} % of the uncertainty does"
+        )
+
+    @property
+    def _failed(self) -> str:
+        lost = self.failures
+        lost.pop("excluded", None)
+        if not lost:
+            return ""
+        words = ", ".join(f"{count} {status}" for status, count in sorted(lost.items()))
+        return f"; runs without a value ({words}) may be worse: an attack that may have succeeded"
+
+    def to_dict(self) -> dict[str, Any]:
+        """For a JSON document; the runs themselves stand where the evaluator keeps them."""
+        return {
+            "value": self.value,
+            "sense": self.sense,
+            "runs": self.runs,
+            "kinds": self.kinds,
+            "largest": self.largest,
+            "parameters": None if self.parameters is None else dict(self.parameters),
+            "run_key": self.run_key,
+            "excess": self.excess,
+            "since": self.since,
+            "share": self.share.to_dict(),
+            "failing": self.failing.to_dict(),
+            "failures": self.failures,
+            "strata": self.strata,
+            "strata_in_all": self.strata_in_all,
+            "exhaustive": self.is_exhaustive,
+            "seed": self.seed,
+            "sentence": self.sentence,
+        }
