@@ -51,6 +51,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     ),
     "workbench/report": ("*", "sections", "worst_case", "page", "lines"),
     "workbench/search": ("*", "evidence proposals", "surrogate", "runs"),
+    "workbench/search/evidence": ("*", "attack"),
     "workbench/engine": (
         "layout",
         "sensitivity",
