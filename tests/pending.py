@@ -10,6 +10,5 @@ PENDING: dict[str, set[str]] = {
         "doe/optimal/exchange.py",
         "studies/occupant.py",
         "workbench/campaign/store.py",
-        "workbench/terminal/cli.py",
     },
 }

@@ -10,8 +10,8 @@ import pytest
 
 from workbench.models.protocol import Answer
 from workbench.space.box import Parameter, Space
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate
 from workbench.system.atomic import write_json
 
 pytestmark = pytest.mark.bench
@@ -120,7 +120,7 @@ def test_a_campaign_of_1e5_evaluations_resumes(tmp_path):
     begun, cpu = time.perf_counter(), time.process_time()
     with Campaign.of(model, space, folder=tmp_path / "c") as campaign:
         opened = time.process_time() - cpu
-        assert stages.evaluate(campaign)["counts"] == {"ok": count}
+        assert evaluate(campaign)["counts"] == {"ok": count}
         resumed, wall = time.process_time() - cpu, time.perf_counter() - begun
         cpu = time.process_time()
         data = campaign.results()

@@ -1,20 +1,98 @@
-"""The points of a study: from a kind of design, from a file, or from a table of runs made elsewhere."""
+"""The stage `design` of a study: the points to run, made once, their place in the queue, and their runs.
 
+The points come from a kind of design, from a file, or from a table of runs made elsewhere: `design.json`.
+"""
+
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.table import TableModel, read_table
+from workbench.report.lines.design import design_lines
+from workbench.stages.table import Work
+from workbench.study.record import Study
+from workbench.system.atomic import read_json, write_json
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["compared_designs", "design_from_file", "design_of_kind", "design_of_table", "drawn_design"]
+__all__ = ["WORK", "compared_designs", "design_table", "drawn_design", "evaluate", "queue_design"]
 
 
-def design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def design_table(study: Study) -> dict[str, Any]:
+    """The table `[design]`; of a study without one, the table of runs that its model is."""
+    return {"kind": "table", **(study.design or {})}
+
+
+def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Make the points."""
+    study = campaign.study
+    if study.model["kind"] == "table":
+        made, rows = _design_of_table(campaign, table)
+    elif table["kind"] == "table":
+        made, rows = _design_from_file(campaign, table)
+    else:
+        made, rows = _design_of_kind(campaign, table)
+    document = {
+        **made.to_dict(),
+        "quality": made.quality().to_dict() if len(rows) > 1 else {},
+        # as given: a table's value would not survive the way to the unit cube and back to the last bit
+        "physical": [[row[name] for name in study.space.names] for row in rows],
+        "run_keys": [campaign.key(study.space.canonical(row)) for row in rows],
+    }
+    write_json(campaign.folder / "design.json", document)
+    campaign.progress.stage(
+        "design", f"{len(rows)} runs of {study.space.dimension} parameters ({made.algorithm})"
+    )
+    return document
+
+
+def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+    return campaign.spec.version if campaign.study.model["kind"] == "table" else ""
+
+
+def _planned_runs(study: Study, folder: Path) -> int | None:
+    """As many as the design has, or as it is asked to have; None where that is up to its kind."""
+    document = read_json(folder / "design.json")
+    runs: int | None = document["n"] if document else (study.design or {}).get("runs")
+    return runs
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=design_lines, planned_runs=_planned_runs)
+
+
+def queue_design(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[Asked]:
+    """Put the design's rows in the queue; those that have no answer yet. A table answers its rows at once.
+
+    Of a model that others run, the rows that a search waits for are given behind the design's.
+    """
+    if campaign.study.model["kind"] == "table":
+        evaluate(campaign)
+    keys = set(campaign.enqueue(_rows(campaign, document), batch="design"))
+    waiting = campaign.ask()
+    others = [run for run in waiting if run.key not in keys] if campaign.study.model["kind"] == "ask" else []
+    return [*(run for run in waiting if run.key in keys), *others]
+
+
+def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
+    """Run the model at every point of the design; runs that are stored are not repeated."""
+    document = read_json(campaign.folder / "design.json")
+    if document is None:
+        raise StudyError(
+            "there is no design to evaluate; give the study a [design] table or run `holdfast design`"
+        )
+    rows, keys = _rows(campaign, document), document["run_keys"]
+    known = sum(status not in ("queued", "running") for status in campaign.store.statuses(keys).values())
+    campaign.progress.stage("evaluate", f"{len(rows)} runs, {known} of them known")
+    if known < len(set(keys)):
+        campaign.evaluate(rows, batch="table" if campaign.study.model["kind"] == "table" else "design")
+    return {"runs": len(keys), "counts": dict(Counter(campaign.store.statuses(keys).values()))}
+
+
+def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
     """The design that a table of runs is."""
     if table["kind"] != "table":
         raise StudyError(
@@ -24,7 +102,7 @@ def design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[A
     return _given_design(campaign, model.inputs, table, str(campaign.study.model["file"]))
 
 
-def design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def _design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
     """The design in a CSV of parameters."""
     if "file" not in table:
         raise StudyError("design kind 'table' needs file, a CSV with a column per parameter")
@@ -60,7 +138,7 @@ def _given_design(
     return made, chosen
 
 
-def design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def _design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
     """The design of a kind such as "ihs"."""
     from workbench.sampling.plan import DesignOptions, make_design
 
@@ -95,3 +173,9 @@ def compared_designs(document: Mapping[str, Any], kinds: Sequence[str]) -> "pd.D
         made = make_design(own.space, kind, len(own), seed=own.seed)
         designs[kind if kind != own.algorithm else f"{kind} (defaults)"] = made
     return compare(designs)
+
+
+def _rows(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[dict[str, Any]]:
+    if document["space_hash"] != campaign.study.space.hash:
+        raise StudyError("the parameters changed since the design was made; `holdfast design` makes it anew")
+    return [dict(zip(campaign.study.space.names, point, strict=True)) for point in document["physical"]]

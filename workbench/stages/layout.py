@@ -6,6 +6,7 @@ keeps `layout.partial.json` up to date after every evaluation; interrupted, it g
 far.
 """
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from hashlib import blake2b
@@ -15,16 +16,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.campaign.runs import CampaignRuns
 from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutProblem
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
 from workbench.engine.layout.outcome.purify import purify
 from workbench.engine.layout.outcome.result import HistoryEntry
 from workbench.errors import Interrupted, StudyError
+from workbench.report.lines.layout import layout_lines
 from workbench.robust_layout.document import check_gradient, finite, layout_document
 from workbench.robust_layout.loading import load_problem
+from workbench.stages.table import Work
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["run_layout"]
+__all__ = ["WORK", "run_layout"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[HistoryEntry], None]
@@ -147,3 +151,31 @@ def _resumable(path: Path, identity: str, problem: LayoutProblem) -> dict[str, A
     if not found or found.get("identity") != identity or len(found["density"]) != problem.members:
         return None
     return dict(found) if found.get("value") is not None else None
+
+
+def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Optimise, for the worst case found when the table says `scenarios = true`."""
+    keywords = dict(table)
+    options = dict(keywords.pop("options", {}))
+    if keywords.pop("scenarios", False):
+        found = _worst_case(campaign, table)
+        if found is None:
+            raise StudyError(
+                "[layout] scenarios = true needs a worst case; give the study a [worst_case] table"
+            )
+        options["scenarios"] = [found]
+    campaign.progress.stage("layout", f"{table['problem']} by {table['method']}")
+    return run_layout(campaign.folder, options=options, study_folder=campaign.study.folder, **keywords)
+
+
+def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+    return json.dumps(_worst_case(campaign, table), sort_keys=True)
+
+
+def _worst_case(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The parameters of the worst case found, when the table asks for it and it is there."""
+    found = read_json(campaign.folder / "worst_case.json") if table.get("scenarios") else None
+    return None if found is None else dict(found["parameters"])
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=layout_lines)

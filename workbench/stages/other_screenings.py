@@ -22,7 +22,7 @@ from workbench.screening.screen import METHODS, screen
 from workbench.space.groups import chosen
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
-from workbench.stages.run_all import screening_runs
+from workbench.stages.stored_runs import screening_runs
 
 __all__ = ["OTHER_METHODS", "other_screening"]
 

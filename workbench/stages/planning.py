@@ -5,15 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from workbench.campaign.store import Store
-from workbench.stages.validation import STAGES
+from workbench.stages.table import STAGES, asked_stages
 from workbench.study.record import Study
-from workbench.study.robust_table import comparison_of
-from workbench.study.worst_case_targets import QUANTILE_BUDGET
-from workbench.system.atomic import read_json
 
 __all__ = ["plan_lines", "plan_study"]
 
-TIMED = ("design", "worst_case", "robust")  # batches whose runs are those of the study's model
+# batches whose runs are those of the study's model
+TIMED = tuple(stage.name for stage in STAGES if stage.runs_model)
 
 
 def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
@@ -29,30 +27,19 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
             store.close()
         counts.update(row.status for row in rows)
         walls = [row.wall for row in rows if row.wall is not None and row.batch in TIMED]
-    runs = {}
-    if study.design is not None and study.model["kind"] != "table":
-        document = read_json(place / "design.json")
-        runs["design"] = document["n"] if document else study.design.get("runs")
-    if study.worst_case is not None and study.model["kind"] != "table":
-        table = study.worst_case
-        more = table.get("quantile_budget", QUANTILE_BUDGET) if "quantile" in table else 0
-        runs["worst_case"] = table["budget"] + more
-    if study.robust is not None:
-        at_nominal = comparison_of(study.space, study.robust).nominal is not None
-        runs["robust"] = len(study.robust["design"]) * (study.robust["samples"] + at_nominal)
-    if study.robust_layout is not None:
-        table = study.robust_layout
-        # three baselines beside the rounds, and three layouts at every sample
-        searches = table["rounds"] + 3
-        runs["robust_layout"] = searches * (table["budget"] + table["corners"]) + 3 * table["samples"]
+    runs = {
+        stage.name: stage.work.planned_runs(study, place)
+        for stage in asked_stages(study)
+        if stage.work.planned_runs is not None
+        and not (stage.runs_model and study.model["kind"] == "table")  # its runs are all there
+    }
     done = sum(n for status, n in counts.items() if status not in ("queued", "running"))
     pace = sum(walls) / len(walls) if walls else None
     most = sum(n for n in runs.values() if n)
     left = None if pace is None else max(most - done, 0) * pace / study.evaluate.get("workers", 1)
-    stages = [n for n in STAGES if getattr(study, n) is not None]
     return {
         "folder": str(place),
-        "stages": [*stages, "report"],
+        "stages": [*(stage.name for stage in asked_stages(study)), "report"],
         "runs": runs,
         "stored": dict(counts),
         "seconds_per_run": pace,

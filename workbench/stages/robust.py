@@ -1,18 +1,23 @@
-"""The stage `robust` of a study: designs beside each other at the same points of the uncertainty."""
+"""The stage `robust` of a study: designs at the same points of the uncertainty: `robust.json`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.models.evaluator import Evaluator, Outcome
+from workbench.report.lines.robust import robust_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
+from workbench.stages.table import Work
+from workbench.study.record import Study
 from workbench.study.robust_table import comparison_of
+from workbench.system.atomic import write_json
 
-__all__ = ["run_robust"]
+__all__ = ["WORK"]
 
 
-def run_robust(campaign: CampaignRuns, table: Mapping[str, Any]) -> ReEvaluation:
+def _compared(campaign: CampaignRuns, table: Mapping[str, Any]) -> ReEvaluation:
     """Run the comparison of `[robust]`; runs that the store knows are not repeated.
 
     Raises:
@@ -53,3 +58,22 @@ def _with_values(campaign: CampaignRuns, values: Mapping[str, Any]) -> Evaluator
         return [outcome(row) for row in campaign.evaluate(asked, batch="robust", quiet=True)]
 
     return evaluate
+
+
+def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+    document = _compared(campaign, table).to_dict()
+    write_json(campaign.folder / "robust.json", document)
+    return document
+
+
+def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+    return "common scenarios"  # a document that compared designs in different scenarios is not up to date
+
+
+def _planned_runs(study: Study, folder: Path) -> int:
+    table = study.robust or {}
+    at_nominal = comparison_of(study.space, table).nominal is not None
+    return int(len(table["design"]) * (table["samples"] + at_nominal))
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=robust_lines, planned_runs=_planned_runs)

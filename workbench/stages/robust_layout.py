@@ -7,40 +7,30 @@ nominal-only and the robust layout in the worst case of the former) and `robust_
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from workbench.campaign.runs import CampaignRuns
-from workbench.engine.layout.outcome.purify import fractional_members
-from workbench.errors import HoldfastError, NotEnoughRuns, StudyError
+from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.models.python import source_digest
+from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
-from workbench.robust_layout.cases import Optimised, optimise_for_cases
-from workbench.robust_layout.loop import (
-    NEAR,
-    SECOND,
-    LoopSettings,
-    RobustLayout,
-    find_robust_layout,
-)
+from workbench.robust_layout.loop import LoopSettings, RobustLayout, find_robust_layout
+from workbench.robust_layout.loop_documents import COMPARED, best_layout_document, loop_document
 from workbench.robust_layout.model import LayoutModel, load_layout_model
 from workbench.robust_layout.runs import LayoutRuns
+from workbench.robust_layout.variants import variant_document
+from workbench.stages.table import Work
+from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["model_identity", "run_robust_layout"]
-
-Array = NDArray[np.float64]
+__all__ = ["WORK"]
 
 RESTARTS = 2  # times that a sample beyond the bound sends the loop back
-COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would squeeze every figure
-_TRIVIAL = ("none", "uniform", "nominal only")
 
 
-def run_robust_layout(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     """Run the loop of `[robust_layout]`; returns `robust_layout.json`. Run again to continue.
 
     Raises StudyError for an unusable model or nominal case, Interrupted when the user stops it.
@@ -48,13 +38,13 @@ def run_robust_layout(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[
     study = campaign.study
     model = load_layout_model(table["model"], table["options"], folder=study.folder)
     study.response(model.response)  # refuses a response that the study does not have
-    identity = model_identity(campaign, table)
+    identity = _model_identity(campaign, table)
     settings = LoopSettings(
         evaluations=table["evaluations"], budget=table["budget"], corners=table["corners"],
         rounds=table["rounds"], tolerance=table["tolerance"], seed=study.seed,
     )  # fmt: skip
     nominal = study.space.canonical(table["nominal"])
-    start = [nominal, *_worst_case(campaign, table)]
+    start = [nominal, *_worst_cases(campaign, table)]
     options = study.evaluate
     with LayoutRuns(
         campaign.folder,
@@ -83,15 +73,14 @@ def run_robust_layout(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[
             start = [*found.cases, broken]
         assert found is not None
         found.rounds = rounds
-        write_json(campaign.folder / "layout.json", _layout_document(model, found))
+        write_json(campaign.folder / "layout.json", best_layout_document(model, found))
         write_json(campaign.folder / "robust.json", {**compared.to_dict(), "response": model.response})
         screened = _screened(campaign, model, found, runs)
         variants = [_variant(campaign, table, v, found, identity) for v in table["variant"]]
         moved = _motion(campaign, model, found)
         document = {
-            **_document(model, found, compared, table),
+            **loop_document(model, found, compared, table),
             "screening": screened,
-            "second_start": _second_start(found, settings.tolerance),
             "variants": variants,
             "motion_case": moved,
             "runs": runs.counts(),
@@ -101,7 +90,7 @@ def run_robust_layout(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[
     return document
 
 
-def model_identity(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _model_identity(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
     """What makes a run of the layout model what it is: function, its source, options, version."""
     digest = source_digest(table["model"], campaign.study.folder)
     return json.dumps([table["model"], digest, dict(table["options"]), campaign.spec.version], sort_keys=True)
@@ -123,15 +112,20 @@ def _spec(campaign: CampaignRuns, table: Mapping[str, Any], identity: str) -> Mo
     )  # fmt: skip
 
 
-def _worst_case(campaign: CampaignRuns, table: Mapping[str, Any]) -> list[dict[str, Any]]:
-    if table["start"] != "worst_case":
-        return []
-    found = read_json(campaign.folder / "worst_case.json")
-    if found is None:
+def _worst_cases(campaign: CampaignRuns, table: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The worst case found without restraints, when the table wants the loop to start with it."""
+    found = _worst_case(campaign, table)
+    if found is None and table["start"] == "worst_case":
         raise StudyError(
             "[robust_layout] start = 'worst_case' needs a worst case; give the study a [worst_case] table"
         )
-    return [dict(found["parameters"])]
+    return [] if found is None else [found]
+
+
+def _worst_case(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:
+    wanted = table.get("start") == "worst_case"
+    found = read_json(campaign.folder / "worst_case.json") if wanted else None
+    return None if found is None else dict(found["parameters"])
 
 
 def _compared(
@@ -161,122 +155,6 @@ def _broken(compared: ReEvaluation, found: RobustLayout, tolerance: float) -> di
     summary = compared.summaries[-1]
     known = found.worst[found.robust].value
     return dict(summary.worst_run_scenario) if summary.worst_run > known * (1 + tolerance) else None
-
-
-def _document(
-    model: LayoutModel, found: RobustLayout, compared: ReEvaluation, table: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Plain numbers and sentences, no NaN."""
-    named = _names(found)
-    return {
-        "title": model.title,
-        "response": model.response,
-        "unit": model.unit,
-        "robust": "robust" if found.robust not in _TRIVIAL else found.robust,
-        "certified": found.certified,
-        "status": found.status,
-        "tolerance": table["tolerance"],
-        "bound": found.bound,
-        "rounds": [_plain(asdict(r)) for r in found.rounds],
-        "cases": found.cases,
-        "layouts": {
-            shown: {
-                "worst": found.worst[name].value,
-                "case": dict(found.worst[name].case),
-                "runs": found.worst[name].runs,
-                "search": found.worst[name].status,
-                "open_gap": found.worst[name].open_gap,
-                "nominal": found.values[name][0],
-                "values": found.values[name],
-            }
-            for shown, name in named.items()
-        },
-        "failures": found.failures,
-        "samples": len(compared.values) - len(found.cases),
-    }
-
-
-def _second_start(found: RobustLayout, tolerance: float) -> dict[str, Any] | None:
-    """The worst of the layout from another start in all cases, and whether it agrees."""
-    if SECOND not in found.values or found.robust == SECOND:
-        others = [k for k in found.values if k.startswith("round")]
-        other = min((_largest(found.values[k]) for k in others), default=None)
-    else:
-        other = _largest(found.values[SECOND])
-    if other is None:
-        return None
-    return {"worst": other, "agrees": bool(abs(other - found.bound) <= tolerance * found.bound)}
-
-
-def _largest(values: list[float | None]) -> float:
-    return max((v for v in values if v is not None), default=float("inf"))
-
-
-def _names(found: RobustLayout) -> dict[str, str]:
-    """Shown name -> name in the loop: the trivial layouts, the nominal-only one, the robust one."""
-    out: dict[str, str] = {name: name for name in _TRIVIAL if name in found.layouts}
-    if found.robust not in out:
-        out["robust"] = found.robust
-    return out
-
-
-def _layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
-    """`layout.json`: the robust layout in the response's terms, judged by true runs in all cases found."""
-    density, source = found.layouts[found.robust], dict(found.document)
-    if not source:  # a trivial layout won
-        source = {"history": [], "members": [], "shadow_prices": {}, "verdicts": []}
-    problem = model.problem(found.cases[:1])
-    used = zip(problem.names, problem.limits, problem.costs @ density, strict=True)
-    value = float(source.get("value", 0.0))
-    slope = (model.as_response(value * 1.001) - model.as_response(value)) / (1e-3 * value) if value else 1.0
-    counts: dict[str, int] = {}
-    members = []
-    for member, there in zip(source["members"], density, strict=False):
-        counts[member["kind"]] = counts.get(member["kind"], 0) + 1
-        members.append(
-            {**member, "density": float(there), "name": f"{member['kind']} {counts[member['kind']]}"}
-        )
-    drawing, places = getattr(model, "outlines", None), getattr(model, "places", None)
-    purified = source.get("purified")
-    return {
-        **source,
-        "response": model.response,
-        "unit": model.unit,
-        "title": model.title,
-        "value": found.bound,
-        "start_value": model.as_response(float(source.get("start_value", 0.0))),
-        "density": density.tolist(),
-        "fractional": fractional_members(problem, density),
-        "budgets": [{"name": n, "limit": float(limit), "used": float(u)} for n, limit, u in used],
-        "members": members,
-        "outlines": [] if drawing is None else drawing(),
-        "matrix": None if places is None else dict(
-            zip(("rows", "columns", "cells"), places(), strict=True)
-        ),
-        "history": [
-            {
-                **h, "value": model.as_response(h["value"]),
-                "best": None if h["best"] is None else model.as_response(h["best"]),
-            }
-            for h in source["history"]
-        ],
-        "shadow_prices": {name: price * slope for name, price in source["shadow_prices"].items()},
-        "baselines": {name: found.worst[name].value for name in COMPARED if name in found.worst},
-        "scenarios": [
-            {"name": f"case {k + 1}", "value": value, "parameters": _apart(case, found.cases[0])}
-            for k, (case, value) in enumerate(zip(found.cases, found.values[found.robust], strict=True))
-        ],
-        "purified": None if purified is None else {
-            **purified, "value": model.as_response(purified["value"]),
-            "before": model.as_response(purified["before"]),
-        },
-    }  # fmt: skip
-
-
-def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any]:
-    """Where a case differs from the nominal one; all of the nominal one itself."""
-    apart = {name: value for name, value in case.items() if value != nominal[name]}
-    return apart or dict(case)
 
 
 def _screened(
@@ -320,51 +198,15 @@ def _variant(
     found: RobustLayout,
     identity: str,
 ) -> dict[str, Any]:
-    """Another layout problem for the cases of the loop: optimised, judged in all cases, purified, priced."""
+    """Another layout problem for the cases of the loop."""
     name, options = variant["name"], {**table["options"], **variant["options"]}
     campaign.progress.stage("robust_layout", f"layout '{name}'")
-    model = load_layout_model(table["model"], options, folder=campaign.study.folder)
-    robust = found.layouts[found.robust]
-    made = optimise_for_cases(
-        model, _loop_cases(found), start=robust if model.members == len(robust) else None,
-        folder=campaign.folder / "rounds",
-        evaluations=table["evaluations"], identity=f"{identity} {json.dumps(options, sort_keys=True)}",
+    document = variant_document(
+        load_layout_model(table["model"], options, folder=campaign.study.folder), found,
+        folder=campaign.folder / "rounds", evaluations=table["evaluations"],
+        identity=f"{identity} {json.dumps(options, sort_keys=True)}",
     )  # fmt: skip
-    if isinstance(made, str):
-        return {"name": name, "options": options, "failure": made}
-    return {"name": name, "options": options, **_judged(model, made, found)}
-
-
-def _judged(model: LayoutModel, made: Optimised, found: RobustLayout) -> dict[str, Any]:
-    values: list[float | None] = []
-    for case in found.cases:
-        try:
-            values.append(float(model.responses(made.density, case)[model.response]))
-        except (HoldfastError, ArithmeticError, ValueError, RuntimeError):
-            values.append(None)  # the case stays in the table, without a value
-    document, clean = made.document, made.document.get("purified")
-    value = float(document["value"])
-    slope = (model.as_response(value * 1.001) - model.as_response(value)) / (1e-3 * value) if value else 1.0
-    return {
-        "worst": max((v for v in values if v is not None), default=None),
-        "values": values,
-        "status": document["status"],
-        "evaluations": document["evaluations"],
-        "budgets": document["budgets"],
-        "shadow_prices": {name: price * slope for name, price in document["shadow_prices"].items()},
-        "fractional": document["fractional"],
-        "purified": None if clean is None else {
-            "value": model.as_response(clean["value"]), "fractional": clean["fractional"],
-            "loss": model.as_response(clean["value"]) / model.as_response(clean["before"]) - 1.0,
-        },
-    }  # fmt: skip
-
-
-def _loop_cases(found: RobustLayout) -> list[dict[str, Any]]:
-    """The cases in which the robust layout comes near its bound; the others cost time and change nothing."""
-    values = found.values[found.robust]
-    near = [c for c, v in zip(found.cases, values, strict=True) if v is None or v >= NEAR * found.bound]
-    return near or found.cases[:1]
+    return {"name": name, "options": options, **document}
 
 
 def _motion(campaign: CampaignRuns, model: LayoutModel, found: RobustLayout) -> dict[str, Any] | None:
@@ -378,9 +220,23 @@ def _motion(campaign: CampaignRuns, model: LayoutModel, found: RobustLayout) -> 
     return case
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+    given = [_model_identity(campaign, table), _worst_case(campaign, table)]
+    return json.dumps(given, sort_keys=True)
 
 
-def _plain(record: dict[str, Any]) -> dict[str, Any]:
-    return {k: (_finite(v) if isinstance(v, float) else v) for k, v in record.items()}
+def _planned_runs(study: Study, folder: Path) -> int:
+    table = study.robust_layout or {}
+    searches = table["rounds"] + 3  # three baselines beside the rounds, and three layouts at every sample
+    return int(searches * (table["budget"] + table["corners"]) + 3 * table["samples"])
+
+
+def _check(study: Study) -> None:
+    """The layout model and those of the variants can be made, for a response of the study."""
+    table = study.robust_layout or {}
+    for options in (table["options"], *({**table["options"], **v["options"]} for v in table["variant"])):
+        model = load_layout_model(table["model"], options, folder=study.folder)
+        study.response(model.response)
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=robust_layout_lines, planned_runs=_planned_runs, check=_check)

@@ -3,13 +3,12 @@
 from typing import Any
 
 from workbench.errors import StudyError
-from workbench.models.python import load_function
+from workbench.models.protocol import ModelSpec
 from workbench.models.table import TableModel, table_digest
+from workbench.stages.table import asked_stages
 from workbench.study.record import Study
 
 __all__ = ["check_study"]
-
-STAGES = ("design", "screen", "worst_case", "layout", "robust", "robust_layout")
 
 
 def check_study(study: Study) -> dict[str, Any]:
@@ -18,51 +17,34 @@ def check_study(study: Study) -> dict[str, Any]:
     Raises:
         StudyError: the model cannot be opened, or a stage asks for what the model does not offer.
     """
-    kind = study.model["kind"]
-    version = table_digest(study.folder / study.model["file"]) if kind == "table" else study.model["version"]
-    spec = study.spec(version=version)
-    runs = (study.design or {}).get("runs")
+    kind, stages = study.model["kind"], asked_stages(study)
     if kind == "table":
-        offered = len(TableModel.opened(spec).rows)
-        if runs is not None and runs > offered:
-            raise StudyError(
-                f"[design] runs = {runs}, but the table {study.model['file']} offers {offered} rows"
-            )
-        runs = offered if runs is None else runs
-    elif study.design is None and (study.screen is not None or not _needs_no_design(study)):
+        _check_table(study)
+    elif study.design is None and (not stages or any(stage.needs_design for stage in stages)):
         raise StudyError(
             "the study has no [design] table, so there is nothing to run; add one such as runs = 50"
         )
     if kind not in ("table", "ask"):
-        _open_elsewhere(spec)
-    if study.worst_case is not None and "enclosure" in study.worst_case:
-        try:
-            load_function(study.worst_case["enclosure"], study.folder)
-        except StudyError as exc:
-            raise StudyError(f"[worst_case] enclosure: {exc}") from None
-    if study.robust_layout is not None:
-        _check_layout_model(study)
-    stages = [name for name in STAGES if getattr(study, name) is not None]
+        _open_elsewhere(study.spec(version=study.model["version"]))
+    for stage in stages:
+        if stage.work.check is not None:
+            stage.work.check(study)
+    names = ", ".join(stage.name for stage in stages)
     d = study.space.dimension
-    summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {', '.join(stages)}"
+    summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {names}"
     return {"valid": True, "summary": summary, **study.to_dict()}
 
 
-def _needs_no_design(study: Study) -> bool:
-    stages = (study.worst_case, study.layout, study.robust, study.robust_layout)
-    return any(table is not None for table in stages)
+def _check_table(study: Study) -> None:
+    """The table of runs can be read, and offers as many rows as the design wants."""
+    file = study.model["file"]
+    offered = len(TableModel.opened(study.spec(version=table_digest(study.folder / file))).rows)
+    runs = (study.design or {}).get("runs")
+    if runs is not None and runs > offered:
+        raise StudyError(f"[design] runs = {runs}, but the table {file} offers {offered} rows")
 
 
-def _check_layout_model(study: Study) -> None:
-    from workbench.robust_layout.model import load_layout_model
-
-    table = study.robust_layout or {}
-    for options in (table["options"], *({**table["options"], **v["options"]} for v in table["variant"])):
-        model = load_layout_model(table["model"], options, folder=study.folder)
-        study.response(model.response)
-
-
-def _open_elsewhere(spec: Any) -> None:
+def _open_elsewhere(spec: ModelSpec) -> None:
     from workbench.workers.processes import ProcessPool
 
     pool = ProcessPool(spec)

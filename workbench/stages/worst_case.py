@@ -1,22 +1,70 @@
-"""The searches of the `[worst_case]` table of a study, as documents."""
+"""The stage `worst_case` of a study: the searches of its table from the stored runs: `worst_case.json`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.campaign.store import Evaluation
+from workbench.errors import StudyError
 from workbench.models.evaluator import Outcome
-from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target
+from workbench.models.python import load_function
+from workbench.report.lines.worst_case import worst_case_lines
+from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
+from workbench.stages.table import Work
+from workbench.study.record import Study
+from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target, targets
+from workbench.system.atomic import write_json
 
 if TYPE_CHECKING:
     from workbench.search.evidence.enclosure import Enclosure
     from workbench.search.worst_case import WorstCase
 
-__all__ = ["worst_case_document"]
+__all__ = ["WORK"]
+
+MOST_RUNS = 300  # with a value that a search starts from; of more, those that spread most
 
 
-def worst_case_document(
+def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Search, by true runs where the model can be run."""
+    wanted = targets(campaign.study)
+    reads = dict.fromkeys(name for target in wanted for name in target.reads)
+    runs = thinned_runs(campaign, screening_runs(campaign), next(iter(reads)), most=MOST_RUNS)
+    if campaign.study.model["kind"] == "table":
+        for name in reads:
+            runs_with_values(runs, name)
+    sought = ", ".join(f"{target.sense} {target.name}" for target in wanted)
+    campaign.progress.stage("worst_case", f"{sought} from {len(runs)} runs")
+    document = _document(campaign, table, wanted, runs)
+    write_json(campaign.folder / "worst_case.json", document)
+    return document
+
+
+def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+    return runs_as_text(campaign)
+
+
+def _planned_runs(study: Study, folder: Path) -> int:
+    table = study.worst_case or {}
+    more = table.get("quantile_budget", QUANTILE_BUDGET) if "quantile" in table else 0
+    return int(table["budget"] + more)
+
+
+def _check(study: Study) -> None:
+    """The interval enclosure can be loaded."""
+    reference = (study.worst_case or {}).get("enclosure")
+    if reference is not None:
+        try:
+            load_function(reference, study.folder)
+        except StudyError as exc:
+            raise StudyError(f"[worst_case] enclosure: {exc}") from None
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=worst_case_lines, planned_runs=_planned_runs, check=_check)
+
+
+def _document(
     campaign: CampaignRuns, table: Mapping[str, Any], wanted: Sequence[Target], runs: Sequence[Evaluation]
 ) -> dict[str, Any]:
     """`worst_case.json` of a search that starts from `runs`: that of the first target, the `others` in it."""
@@ -144,7 +192,6 @@ def _listener(
 
 def _enclosure(campaign: CampaignRuns, table: Mapping[str, Any]) -> "Enclosure":
     """The function that bounds the response over a box, from its reference."""
-    from workbench.models.python import load_function
     from workbench.search.evidence.enclosure import Enclosure
 
     function = load_function(table["enclosure"], campaign.study.folder)

@@ -9,8 +9,9 @@ import pytest
 from workbench.campaign.supervisor import Policy, supervise
 from workbench.models.protocol import Answer
 from workbench.space.box import Parameter, Space
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate
+from workbench.stages.run_all import run_stage
 
 STUDY = """
 [study]
@@ -59,10 +60,10 @@ def results(folder, workers):
     (folder / "m.py").write_text(CODE)
     (folder / "s.toml").write_text(STUDY.format(workers=workers))
     with Campaign.from_file(folder / "s.toml") as campaign:
-        design = stages.design(campaign)
-        stages.evaluate(campaign)
-        screening = stages.screen(campaign)
-        worst = stages.worst_case(campaign)
+        design = run_stage(campaign, "design")
+        evaluate(campaign)
+        screening = run_stage(campaign, "screen")
+        worst = run_stage(campaign, "worst_case")
         stages_of = [
             (r.id, r.key, r.status, dict(r.inputs), dict(r.outputs), r.error) for r in campaign.runs()
         ]

@@ -8,8 +8,10 @@ import pytest
 from workbench.campaign.telling import asked_csv, tell_csv
 from workbench.errors import Interrupted, NotEnoughRuns, StudyError
 from workbench.space.box import Parameter, Response, Space
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate, queue_design
+from workbench.stages.run_all import run_stage
+from workbench.stages.stored_runs import screening_runs
 from workbench.stages.validation import check_study
 from workbench.study.loading import load_study
 
@@ -152,11 +154,11 @@ def study(tmp_path, model, more=""):
 def test_ask_and_tell_through_csv(tmp_path):
     path = study(tmp_path, 'kind = "ask"', '[design]\nkind = "sobol"\nruns = 4')
     with Campaign.from_file(path) as campaign:
-        document = stages.design(campaign)
-        asked = stages.queue_design(campaign, document)
+        document = run_stage(campaign, "design")
+        asked = queue_design(campaign, document)
         assert len(asked) == 4
         with pytest.raises(Interrupted, match="4 runs wait for their results: `holdfast design` lists them"):
-            stages.evaluate(campaign)
+            evaluate(campaign)
         text = asked_csv(asked, campaign.study.space.names, ["y"]).splitlines()
         assert text[0] == "key,a,b,y"
         filled = [
@@ -174,7 +176,7 @@ def test_ask_and_tell_through_csv(tmp_path):
         assert [row.status for row in rows] == ["ok", "failed", "queued", "queued", "ok"]
         assert rows[1].error == "no convergence"
         assert rows[4].inputs == {"a": 9.5, "b": 1.0}
-        assert [row.key for row in stages.screening_runs(campaign)] == [rows[0].key, rows[1].key, rows[4].key]
+        assert [row.key for row in screening_runs(campaign)] == [rows[0].key, rows[1].key, rows[4].key]
 
 
 @pytest.mark.parametrize(
@@ -223,8 +225,8 @@ def test_a_table_is_a_campaign_of_runs_made_elsewhere(tmp_path):
     (tmp_path / "runs.csv").write_text("a,b,y\n1,2,3\n2,2,4.5\n0.30000000000000004,2,5\n7,1,2\n")
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"')
     with Campaign.from_file(path) as campaign:
-        assert stages.design(campaign)["n"] == 4
-        assert stages.evaluate(campaign)["counts"] == {"ok": 4}
+        assert run_stage(campaign, "design")["n"] == 4
+        assert evaluate(campaign)["counts"] == {"ok": 4}
         assert campaign.runs()[2].inputs["a"] == 0.30000000000000004
     check_study(campaign.study)
 
@@ -253,40 +255,40 @@ def test_tables_that_do_not_fit(tmp_path):
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"', '[design]\nkind = "table"\nruns = 9')
     with Campaign.from_file(path) as campaign:
         with pytest.raises(StudyError, match=r"runs = 9, but the table runs.csv offers 3 rows"):
-            stages.design(campaign)
+            run_stage(campaign, "design")
         with pytest.raises(StudyError, match="offers 3 rows"):
             check_study(campaign.study)
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"', '[design]\nkind = "ihs"\nruns = 2')
     with Campaign.from_file(path) as campaign, pytest.raises(StudyError, match="a table has its runs"):
-        stages.design(campaign)
+        run_stage(campaign, "design")
     (tmp_path / "runs.csv").write_text("a,b,y\n1,2,3\n2,2,4.5\n30,2,5\n")
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"')
     with Campaign.from_file(path) as campaign:
         with pytest.raises(
             StudyError, match=r"runs.csv, row 3: parameter 'a' lies between 0 and 10 N, got 30"
         ):
-            stages.design(campaign)
+            run_stage(campaign, "design")
 
 
 def test_points_of_a_design_may_come_from_a_file(tmp_path):
     (tmp_path / "points.csv").write_text("b,a\n1,2\n2,2\n3,4\n")
     path = study(tmp_path, 'kind = "ask"', '[design]\nkind = "table"\nfile = "points.csv"\nruns = 2')
     with Campaign.from_file(path) as campaign:
-        assert stages.design(campaign)["physical"] == [[2.0, 1.0], [2.0, 2.0]]
+        assert run_stage(campaign, "design")["physical"] == [[2.0, 1.0], [2.0, 2.0]]
     path = study(tmp_path, 'kind = "ask"', '[design]\nkind = "table"')
     with Campaign.from_file(path) as campaign, pytest.raises(StudyError, match="needs file, a CSV"):
-        stages.design(campaign)
+        run_stage(campaign, "design")
 
 
 def test_the_design_is_made_once(tmp_path):
     path = study(tmp_path, 'kind = "ask"', '[design]\nkind = "sobol"\nruns = 4')
     with Campaign.from_file(path) as campaign:
-        first = stages.design(campaign)
-        again = stages.design(campaign)
+        first = run_stage(campaign, "design")
+        again = run_stage(campaign, "design")
         assert json.dumps(first, sort_keys=True) == json.dumps(again, sort_keys=True)
     study(tmp_path, 'kind = "ask"', '[design]\nkind = "sobol"\nruns = 5')
     with Campaign.from_file(path) as campaign:
-        assert stages.design(campaign)["n"] == 5
+        assert run_stage(campaign, "design")["n"] == 5
         assert campaign.study.text == (campaign.folder / "study.toml").read_text()
 
 
@@ -294,19 +296,19 @@ def test_stages_refuse_what_they_cannot_use(tmp_path):
     path = study(tmp_path, 'kind = "ask"', '[screen]\nresponse = "y"')
     with Campaign.from_file(path) as campaign:
         with pytest.raises(StudyError, match="there is no design to evaluate"):
-            stages.evaluate(campaign)
+            evaluate(campaign)
         with pytest.raises(
             NotEnoughRuns, match="0 of 0 runs gave a value, 3 are needed: nothing has been run yet"
         ):
-            stages.screen(campaign)
+            run_stage(campaign, "screen")
         with pytest.raises(StudyError, match=r"the study has no \[worst_case\] table"):
-            stages.worst_case(campaign)
+            run_stage(campaign, "worst_case")
         for k in range(4):
             campaign.tell(None, 5.0, parameters={"a": k, "b": 1})
         with pytest.raises(
             StudyError, match=r"response 'y' is 5 in all 4 runs; there is nothing to explain\. Take"
         ):
-            stages.screen(campaign)
+            run_stage(campaign, "screen")
 
 
 def test_a_changed_model_is_not_mixed_with_its_old_runs(tmp_path):

@@ -8,8 +8,10 @@ import pytest
 from workbench.campaign.thinning import spread_runs
 from workbench.report.sections import runs as runs_page
 from workbench.space.streams import stream
-from workbench.stages import run_all as stages
+from workbench.stages import screen
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate
+from workbench.stages.run_all import report, run_stage
 
 STUDY = """
 [study]
@@ -48,8 +50,8 @@ def campaign(tmp_path):
     (tmp_path / "m.py").write_text(CODE)
     (tmp_path / "many.toml").write_text(STUDY)
     with Campaign.from_file(tmp_path / "many.toml") as campaign:
-        stages.design(campaign)
-        stages.evaluate(campaign)
+        run_stage(campaign, "design")
+        evaluate(campaign)
         yield campaign
 
 
@@ -72,16 +74,16 @@ def test_the_runs_that_spread_most_are_chosen_with_both_ends(campaign):
 
 def test_a_screening_says_that_it_took_some(campaign, monkeypatch):
     notes = []
-    monkeypatch.setattr(stages, "MOST_SCREENED", 30)
+    monkeypatch.setattr(screen, "MOST_RUNS", 30)
     monkeypatch.setattr(campaign.progress, "note", notes.append, raising=False)
-    found = stages.screen(campaign)
+    found = run_stage(campaign, "screen")
     assert any("of 120 runs are used: those that spread most over the box" in text for text in notes)
     assert found["selected"] == ["a", "b"]
 
 
 def test_the_page_lists_some_and_counts_all(campaign, monkeypatch):
     monkeypatch.setattr(runs_page, "MOST_SHOWN", 20)
-    text = stages.report(campaign).read_text()
+    text = report(campaign).read_text()
     assert re.search(r"y of (19|20|21) of the runs", text)
     assert "120 runs: " in text
     assert len(text) < 2_000_000

@@ -3,8 +3,9 @@
 import re
 from pathlib import Path
 
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate
+from workbench.stages.run_all import run_stage
 from workbench.study.loading import parse_study
 from workbench.study.worst_case_targets import targets
 
@@ -68,8 +69,8 @@ def test_the_store_is_read_as_the_how_to_says(tmp_path, monkeypatch):
         '[design]\nkind = "sobol"\nruns = 4\n[evaluate]\nengine = "inline"\n'
     )
     with Campaign.from_file("study.toml") as campaign:
-        stages.design(campaign)
-        stages.evaluate(campaign)
+        run_stage(campaign, "design")
+        evaluate(campaign)
     first, second = snippets("read-the-store-elsewhere.md", "python")
     names = {}
     exec(first, names)

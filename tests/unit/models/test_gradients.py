@@ -4,8 +4,8 @@ import pytest
 
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.gradients import checked_gradients
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.run_all import run_stage
 
 EXACT = 1e-8  # a quasi-Newton climb on a smooth peak of height one
 STUDY = """
@@ -55,7 +55,7 @@ def open_study(folder, *, gradient='gradient = "m.py:slopes"', engine="inline", 
 )
 def test_the_worst_case_climbs_by_declared_gradients(tmp_path, function, gradient, engine):
     with open_study(tmp_path, function=function, gradient=gradient, engine=engine) as campaign:
-        found = stages.worst_case(campaign)
+        found = run_stage(campaign, "worst_case")
         assert 1 - found["value"] < EXACT
         assert any(run["proposal"] == "gradient" for run in found["history"])
         assert found["audit"]["gradient_runs"] == found["evaluations"]
@@ -67,7 +67,7 @@ def test_the_worst_case_climbs_by_declared_gradients(tmp_path, function, gradien
             "b": -4 * (b - 0.1) * runs[0].outputs["y"],
         }
     with open_study(tmp_path, function=function, gradient=gradient, engine=engine) as campaign:
-        assert stages.worst_case(campaign) == found  # from the store: the same search, no new run
+        assert run_stage(campaign, "worst_case") == found  # from the store: the same search, no new run
         assert len(campaign.runs()) == len(runs)
 
 
@@ -89,7 +89,7 @@ def test_a_gradient_that_fails_costs_no_run_and_is_told(tmp_path, name, words):
     notes = []
     with open_study(tmp_path, gradient=f'gradient = "m.py:{name}"') as campaign:
         campaign.progress.note = notes.append
-        found = stages.worst_case(campaign)
+        found = run_stage(campaign, "worst_case")
         assert campaign.failures() == {}
     assert found["value"] > 1 - 1e-2
     assert words in notes[-1]
@@ -100,12 +100,12 @@ def test_a_gradient_that_does_not_fit_is_refused_before_any_run(tmp_path):
         open_study(tmp_path, gradient='gradient = "m.py:wrong"') as campaign,
         pytest.raises(StudyError, match=r"wrong\(a\) cannot be called with the study's parameters a, b"),
     ):
-        stages.worst_case(campaign)
+        run_stage(campaign, "worst_case")
     with (
         open_study(tmp_path, gradient='gradient = "m.py:slope"') as campaign,
         pytest.raises(StudyError, match=r"has no 'slope'\. Did you mean 'slopes'"),
     ):
-        stages.worst_case(campaign)
+        run_stage(campaign, "worst_case")
 
 
 def test_a_changed_gradient_in_a_file_of_its_own_is_noticed(tmp_path):

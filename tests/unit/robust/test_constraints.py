@@ -9,8 +9,8 @@ from workbench.report.lines.robust import robust_lines
 from workbench.robust.re_evaluation import re_evaluate
 from workbench.space.box import Parameter, Space
 from workbench.space.expression import Condition
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.run_all import run_stage
 
 U = Space([Parameter("f", lower=0.0, upper=1.0, unit="N"), Parameter("g", lower=0.0, upper=1.0)])
 DESIGNS = {"soft": {"k": 1.0}, "stiff": {"k": 2.0}}
@@ -88,7 +88,7 @@ def open_study(folder, constraint, more=ROBUST, *, baseline=""):
 
 def test_a_study_keeps_its_constraints_and_does_not_call_them_failures(tmp_path):
     with open_study(tmp_path, '"u >= 0.1", "k + u <= 2.8"') as campaign:
-        document = stages.robust(campaign)
+        document = run_stage(campaign, "robust")
         failed = failure_document(campaign.runs(), campaign.study.space)
         statuses = {row.status for row in campaign.runs()}
     # of 40 samples 4 lie below 0.1 and 8 beyond 0.8; of the others none fails
@@ -102,7 +102,7 @@ def test_a_study_keeps_its_constraints_and_does_not_call_them_failures(tmp_path)
 
 def test_a_failure_is_one_in_the_table_and_in_the_list_of_failures(tmp_path):
     with open_study(tmp_path, '"u >= 0.1"') as campaign:
-        document = stages.robust(campaign)
+        document = run_stage(campaign, "robust")
         bad = [row for row in campaign.runs() if row.status != "ok"]
     assert sum(s["failed"] for s in document["summaries"]) == len(bad) == 8
 
@@ -119,6 +119,6 @@ def test_a_nominal_scenario_that_a_design_may_not_meet_is_refused_and_baselines_
     ):
         open_study(tmp_path, '"k + u <= 2.8"', more)
     with open_study(tmp_path, '"k + u <= 2.8"', baseline="baseline = 0.85") as campaign:
-        document = stages.robust(campaign)
+        document = run_stage(campaign, "robust")
     assert document["nominal"] is None
     assert "breaks the constraint 'k + u <= 2.8' with design 'stiff'" in document["warnings"][-1]

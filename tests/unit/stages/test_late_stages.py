@@ -8,9 +8,9 @@ from workbench.campaign.failures import failure_document, failure_lines, where_r
 from workbench.errors import StoreError, StudyError
 from workbench.report.lines.robust import robust_lines
 from workbench.space.box import Parameter, Space
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
+from workbench.stages.run_all import run_stage
 from workbench.stages.validation import check_study
 from workbench.system.atomic import read_json
 from workbench.terminal.watching import (
@@ -65,7 +65,7 @@ def open_study(folder, more="", code="def f(k, u): return u / k", *, baseline=""
 
 def test_designs_are_compared_at_the_same_points(tmp_path):
     with open_study(tmp_path, ROBUST) as campaign:
-        document = stages.robust(campaign)
+        document = run_stage(campaign, "robust")
         assert document == read_json(campaign.folder / "robust.json")
         assert len(campaign.runs()) == 80
         soft, stiff = document["summaries"]
@@ -74,7 +74,7 @@ def test_designs_are_compared_at_the_same_points(tmp_path):
         assert soft["beyond_limit"][0] == pytest.approx(0.4, abs=0.03)
         assert {row.batch for row in campaign.runs()} == {"robust"}
         before = [row.finished for row in campaign.runs()]
-        assert stages.robust(campaign) == document
+        assert run_stage(campaign, "robust") == document
         assert [row.finished for row in campaign.runs()] == before
 
 
@@ -84,7 +84,7 @@ def test_designs_are_screened_on_the_same_points(tmp_path):
         "samples = 40", "samples = 40\nscreened = 30"
     )
     with open_study(tmp_path, more, code) as campaign:
-        soft, stiff = stages.robust(campaign)["screenings"]
+        soft, stiff = run_stage(campaign, "robust")["screenings"]
     assert soft["runs"] == stiff["runs"] == 30
     assert soft["selected"] == ["u"]
     assert stiff["selected"][0] == "w"
@@ -129,9 +129,9 @@ def test_nothing_uncertain_and_nothing_to_run(tmp_path):
         open_study(tmp_path, text)
     with open_study(tmp_path) as campaign:
         with pytest.raises(StudyError, match=r"the study has no \[robust\] table"):
-            stages.robust(campaign)
+            run_stage(campaign, "robust")
         with pytest.raises(StudyError, match=r"the study has no \[layout\] table"):
-            stages.layout(campaign)
+            run_stage(campaign, "layout")
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_nothing_uncertain_and_nothing_to_run(tmp_path):
 def test_the_price_of_robustness_is_read_at_the_nominal_scenario(tmp_path, nominal, baseline, expected):
     more = ROBUST.replace("limit = 0.6", f"limit = 0.6\n{nominal}")
     with open_study(tmp_path, more, baseline=baseline) as campaign:
-        document = stages.robust(campaign)
+        document = run_stage(campaign, "robust")
         planned = plan_study(campaign.study)["runs"]["robust"]
         assert len(campaign.runs()) == planned == (80 if expected is None else 82)
     soft, stiff = document["summaries"]
@@ -193,7 +193,7 @@ def test_a_nominal_scenario_without_a_value_is_refused(tmp_path):
 
 def test_baselines_outside_the_uncertainty_leave_the_price_out_and_say_so(tmp_path):
     with open_study(tmp_path, ROBUST, baseline="baseline = 1.5") as campaign:
-        document = stages.robust(campaign)
+        document = run_stage(campaign, "robust")
     assert document["nominal"] is None
     assert document["warnings"][-1].startswith(
         "no price of robustness from the baselines: the nominal scenario is not in the uncertainty: "
@@ -204,7 +204,7 @@ def test_baselines_outside_the_uncertainty_leave_the_price_out_and_say_so(tmp_pa
 def test_a_layout_is_a_stage(tmp_path):
     more = '[layout]\nproblem = "studies.trusses:cantilever"\nevaluations = 6\npurified = false\n'
     with open_study(tmp_path, more) as campaign:
-        document = stages.layout(campaign)
+        document = run_stage(campaign, "layout")
         assert document["value"] <= document["start_value"]
         assert read_json(campaign.folder / "layout.json")["evaluations"] == document["evaluations"] <= 6
     more = more.replace("evaluations = 6", "scenarios = true")
@@ -212,7 +212,7 @@ def test_a_layout_is_a_stage(tmp_path):
         open_study(tmp_path, more) as campaign,
         pytest.raises(StudyError, match="scenarios = true needs a worst case"),
     ):
-        stages.layout(campaign)
+        run_stage(campaign, "layout")
 
 
 FAILS = "def f(k, u):\n    if k > 3: raise ValueError('no equilibrium')\n    return u / k"

@@ -8,8 +8,9 @@ import pytest
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.report.lines.screening import other_screening_lines
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate
 from workbench.stages.other_screenings import OTHER_METHODS, other_screening
-from workbench.stages.run_all import design, evaluate, screen
+from workbench.stages.run_all import run_stage
 
 STUDY = """
 [study]
@@ -63,7 +64,7 @@ def campaign_of(folder, body=""):
     (folder / "bracket.py").write_text(textwrap.dedent(MODEL).format(body=body))
     (folder / "study.toml").write_text(STUDY)
     campaign = Campaign.from_file(folder / "study.toml")
-    design(campaign)
+    run_stage(campaign, "design")
     evaluate(campaign)
     return campaign
 
@@ -144,7 +145,7 @@ def deflection(force, length, paint, grease, wood, bolts):
     (tmp_path / "bracket.py").write_text(model)
     (tmp_path / "study.toml").write_text(LABELLED.replace("runs = 24", "runs = 48"))
     with Campaign.from_file(tmp_path / "study.toml") as campaign:
-        design(campaign)
+        run_stage(campaign, "design")
         evaluate(campaign)
         document = other_screening(campaign, method)
     if method == "hybrid":
@@ -159,9 +160,9 @@ def test_groups_and_number_of_the_study_file_are_kept(tmp_path):
     (tmp_path / "bracket.py").write_text(MODEL.format(body=""))
     (tmp_path / "study.toml").write_text(STUDY + 'groups = [["length", "force"]]\nn_selected = 1\n')
     with Campaign.from_file(tmp_path / "study.toml") as campaign:
-        design(campaign)
+        run_stage(campaign, "design")
         evaluate(campaign)
-        assert set(screen(campaign)["selected"]) == {"length", "force"}
+        assert set(run_stage(campaign, "screen")["selected"]) == {"length", "force"}
         assert set(other_screening(campaign, "forward")["selected"]) == {"length", "force"}
 
 
@@ -170,7 +171,7 @@ def test_failed_runs_are_told_in_words(tmp_path):
         with pytest.raises(
             NotEnoughRuns, match=r"0 of 24 runs gave a value, .*: 24 failed\. `holdfast failures`"
         ):
-            screen(campaign)
+            run_stage(campaign, "screen")
 
 
 def test_a_constant_response_is_refused_by_name(tmp_path):

@@ -10,8 +10,8 @@ from studies.occupant import member_sites
 from studies.occupant_braking import FACTORS, LEFT, NOMINAL, braking_occupant, case_of, restraint
 from workbench.errors import StudyError
 from workbench.robust_layout.model import NEEDED
-from workbench.stages.demonstration import STUDIES, copy_study
 from workbench.study.loading import load_study
+from workbench.study.shipped import STUDIES, copy_study
 
 
 def test_responses_of_the_nominal_case_and_of_one_who_leaves():

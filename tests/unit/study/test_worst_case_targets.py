@@ -7,9 +7,10 @@ import pytest
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.report.writing import report_numbers, write_report
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate
 from workbench.stages.planning import plan_study
+from workbench.stages.run_all import run_all, run_stage
 from workbench.study.loading import parse_study
 
 STUDY = """
@@ -46,9 +47,9 @@ def found(tmp_path, worst, *, model=CALLED):
     (tmp_path / "s.toml").write_text(STUDY.format(model=model, worst=worst))
     with Campaign.from_file(tmp_path / "s.toml") as campaign:
         if campaign.study.has_points:
-            stages.design(campaign)
-            stages.evaluate(campaign)
-        document = stages.worst_case(campaign)
+            run_stage(campaign, "design")
+            evaluate(campaign)
+        document = run_stage(campaign, "worst_case")
         return campaign.folder, json.loads(json.dumps(document, allow_nan=False))
 
 
@@ -149,7 +150,7 @@ def test_the_order_of_the_responses_is_part_of_the_stage(tmp_path):
         STUDY.format(model=CALLED, worst=worst.format('travel = "min", load = "max"'))
     )
     with Campaign.from_file(tmp_path / "s.toml") as campaign:
-        assert stages.run_all(campaign)["worst_case"]["response"] == "travel"
+        assert run_all(campaign)["worst_case"]["response"] == "travel"
 
 
 def test_the_plan_counts_the_runs_of_the_quantile(tmp_path):

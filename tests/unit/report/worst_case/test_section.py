@@ -12,8 +12,9 @@ from workbench.report.worst_case.gap_figure import gap_figure
 from workbench.report.worst_case.section import gap_sentence, worst_case_section
 from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.design import evaluate
+from workbench.stages.run_all import run_stage
 
 BOX = Space([Parameter("a", lower=-1.0, upper=2.0, unit="m"), Parameter("b", lower=0.0, upper=1.0)])
 
@@ -118,9 +119,9 @@ def mixed(tmp_path_factory):
     (place / "m.py").write_text(MODEL)
     (place / "s.toml").write_text(MIXED)
     with Campaign.from_file(place / "s.toml") as campaign:
-        stages.design(campaign)
-        stages.evaluate(campaign)
-        stages.worst_case(campaign)
+        run_stage(campaign, "design")
+        evaluate(campaign)
+        run_stage(campaign, "worst_case")
         return campaign.folder
 
 

@@ -12,8 +12,8 @@ from workbench.search.evidence.gap import lipschitz_gap
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.worst_case import Status, worst_case
 from workbench.space.box import Parameter, Space
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.run_all import run_stage
 
 UNIT = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 STEPS = Space([Parameter("i", kind="integer", lower=0, upper=6), Parameter("on", kind="binary")])
@@ -66,7 +66,7 @@ def test_a_study_with_a_refuted_constant_is_finished(tmp_path):
     (tmp_path / "m.py").write_text("def f(a, b): return a + b\n")
     (tmp_path / "s.toml").write_text(STUDY)
     with Campaign.from_file(tmp_path / "s.toml") as campaign:
-        stages.worst_case(campaign)
+        run_stage(campaign, "worst_case")
         written = json.loads((campaign.folder / "worst_case.json").read_text())
     assert written["value"] == 2.0
     assert "lipschitz=0.1 is contradicted by" in written["gap"]["note"]

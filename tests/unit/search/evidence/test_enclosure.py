@@ -10,8 +10,8 @@ from workbench.search.evidence.enclosure import Enclosure, enclosure_gap
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
-from workbench.stages import run_all as stages
 from workbench.stages.campaign import Campaign
+from workbench.stages.run_all import run_stage
 from workbench.stages.validation import check_study
 from workbench.study.loading import load_study
 
@@ -202,7 +202,7 @@ def test_a_study_file_names_its_enclosure(tmp_path):
     )
     (tmp_path / "s.toml").write_text(STUDY)
     with Campaign.from_file(tmp_path / "s.toml") as campaign:
-        found = stages.worst_case(campaign)
+        found = run_stage(campaign, "worst_case")
     assert found["value"] == 1.0
     gap = found["gap"]
     assert gap["kind"] == "enclosure"

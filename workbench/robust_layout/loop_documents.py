@@ -1,0 +1,148 @@
+"""The documents of a robust loop: `robust_layout.json`, and the `layout.json` of its best layout."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from workbench.engine.layout.outcome.purify import fractional_members
+from workbench.robust.re_evaluation import ReEvaluation
+from workbench.robust_layout.document import finite
+from workbench.robust_layout.loop import SECOND, RobustLayout
+from workbench.robust_layout.model import LayoutModel
+
+__all__ = ["COMPARED", "best_layout_document", "loop_document", "response_slope"]
+
+COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would squeeze every figure
+TRIVIAL = ("none", "uniform", "nominal only")
+
+
+def loop_document(
+    model: LayoutModel, found: RobustLayout, compared: ReEvaluation, table: Mapping[str, Any]
+) -> dict[str, Any]:
+    """`robust_layout.json`: rounds, cases and layouts in plain numbers and sentences, no NaN.
+
+    Args:
+        compared: the layouts over the samples of the uncertainty.    table: `[robust_layout]` of the study.
+    """
+    named = _names(found)
+    return {
+        "title": model.title,
+        "response": model.response,
+        "unit": model.unit,
+        "robust": "robust" if found.robust not in TRIVIAL else found.robust,
+        "certified": found.certified,
+        "status": found.status,
+        "tolerance": table["tolerance"],
+        "bound": found.bound,
+        "rounds": [_plain(asdict(r)) for r in found.rounds],
+        "cases": found.cases,
+        "layouts": {
+            shown: {
+                "worst": found.worst[name].value,
+                "case": dict(found.worst[name].case),
+                "runs": found.worst[name].runs,
+                "search": found.worst[name].status,
+                "open_gap": found.worst[name].open_gap,
+                "nominal": found.values[name][0],
+                "values": found.values[name],
+            }
+            for shown, name in named.items()
+        },
+        "failures": found.failures,
+        "samples": len(compared.values) - len(found.cases),
+        "second_start": _second_start(found, table["tolerance"]),
+    }
+
+
+def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:
+    """`layout.json`: the robust layout in the response's terms, judged by true runs in all cases found."""
+    density, source = found.layouts[found.robust], dict(found.document)
+    if not source:  # a trivial layout won
+        source = {"history": [], "members": [], "shadow_prices": {}, "verdicts": []}
+    problem = model.problem(found.cases[:1])
+    used = zip(problem.names, problem.limits, problem.costs @ density, strict=True)
+    value = float(source.get("value", 0.0))
+    slope = response_slope(model, value)
+    counts: dict[str, int] = {}
+    members = []
+    for member, there in zip(source["members"], density, strict=False):
+        counts[member["kind"]] = counts.get(member["kind"], 0) + 1
+        members.append(
+            {**member, "density": float(there), "name": f"{member['kind']} {counts[member['kind']]}"}
+        )
+    drawing, places = getattr(model, "outlines", None), getattr(model, "places", None)
+    purified = source.get("purified")
+    return {
+        **source,
+        "response": model.response,
+        "unit": model.unit,
+        "title": model.title,
+        "value": found.bound,
+        "start_value": model.as_response(float(source.get("start_value", 0.0))),
+        "density": density.tolist(),
+        "fractional": fractional_members(problem, density),
+        "budgets": [{"name": n, "limit": float(limit), "used": float(u)} for n, limit, u in used],
+        "members": members,
+        "outlines": [] if drawing is None else drawing(),
+        "matrix": None if places is None else dict(
+            zip(("rows", "columns", "cells"), places(), strict=True)
+        ),
+        "history": [
+            {
+                **h, "value": model.as_response(h["value"]),
+                "best": None if h["best"] is None else model.as_response(h["best"]),
+            }
+            for h in source["history"]
+        ],
+        "shadow_prices": {name: price * slope for name, price in source["shadow_prices"].items()},
+        "baselines": {name: found.worst[name].value for name in COMPARED if name in found.worst},
+        "scenarios": [
+            {"name": f"case {k + 1}", "value": value, "parameters": _apart(case, found.cases[0])}
+            for k, (case, value) in enumerate(zip(found.cases, found.values[found.robust], strict=True))
+        ],
+        "purified": None if purified is None else {
+            **purified, "value": model.as_response(purified["value"]),
+            "before": model.as_response(purified["before"]),
+        },
+    }  # fmt: skip
+
+
+def response_slope(model: LayoutModel, value: float) -> float:
+    """By how much the response changes per unit of the problem's objective, at this value of it."""
+    if not value:
+        return 1.0
+    return (model.as_response(value * 1.001) - model.as_response(value)) / (1e-3 * value)
+
+
+def _second_start(found: RobustLayout, tolerance: float) -> dict[str, Any] | None:
+    """The worst of the layout from another start in all cases, and whether it agrees."""
+    if SECOND not in found.values or found.robust == SECOND:
+        others = [k for k in found.values if k.startswith("round")]
+        other = min((_largest(found.values[k]) for k in others), default=None)
+    else:
+        other = _largest(found.values[SECOND])
+    if other is None:
+        return None
+    return {"worst": other, "agrees": bool(abs(other - found.bound) <= tolerance * found.bound)}
+
+
+def _largest(values: list[float | None]) -> float:
+    return max((v for v in values if v is not None), default=float("inf"))
+
+
+def _names(found: RobustLayout) -> dict[str, str]:
+    """Shown name -> name in the loop: the trivial layouts, the nominal-only one, the robust one."""
+    out: dict[str, str] = {name: name for name in TRIVIAL if name in found.layouts}
+    if found.robust not in out:
+        out["robust"] = found.robust
+    return out
+
+
+def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any]:
+    """Where a case differs from the nominal one; all of the nominal one itself."""
+    apart = {name: value for name, value in case.items() if value != nominal[name]}
+    return apart or dict(case)
+
+
+def _plain(record: dict[str, Any]) -> dict[str, Any]:
+    return {k: (finite(v) if isinstance(v, float) else v) for k, v in record.items()}

@@ -1,0 +1,44 @@
+"""The stage `screen` of a study: which parameters matter, from the stored runs: `screening.json`."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.campaign.runs import CampaignRuns, outcome
+from workbench.report.lines.screening import screening_lines
+from workbench.space.groups import chosen
+from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
+from workbench.stages.table import Work
+from workbench.system.atomic import write_json
+
+__all__ = ["WORK"]
+
+MOST_RUNS = 500  # with a value that a screening takes; of more, those that spread most
+
+
+def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+    from workbench.screening.screen import screen
+
+    study = campaign.study
+    response = study.response(table["response"])
+    stored = runs_with_values(screening_runs(campaign), response.name)
+    runs = thinned_runs(campaign, stored, response.name, most=MOST_RUNS)
+    used = sum(row.status == "ok" for row in runs)
+    campaign.progress.stage("screen", f"{response.name} on {used} of {len(runs)} runs")
+    document = screen(
+        [outcome(row) for row in runs],
+        study.space,
+        response,
+        method=table["method"],
+        transform=table["transform"],
+        seed=study.seed,
+        **chosen(table),
+    ).to_dict()
+    write_json(campaign.folder / "screening.json", document)
+    return document
+
+
+def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+    return runs_as_text(campaign)
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=screening_lines)

@@ -1,0 +1,122 @@
+"""The stages of a study, in the order in which they are walked: one table.
+
+`holdfast run`, the commands, `holdfast plan` and `holdfast validate`, what is printed and what counts as up
+to date are all made from it. Loading the table loads none of the stages: the command line needs their names
+alone. What a stage does stands in the file of its name as a record `WORK`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from workbench.campaign.runs import CampaignRuns
+    from workbench.study.record import Study
+
+__all__ = ["STAGES", "Stage", "Work", "asked_stages", "stage_named"]
+
+Table = Mapping[str, Any]
+Document = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Work:
+    """What a stage does.
+
+    run: does the work its table asks for, writes the document and gives it.
+    inputs: what decides the document beside the table, the seed, the space and the model, as text.
+    lines: the document for a terminal.
+    planned_runs: how many runs it may make, None where nobody can tell; None itself for a stage without runs.
+    check: what can be told without running anything; raises StudyError.
+    """
+
+    run: "Callable[[CampaignRuns, Table], dict[str, Any]]"
+    inputs: "Callable[[CampaignRuns, Table], str]"
+    lines: Callable[[Document], list[str]]
+    planned_runs: "Callable[[Study, Path], int | None] | None" = None
+    check: "Callable[[Study], None] | None" = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """The names that a stage goes by.
+
+    name: of its table in a study file, of what it found and of its file in this folder.
+    document: what it writes into the campaign's folder, without ".json".
+    help: what its command does.
+    runs_model: whether it has the study's model run; then failed runs are told when it ends.
+    workers: whether it shares its runs among worker processes.
+    needs_design: whether it can do nothing without the runs of a design.
+    """
+
+    name: str
+    document: str
+    help: str
+    runs_model: bool = False
+    workers: bool = False
+    needs_design: bool = False
+
+    @property
+    def command(self) -> str:
+        """The word behind `holdfast`."""
+        return self.name.replace("_", "-")
+
+    @property
+    def work(self) -> Work:
+        """What it does; loads its file."""
+        work: Work = import_module(f"workbench.stages.{self.name}").WORK
+        return work
+
+
+STAGES = (
+    Stage(
+        name="design",
+        document="design",
+        help="Make the design and put its rows in the queue; list the rows that somebody else is to run.",
+        runs_model=True,
+        workers=True,
+    ),
+    Stage(
+        name="screen",
+        document="screening",
+        help="Which parameters matter, from the runs that are stored.",
+        needs_design=True,
+    ),
+    Stage(
+        name="worst_case",
+        document="worst_case",
+        help="Where the worst case lies; every candidate is confirmed by a true run.",
+        runs_model=True,
+        workers=True,
+    ),
+    Stage(
+        name="layout",
+        document="layout",
+        help="Optimise the layout of the study's multibody problem; run it again to continue.",
+    ),
+    Stage(
+        name="robust",
+        document="robust",
+        help="Compare designs over the whole uncertainty, at the same points.",
+        runs_model=True,
+        workers=True,
+    ),
+    Stage(
+        name="robust_layout",
+        document="robust_layout",
+        help="Layout for the worst cases, worst case of that layout, in turn; run it again to continue.",
+        workers=True,
+    ),
+)
+
+
+def stage_named(name: str) -> Stage:
+    """The stage of that name; KeyError when there is none."""
+    return {stage.name: stage for stage in STAGES}[name]
+
+
+def asked_stages(study: "Study") -> list[Stage]:
+    """The stages whose tables stand in the study file."""
+    return [stage for stage in STAGES if getattr(study, stage.name) is not None]

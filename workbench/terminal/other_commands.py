@@ -1,0 +1,147 @@
+"""The commands beside the stages: checks, plans, failures, exports, watching, the installation, the demo."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.terminal.shared import Folder, Json, StudyFile, finish, opened_campaign
+
+__all__ = ["commands"]
+
+commands = typer.Typer()
+
+
+@commands.command()
+def validate(
+    study: Annotated[Path | None, typer.Argument(help="The study file.", metavar="STUDY")] = None,
+    schema: Annotated[bool, typer.Option(help="Print the JSON schema of study files, for editors.")] = False,
+    json_: Json = False,
+) -> None:
+    """Check a study file and its model without running anything."""
+    from workbench.stages.validation import check_study
+    from workbench.study.loading import json_schema, load_study
+
+    if schema:
+        print(json.dumps(json_schema(), indent=1))
+        return
+    if study is None:
+        raise typer.BadParameter("give a study file, or --schema")
+    found = check_study(load_study(study))
+    finish(found, [f"{study.name} is valid: {found['summary']}"], as_json=json_)
+
+
+@commands.command()
+def plan(
+    study: Annotated[Path | None, typer.Argument(help="The study file.", metavar="[STUDY]")] = None,
+    folder: Folder = None,
+    factors: Annotated[
+        int | None, typer.Option(min=1, help="How many runs does a screening of so many parameters need?")
+    ] = None,
+    actives: Annotated[int | None, typer.Option(min=1, help="About how many matter [default: 6].")] = None,
+    noise: Annotated[
+        float, typer.Option(min=0.0, help="Standard deviation of the noise over that of the response.")
+    ] = 0.0,
+    target: Annotated[float, typer.Option(help="Share of screenings that should be exactly right.")] = 0.9,
+    trials: Annotated[int, typer.Option(min=1, help="Simulated screenings per number of runs.")] = 20,
+    json_: Json = False,
+) -> None:
+    """What `run` would do: stages, runs, runs already made, and how long that takes at the pace so far.
+
+    With --factors: how many runs to plan for a screening, by simulation.
+    """
+    if factors is not None:
+        from workbench.screening.run_planning import plan_runs, run_plan_lines
+
+        active = min(6, factors) if actives is None else actives
+        found = plan_runs(factors, active, noise=noise, target=target, trials=trials).to_dict()
+        finish(found, run_plan_lines(found), as_json=json_)
+        return
+    if study is None:
+        raise typer.BadParameter("give a study file, or --factors for the runs of a screening")
+    from workbench.stages.planning import plan_lines, plan_study
+    from workbench.study.loading import load_study
+
+    document = plan_study(load_study(study), folder)
+    finish(document, plan_lines(document), as_json=json_)
+
+
+@commands.command()
+def failures(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Which runs gave no value, why, and where in the input space they sit."""
+    from workbench.campaign.failures import failure_document, failure_lines
+
+    with opened_campaign(study, folder) as campaign:
+        document = failure_document(campaign.runs(), campaign.study.space)
+    finish(document, failure_lines(document), as_json=json_)
+
+
+@commands.command()
+def export(
+    study: StudyFile,
+    folder: Folder = None,
+    parquet: Annotated[bool, typer.Option(help="Also write runs.parquet (needs pyarrow).")] = False,
+    json_: Json = False,
+) -> None:
+    """Write all runs as CSV and netCDF."""
+    from workbench.campaign.exports import write_all
+
+    with opened_campaign(study, folder) as campaign:
+        paths = write_all(campaign, parquet=parquet)
+    finish([str(p) for p in paths], [str(p) for p in paths], as_json=json_)
+
+
+@commands.command()
+def watch(
+    study: StudyFile,
+    folder: Folder = None,
+    every: Annotated[int, typer.Option(min=1, help="Seconds between looks.")] = 2,
+    once: Annotated[bool, typer.Option(help="Look once.")] = False,
+    page: Annotated[Path | None, typer.Option(help="Write a page that reloads itself to this file.")] = None,
+    json_: Json = False,
+) -> None:
+    """Look at a campaign while it runs elsewhere; ends when nothing is left to run."""
+    import time
+
+    from workbench.study.loading import load_study
+    from workbench.terminal.watching import state, state_lines, write_page
+
+    place = folder or load_study(study).campaign_folder
+    while True:
+        found = state(place)
+        if page is not None:
+            write_page(page, found, every=every)
+        finish(found, state_lines(found), as_json=json_)
+        if once or not found["left"]:
+            return
+        time.sleep(every)
+
+
+@commands.command()
+def doctor(json_: Json = False) -> None:
+    """Check this installation: versions, packages of the same name, workers, disk."""
+    from workbench.terminal.doctor import examine
+
+    found = examine()
+    finish(found.to_dict(), found.lines(), as_json=json_)
+    if not found.healthy:
+        raise typer.Exit(2)
+
+
+@commands.command()
+def demo(
+    folder: Annotated[Path, typer.Option(help="Where to put the study and its campaign.")] = Path(
+        "holdfast-demo"
+    ),
+    study: Annotated[str, typer.Option(help="Which shipped study: occupant or welch20.")] = "occupant",
+    json_: Json = False,
+) -> None:
+    """Run a shipped study from design to report."""
+    from workbench.stages.run_all import run_lines
+    from workbench.study.shipped import copy_study
+
+    with opened_campaign(copy_study(folder, study), None) as campaign:
+        found = campaign.run()
+        failures = campaign.failures()
+    finish(found, run_lines(found), as_json=json_, failures=failures)

@@ -1,0 +1,78 @@
+"""What the commands share: their options, an opened campaign, and how figures are printed.
+
+With --json the figures go to standard output and everything else to standard error. Nothing heavy is imported
+before a command needs it.
+"""
+
+import json
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from workbench.errors import Interrupted
+
+if TYPE_CHECKING:
+    from workbench.stages.campaign import Campaign
+
+__all__ = [
+    "Dask",
+    "Folder",
+    "Json",
+    "KeepRuns",
+    "Retry",
+    "StudyFile",
+    "Workers",
+    "finish",
+    "opened_campaign",
+]
+
+StudyFile = Annotated[Path, typer.Argument(help="The study file, such as study.toml.", metavar="STUDY")]
+Folder = Annotated[Path | None, typer.Option(help="The campaign's folder [default: STUDY.holdfast].")]
+Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: the study's].")]
+Dask = Annotated[str | None, typer.Option(help="Run on the Dask cluster at this address, tcp://...")]
+KeepRuns = Annotated[bool, typer.Option(help="Keep stored runs although the model's source changed.")]
+Retry = Annotated[bool, typer.Option(help="Try failed runs again.")]
+
+FAILED_RUNS = 3  # the exit code of work that is done, with runs that failed
+
+
+@contextmanager
+def opened_campaign(
+    study: Path,
+    folder: Path | None,
+    *,
+    workers: int | None = None,
+    dask: str | None = None,
+    keep_runs: bool = False,
+) -> Iterator["Campaign"]:
+    """The campaign of a study with progress on standard error."""
+    from workbench.stages.campaign import Campaign
+    from workbench.terminal.console import progress_for
+
+    progress = progress_for(sys.stderr)
+    try:
+        with Campaign.from_file(
+            study, folder=folder, workers=workers, dask=dask, keep_runs=keep_runs, progress=progress
+        ) as campaign:
+            yield campaign
+    except Interrupted:
+        progress.finished()
+        raise
+    finally:
+        progress.finished()
+
+
+def finish(
+    document: Any, lines: Sequence[str], *, as_json: bool, failures: Mapping[str, int] | None = None
+) -> None:
+    """Print the figures, as lines or as JSON, and leave with 3 when runs failed."""
+    print(json.dumps(document, indent=1, sort_keys=True) if as_json else "\n".join(lines))
+    if failures:
+        text = ", ".join(f"{n} {status}" for status, n in failures.items())
+        print(f"holdfast: runs without a value: {text} (see `holdfast failures`)", file=sys.stderr)
+        raise typer.Exit(FAILED_RUNS)

@@ -1,0 +1,184 @@
+"""The commands that walk a study: all stages, each stage, results told from outside, the report."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.errors import StudyError
+from workbench.sampling.kinds import KINDS
+from workbench.stages.table import STAGES, Stage, stage_named
+from workbench.terminal.shared import (
+    Dask,
+    Folder,
+    Json,
+    KeepRuns,
+    Retry,
+    StudyFile,
+    Workers,
+    finish,
+    opened_campaign,
+)
+
+__all__ = ["commands"]
+
+commands = typer.Typer()
+
+
+@commands.command()
+def run(
+    study: StudyFile,
+    folder: Folder = None,
+    workers: Workers = None,
+    dask: Dask = None,
+    keep_runs: KeepRuns = False,
+    retry_failed: Retry = False,
+    json_: Json = False,
+) -> None:
+    """Walk all stages of a study; run it again to continue where it stopped."""
+    from workbench.stages.run_all import run_lines
+
+    with opened_campaign(study, folder, workers=workers, dask=dask, keep_runs=keep_runs) as campaign:
+        if retry_failed:
+            campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
+        found = campaign.run()
+        failures = campaign.failures()
+    finish(found, run_lines(found), as_json=json_, failures=failures)
+
+
+@commands.command(help=stage_named("design").help)
+def design(
+    study: StudyFile,
+    folder: Folder = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Write the rows to run, with their keys, to this CSV.")
+    ] = None,
+    quality: Annotated[
+        bool, typer.Option("--quality", help="All figures of merit, and design_quality.png in the folder.")
+    ] = False,
+    compare: Annotated[
+        str | None, typer.Option(help=f"Other kinds to put beside it, such as lhs,ihs: {', '.join(KINDS)}.")
+    ] = None,
+    json_: Json = False,
+) -> None:
+    from workbench.campaign.telling import asked_csv, asked_lines, asked_rows
+    from workbench.report.lines.design import comparison_lines, design_lines
+    from workbench.stages.design import compared_designs, drawn_design, queue_design
+    from workbench.stages.run_all import run_stage
+    from workbench.system.atomic import write_text
+
+    with opened_campaign(study, folder) as campaign:
+        document = run_stage(campaign, "design") if campaign.study.has_points else None
+        if document is None and (quality or compare is not None):
+            raise StudyError("--quality and --compare look at a design; give the study a [design] table")
+        asked = asked_rows(campaign) if document is None else queue_design(campaign, document)
+        if csv is not None:
+            text = asked_csv(asked, campaign.study.space.names, list(campaign.study.reductions))
+            write_text(csv, text)
+        where = campaign.folder
+        others = compared_designs(document, compare.split(",")) if document and compare else None
+        listed = (
+            asked_lines(asked, study=str(study), csv=csv) if campaign.study.model["kind"] == "ask" else []
+        )
+    if document is None:
+        rows = [{"key": run.key, "parameters": dict(run.parameters)} for run in asked]
+        lines = [f"no [design] table; {len(asked)} runs asked for by a search wait for their results"]
+        lines += [f"written to {csv}"] if csv else []
+        finish({"asked": rows}, [*lines, *listed], as_json=json_)
+        return
+    what = f"{document['n']} runs of {document['d']} parameters ({document['algorithm']})"
+    lines = [f"{what}, {len(asked)} without an answer"]
+    lines += design_lines(document, whole=quality) if others is None else comparison_lines(others)
+    if quality:
+        lines.append(f"pairs, correlations and distances drawn in {drawn_design(document, where)}")
+    lines.append(f"written to {csv or where / 'design.json'}")
+    finish(document, [*lines, *listed], as_json=json_)
+
+
+@commands.command()
+def tell(
+    study: StudyFile,
+    results: Annotated[Path, typer.Argument(help="A CSV of results.")],
+    folder: Folder = None,
+    json_: Json = False,
+) -> None:
+    """Take results that were made elsewhere: a CSV with keys or parameters, and responses."""
+    from dataclasses import asdict
+
+    from workbench.campaign.telling import tell_csv
+
+    with opened_campaign(study, folder) as campaign:
+        told = tell_csv(campaign, results)
+        left = len(campaign.ask())
+    document = {**asdict(told), "waiting": left}
+    line = (
+        f"{told.answered} runs answered, {told.new} new, {told.repeated} known already, {told.failed} failed"
+    )
+    line += f"; {left} still wait"
+    finish(document, [line], as_json=json_)
+
+
+@commands.command(help=stage_named("screen").help)
+def screen(
+    study: StudyFile,
+    folder: Folder = None,
+    method: Annotated[
+        str | None,
+        typer.Option(help="Look again by another method: default, forward, welch, rivals, morris or hybrid."),
+    ] = None,
+    trajectories: Annotated[int, typer.Option(min=1, help="Of Morris, each d + 1 runs.")] = 4,
+    json_: Json = False,
+) -> None:
+    """The stage `screen`, or a look at the same runs by another method."""
+    if method is None:
+        _run_stage(stage_named("screen"), study, folder, as_json=json_)
+        return
+    from workbench.report.lines.screening import other_screening_lines
+    from workbench.stages.other_screenings import other_screening
+
+    with opened_campaign(study, folder) as campaign:
+        other = other_screening(campaign, method, trajectories=trajectories)
+    finish(other, other_screening_lines(other), as_json=json_)
+
+
+def _run_stage(
+    stage: Stage, study: Path, folder: Path | None, *, as_json: bool, workers: int | None = None
+) -> None:
+    """Run one stage, whether or not its document is there, and print what it found."""
+    from workbench.stages.run_all import run_stage
+
+    with opened_campaign(study, folder, workers=workers) as campaign:
+        document = run_stage(campaign, stage.name)
+        failures = campaign.failures() if stage.runs_model else None
+    finish(document, stage.work.lines(document), as_json=as_json, failures=failures)
+
+
+def _add_command(stage: Stage) -> None:
+    """The command of a stage without options of its own."""
+
+    def command(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+        _run_stage(stage, study, folder, as_json=json_)
+
+    def shared_command(
+        study: StudyFile, folder: Folder = None, workers: Workers = None, json_: Json = False
+    ) -> None:
+        _run_stage(stage, study, folder, as_json=json_, workers=workers)
+
+    commands.command(stage.command, help=stage.help)(shared_command if stage.workers else command)
+
+
+for _stage in STAGES:
+    if _stage.name not in ("design", "screen"):
+        _add_command(_stage)
+
+
+@commands.command()
+def report(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Write the report and the exports of what the folder holds."""
+    from workbench.report.writing import report_numbers
+    from workbench.stages.run_all import report as write
+
+    with opened_campaign(study, folder) as campaign:
+        path = write(campaign)
+        numbers = report_numbers(campaign.folder) if json_ else {}
+    finish({"report": str(path), **numbers}, [f"report: {path}"], as_json=json_)
