@@ -4,6 +4,7 @@ Public names are loaded on first use, so `import workbench` and `import workbenc
 """
 
 import sys
+from collections.abc import Sequence
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -56,6 +57,21 @@ class _Package(ModuleType):
 
 
 sys.modules[__name__].__class__ = _Package
+
+
+class _Moved:
+    """Asked last for a module: those of the time before the rooms are found in `workbench._moved`."""
+
+    @staticmethod
+    def find_spec(name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> Any:
+        if not name.startswith("workbench."):
+            return None
+        from workbench._moved import MovedFinder
+
+        return MovedFinder.find_spec(name, path, target)
+
+
+sys.meta_path.append(_Moved)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,1 +1,10 @@
 """A study walked from design to report, one file per stage, and the campaign as users see it."""
+
+from typing import TYPE_CHECKING, Any
+
+if not TYPE_CHECKING:  # for type checkers a room has no names of its own
+
+    def __getattr__(name: str) -> Any:
+        from workbench._moved import moved_name
+
+        return moved_name(__name__, name)
