@@ -17,7 +17,7 @@ import numpy as np
 
 from studies.occupant_braking import braking_occupant, restraint
 from workbench.sampling.plan import DesignOptions, make_design
-from workbench.screening.screen import screen
+from workbench.screening.kriging import screen
 from workbench.study.loading import load_study
 from workbench.study.shipped import copy_study
 

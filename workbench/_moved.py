@@ -180,7 +180,7 @@ MOVED = {
     "run_planning": "screening.run_planning",
     "run_plots": "figures.runs",
     "scenarios": "space.scenarios",
-    "screening": "screening.screen",
+    "screening": "screening.kriging screening.record",
     "screening_plots": "figures.screening",
     "search_arguments": "search.arguments",
     "search_ledger": "search.runs.ledger",
@@ -230,7 +230,10 @@ class MovedModule(ModuleType):
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") and name != "__all__":
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        return found(self.__name__, name)[1]
+        place, value = found(self.__name__, name)
+        if "__path__" in vars(self):  # of an old package nobody was warned yet
+            warn(f"{self.__name__}.{name}", f"{place}.{name}")
+        return value
 
 
 class MovedFinder:
@@ -252,12 +255,9 @@ class MovedFinder:
 
     @staticmethod
     def exec_module(module: ModuleType) -> None:
-        """Say where the module went, to the line that imports it."""
-        warnings.warn(
-            f"{module.__name__} moved to {' and '.join(places(module.__name__))}",
-            DeprecationWarning,
-            stacklevel=2,
-        )
+        """Say where the module went; a package is quiet, since importing its modules imports it, too."""
+        if "__path__" not in vars(module):
+            warn(module.__name__, " and ".join(places(module.__name__)))
 
 
 def moved_name(room: str, name: str) -> Any:
@@ -270,8 +270,13 @@ def moved_name(room: str, name: str) -> Any:
     if name.startswith("_") or any((Path(folder) / f"{name}.py").exists() for folder in files):
         raise AttributeError(f"module {room!r} has no attribute {name!r}")
     place, value = found(room, name)
-    warnings.warn(f"{room}.{name} moved to {place}.{name}", DeprecationWarning, stacklevel=3)
+    warn(f"{room}.{name}", f"{place}.{name}", stacklevel=4)
     return value
+
+
+def warn(old: str, new: str, *, stacklevel: int = 3) -> None:
+    """The warning, at the line that uses the old name."""
+    warnings.warn(f"{old} moved to {new}", DeprecationWarning, stacklevel=stacklevel)
 
 
 def places(old: str) -> list[str]:

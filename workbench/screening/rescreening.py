@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.screening.screen import screen
+from workbench.screening.kriging import screen
 from workbench.space.box import Space
 
 __all__ = ["Rescreening", "re_screen"]

@@ -18,7 +18,7 @@ from surrogates import (
 from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
-from workbench.screening.screen import METHODS, screen
+from workbench.screening.kriging import METHODS, screen
 from workbench.space.groups import chosen
 from workbench.space.parameter import Response
 from workbench.space.streams import stream

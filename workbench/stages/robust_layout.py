@@ -168,7 +168,7 @@ def _screened(
     design, before = (read_json(campaign.folder / f"{name}.json") for name in ("design", "screening"))
     if study.screen is None or design is None or before is None:
         return None
-    from workbench.screening.screen import screen
+    from workbench.screening.kriging import screen
 
     rows = [dict(zip(study.space.names, point, strict=True)) for point in design["physical"]]
     campaign.progress.stage("robust_layout", f"screening of the robust layout on {len(rows)} runs")

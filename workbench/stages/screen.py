@@ -16,7 +16,7 @@ MOST_RUNS = 500  # with a value that a screening takes; of more, those that spre
 
 
 def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
-    from workbench.screening.screen import screen
+    from workbench.screening.kriging import screen
 
     study = campaign.study
     response = study.response(table["response"])

@@ -10,7 +10,7 @@ from scipy import stats
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
-from workbench.screening.screen import screen
+from workbench.screening.kriging import screen
 from workbench.space.box import Space
 from workbench.space.parameter import Distribution, Parameter, Response
 

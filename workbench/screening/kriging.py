@@ -1,0 +1,150 @@
+"""Which parameters matter: rows of a study in, a screening with names and units out.
+
+The screening itself stands in `surrogates`; here parameters become columns of the unit cube and categorical
+ones labels, and everything that comes back carries names.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.stats import rankdata
+
+from surrogates import KrigingScreener, selection_stability
+from workbench.errors import StudyError
+from workbench.screening.record import Screening
+from workbench.screening.selected import SelectedKriging
+from workbench.screening.usable_runs import Rows, usable_runs
+from workbench.space.box import Space
+from workbench.space.groups import check_selection
+from workbench.space.parameter import Response
+from workbench.space.streams import stream
+
+__all__ = ["METHODS", "screen"]
+
+METHODS = ("default", "forward", "welch")
+TRANSFORMS = ("none", "ranks")
+STABILITY_RUNS = 130  # resamples for larger designs cost seconds each
+RESAMPLES, RESAMPLES_OF_LARGE = 20, 4
+
+
+def screen(
+    rows: Rows,
+    space: Space,
+    response: Response | str,
+    *,
+    method: str = "default",
+    transform: str = "none",
+    seed: int = 0,
+    n_selected: int | None = None,
+    groups: Sequence[Sequence[str]] = (),
+    effects: bool = True,
+) -> Screening:
+    """Screen the parameters of `space` for a response.
+
+    >>> import numpy as np
+    >>> from workbench.space.parameter import Parameter
+    >>> space = Space([Parameter("k", lower=0, upper=2, unit="N/m"), Parameter("c", lower=1, upper=5)])
+    >>> points = np.random.default_rng(0).random((20, 2))
+    >>> rows = [{**row, "f": np.sin(3 * row["k"])} for row in space.rows(points)]
+    >>> screen(rows, space, "f").selected
+    ('k',)
+
+    Args:
+        rows: runs as outcomes of a campaign, mappings of parameters and response, a DataFrame or a Dataset.
+            Runs that failed or have no finite response are left out and counted.
+        method: "default", "forward" (as published) or "welch".
+        transform: "none", or "ranks": parameters are selected by the ranks of the response (Iman and Conover,
+            Technometrics 21, 1979), which suits one that jumps between two levels. The Kriging of the
+            selected parameters and its effects are of the response itself.
+        seed: of the starts, the resamples and the draws.
+        n_selected: how many parameters to select, instead of deciding it.
+        groups: names of parameters that are to be selected together.
+        effects: whether to fit the Kriging of the selected parameters and its effects.
+
+    Raises:
+        NotEnoughRuns: fewer than 3 usable runs.
+        StudyError: an unknown method, transform or name, groups or a number that do not fit, a run that
+            holds no number where there should be one, or a response that no run has.
+    """
+    response = Response(response) if isinstance(response, str) else response
+    if method not in METHODS:
+        raise StudyError(f"screening method needs one of {', '.join(METHODS)}, got {method!r}")
+    if transform not in TRANSFORMS:
+        raise StudyError(f"screening transform needs one of {', '.join(TRANSFORMS)}, got {transform!r}")
+    check_selection(space.names, groups=groups, n_selected=n_selected)
+    runs = usable_runs(rows, space, response.name)
+    ids, x, y = runs.ids, runs.x, runs.y
+    screener = KrigingScreener(
+        method=method,
+        n_features=n_selected,
+        categorical=space.label_columns,
+        groups=[[space.names.index(name) for name in group] for group in groups],
+        seed=seed,
+    ).fit(x, rankdata(y) if transform == "ranks" else y)
+    names = np.array(space.names)
+    stability: dict[str, float] = {}
+    if method != "welch":
+        resamples = RESAMPLES if len(y) <= STABILITY_RUNS else RESAMPLES_OF_LARGE
+        share = selection_stability(screener, resamples=resamples, rng=stream(seed, "stability"))
+        stability = dict(zip(space.names, share.tolist(), strict=True))
+    facts = screener.diagnosis_
+    model = SelectedKriging.fit(screener, x, y, ids, seed) if effects and len(screener.selected_) else None
+    return Screening(
+        response=response.name,
+        unit=response.unit,
+        method=method,
+        criterion=facts.criterion + (", of the ranks of the response" if transform == "ranks" else ""),
+        rule=facts.rule,
+        n_runs=len(y),
+        n_left_out=runs.n_left_out,
+        path=tuple(_step(step, space.names) for step in screener.path_),
+        selected=tuple(names[screener.selected_].tolist()),
+        ranking=tuple(names[screener.ranking_].tolist()),
+        theta=dict(zip(space.names, screener.theta_.tolist(), strict=True)),
+        verdict=facts.verdict,
+        advice=_named(facts.advice, facts.repeated, space.names),
+        stability=stability,
+        kriging=model.kriging(space.names) if model else {},
+        leave_one_out=model.leave_one_out() if model else {},
+        main_effects=model.main_effects(space) if model else {},
+        sobol=model.sobol(space) if model else {},
+        diagnosis=_diagnosis(facts, space.names, ids),
+    )
+
+
+def _step(step: Any, names: Sequence[str]) -> dict[str, Any]:
+    return {
+        "step": step.step,
+        "selected": [names[k] for k in step.selected],
+        "added": [names[k] for k in step.added],
+        "theta_common": step.theta_common,
+        "theta": {names[k]: float(step.theta[k]) for k in step.selected},
+        "sigma2": step.sigma2,
+        "nugget": step.nugget,
+        "log_likelihood": step.log_likelihood,
+        "gain": step.gain,
+        "accepted": step.accepted,
+    }
+
+
+def _named(advice: str, pairs: Sequence[tuple[int, int]], names: Sequence[str]) -> str:
+    for i, j in pairs:
+        advice = advice.replace(f"{i} and {j}", f"{names[i]} and {names[j]}")
+    return advice
+
+
+def _diagnosis(facts: Any, names: Sequence[str], ids: Sequence[str]) -> dict[str, Any]:
+    plain = (
+        "n_runs n_inputs threshold base_log_likelihood nugget starts starts_at_best search_runs evaluations"
+    )
+    found = {name: getattr(facts, name) for name in [*plain.split(), "margin", "q2", "resolved", "verdict"]}
+    return found | {
+        "nugget_bounds": list(facts.nugget_bounds),
+        "advice": _named(facts.advice, facts.repeated, names),
+        "constant": [names[k] for k in facts.constant],
+        "repeated": [[names[i], names[j]] for i, j in facts.repeated],
+        "duplicates": [[ids[i], ids[j]] for i, j in facts.duplicates],
+        "near_duplicates": [[ids[i], ids[j]] for i, j in facts.near_duplicates],
+        "rivals": [{"selected": [names[k] for k in s], "lower_by": gap} for s, gap in facts.rivals],
+    }
