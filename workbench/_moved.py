@@ -33,7 +33,7 @@ MOVED = {
     "corner_runs": "search.proposals.corners",
     "cuts": "robust_layout.cuts",
     "dask_engine": "workers.dask_engine",
-    "demonstration": "stages.demonstration",
+    "demonstration": "study.shipped",
     "design": "sampling.plan",
     "design_factors": "sampling.factors",
     "design_files": "sampling.files",
