@@ -39,7 +39,7 @@ from workbench.engine import (
 )
 from workbench.engine.planar._kernels.energy import member_energy_series
 
-sweep = import_module("workbench.engine.sensitivity.discrete_adjoint")
+sweep = import_module("workbench.engine.planar.adjoint")
 
 SAME = 1e-12  # the same operations in another order
 QUOTIENT = 2e-6  # fourth-order differences of runs with rounded kinks crossed between the points
@@ -165,7 +165,9 @@ def test_a_run_knows_its_energies():
     for record in (two_body.problem("C"), three_body.problem()):
         run = simulate(record.system, record.density, record.t_end, 60)
         summed = np.empty(61)
-        member_energy_series(run.tables, run.work, np.arange(61), run.position, run.velocity, summed)
+        member_energy_series(
+            run.tables, run.work, np.arange(61), run.nodes.position, run.nodes.velocity, summed
+        )
         assert len(run.tangents.energy)
         np.testing.assert_allclose(run.stored_energy(), summed, rtol=SAME, atol=1e-12 * summed.max())
 

@@ -201,15 +201,15 @@ def _independent(equations: IndependentEquations, rows: Array) -> set[str]:
 
 
 def alpha_gradient(
-    equations: IndependentEquations, scheme: IndependentAlpha, h: float, run: Any, seeds: Any
+    equations: IndependentEquations, scheme: IndependentAlpha, h: float, run: Any, splits: Splits, seeds: Any
 ) -> Array:
-    """(N,) sum of (dF/dscale)^T mu in segment order; run: position ... multiplier, splits."""
+    """(N,) sum of (dF/dscale)^T mu in segment order; run: position ... multiplier, as `kinds.Nodes`."""
     n = run.position.shape[1]
     gradient = np.zeros(len(equations.tables.scale))
     independent_adjoint(
         *equations[:4], scheme.numbers, h, seeds.last,
         run.position, run.velocity, run.acceleration, run.multiplier.copy(),
-        run.splits.rows, run.splits.cols, run.splits.rank, run.splits.bridged,
+        splits.rows, splits.cols, splits.rank, splits.bridged,
         seeds.position, seeds.velocity, seeds.acceleration, seeds.multiplier,
         np.zeros((6, n)), np.zeros((3, n)), np.zeros((4, n)), np.zeros((n, n)), np.zeros(n, np.int64),
         np.zeros_like(run.position), gradient,

@@ -1,6 +1,7 @@
 """Runs of spatial systems in natural coordinates, and the trajectory they leave."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,17 @@ from ..integration.independent import (
     point_times,
     rk8_gradient,
 )
+from ..integration.kinds import (
+    Linearised,
+    MemberPower,
+    Nodes,
+    StateSensitivities,
+    View,
+    Widths,
+    no_parameters,
+    read_only,
+    writable,
+)
 from ..integration.outcome import Diagnosis, Status
 from ..integration.redundancy import FEASIBLE, RANK, redundancy
 from ..integration.schemes import (
@@ -27,6 +39,7 @@ from ..integration.schemes import (
     RungeKutta8,
     Scheme,
 )
+from ..integration.seeds import NodeSeeds, Seeds, row_by_row
 from ._kernels_equations import natural_energies, natural_state
 from .compiled import (
     NaturalCompiled,
@@ -37,7 +50,7 @@ from .compiled import (
 from .system import NaturalSystem
 from .tables import NaturalTables, natural_work
 
-__all__ = ["NaturalTrajectory", "moving", "natural_equations", "natural_gradient", "run"]
+__all__ = ["NaturalTrajectory", "moving", "natural_equations", "run"]
 
 Array = np.ndarray[Any, Any]
 
@@ -62,6 +75,13 @@ class NaturalTrajectory:
     splits: Splits
     diagnosis: Diagnosis
     status: Status = Status.COMPLETE
+    nodes: Nodes = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        states = {name: writable(getattr(self, name)) for name in Nodes._fields}
+        object.__setattr__(self, "nodes", Nodes(**states))
+        for name, array in (*states.items(), ("density", self.density)):
+            object.__setattr__(self, name, read_only(array))
 
     @property
     def step(self) -> float:
@@ -69,9 +89,15 @@ class NaturalTrajectory:
         return float(self.times[1] - self.times[0])
 
     @property
-    def damage(self) -> Array:
-        """(steps + 1, 0): spatial systems have no bushings."""
+    def states(self) -> Array:
+        """(steps + 1, 0): these systems have no states of first order."""
         return np.zeros((len(self.times), 0))
+
+    @property
+    def widths(self) -> Widths:
+        """Lengths of slopes and seeds."""
+        n = self.position.shape[1]
+        return Widths(n, n, n, self.multiplier.shape[1], 0)
 
     def coordinate(self, name: str) -> slice | None:
         """Where a free point or vector stands in q; None for a fixed one. Raises ValueError for a
@@ -97,7 +123,8 @@ class NaturalTrajectory:
     def stored_energy(self) -> Array:
         """(steps + 1,) energy stored in the members, J."""
         energy = np.zeros((len(self.times), len(self.density)))
-        natural_energies(self.tables, natural_work(self.tables), self.position, self.velocity, energy)
+        r = self.nodes
+        natural_energies(self.tables, natural_work(self.tables), r.position, r.velocity, energy)
         return np.asarray(energy @ self.tables.scale)
 
     def gravity_energy(self) -> Array:
@@ -115,9 +142,51 @@ class NaturalTrajectory:
         out = np.zeros_like(self.multiplier)
         zero = np.zeros(self.position.shape[1])
         for node in range(len(self.times)):
-            _look(equations, node, self.position[node], self.velocity[node], zero)
+            _look(equations, node, self.nodes.position[node], self.nodes.velocity[node], zero)
             out[node] = equations.work.phi
         return out
+
+    def adjoint(self, seeds: NodeSeeds) -> Array:
+        """(R, N) gradients by density of the implicit parts, in the order of the rows: exact for the run."""
+        return row_by_row(self, seeds, _gradient)
+
+    def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
+        """Raises NotSupported: only densities are known here."""
+        return no_parameters(self, seeds)
+
+    def by_density(self, by_scale: Array) -> Array:
+        """From slopes by scale in segment order to slopes by density in member order."""
+        parts = natural_compiled(self.system)
+        out = np.zeros_like(by_scale)
+        out[parts.order] = by_scale
+        power, alpha = parts.power, self.density
+        return np.asarray(out * np.where(power == 1.0, 1.0, power * alpha ** (power - 1.0)))
+
+    def linearised(self, *, method: str, times: Array | None = None) -> Linearised:
+        """Raises NotSupported: the forward methods are written for planar systems."""
+        raise NotSupported(f"{method} is written for planar systems; use method='discrete_adjoint'")
+
+    @property
+    def goes_forward(self) -> bool:
+        """No: runs are in independent coordinates."""
+        return False
+
+    def state_sensitivities(self, *, with_rates: bool) -> StateSensitivities:
+        """Raises NotSupported: runs are in independent coordinates."""
+        raise NotSupported("forward sensitivities are written for planar systems; use the adjoint")
+
+    def member_power(self, nodes: Sequence[int]) -> list[MemberPower]:
+        """Raises NotSupported: the members' energy has values here, no slopes."""
+        raise NotSupported(
+            "StoredEnergy has values, but no rates and slopes in natural coordinates; take another quantity"
+        )
+
+    def view(self, *, bodies: tuple[str, ...], reference: str, shares: tuple[float, ...]) -> View:
+        """Raises NotSupported: there are points here, no bodies with centres."""
+        raise NotSupported(
+            "Coordinate and Deviation look at bodies; systems in natural coordinates have points, and "
+            "PointCoordinate looks at them"
+        )
 
 
 def natural_equations(parts: NaturalCompiled, tables: NaturalTables) -> IndependentEquations:
@@ -268,11 +337,12 @@ def natural_march(
     return run, (equations, (sq, sv))
 
 
-def natural_gradient(trajectory: NaturalTrajectory, seeds: Any) -> Array:
+def _gradient(trajectory: NaturalTrajectory, seeds: Seeds) -> Array:
     """(N,) sum of (dF/dscale)^T mu in segment order, exact for the run's own result; order 8 runs again."""
     r, parts = trajectory, natural_compiled(trajectory.system)
+    nodes = r.nodes
     if isinstance(r.scheme, IndependentAlpha):
-        return alpha_gradient(natural_equations(parts, r.tables), r.scheme, r.step, r, seeds)
-    start = r.position[0], r.velocity[0]
-    run, (equations, points) = natural_march(parts, r.density, r.times, r.scheme, start)
-    return rk8_gradient(equations, (A, B), r.times, run, points, seeds)
+        return alpha_gradient(natural_equations(parts, r.tables), r.scheme, r.step, nodes, r.splits, seeds)
+    start = nodes.position[0], nodes.velocity[0]
+    made, (equations, points) = natural_march(parts, r.density, nodes.times, r.scheme, start)
+    return rk8_gradient(equations, (A, B), nodes.times, made, points, seeds)

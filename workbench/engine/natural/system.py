@@ -15,6 +15,7 @@ import numpy as np
 
 from ..elements.laws import Law
 from ..errors import InvalidSystem
+from ..integration.kinds import MemberEnds
 
 __all__ = [
     "Angle", "Distance", "NaturalPoint", "NaturalSystem", "PointMember", "PointOnLine3", "PointOnPlane",
@@ -193,6 +194,24 @@ class NaturalSystem:
                 raise InvalidSystem(f"unit vector '{vector.name}' needs a direction, got {vector.direction}")
         if all(part.fixed for part in parts):
             raise InvalidSystem("system needs at least one point or vector that moves, got none")
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates of the given free points and vectors."""
+        points, vectors = (p.fixed for p in self.points), (u.fixed for u in self.vectors)
+        return 3 * sum(not fixed for fixed in (*points, *vectors))
+
+    @property
+    def in_python(self) -> bool:
+        """No: members take the engine's own laws."""
+        return False
+
+    def member_ends(self) -> MemberEnds:
+        """The points that members join, numbered as given, at the start."""
+        number = {point.name: i for i, point in enumerate(self.points)}
+        place = np.array([point.position for point in self.points], float)
+        a, b = (np.array([number[getattr(m, end)] for m in self.members], np.int64) for end in "ab")
+        return MemberEnds(body_a=a, point_a=place[a], body_b=b, point_b=place[b])
 
 
 def _known(where: str, names: tuple[str, ...], known: set[str], kind: str) -> None:

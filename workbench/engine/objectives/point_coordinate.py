@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..natural.runs import NaturalTrajectory
+from ..integration.kinds import AnyTrajectory
 from .quantities import Slopes
 
 __all__ = ["PointCoordinate"]
@@ -28,26 +28,26 @@ class PointCoordinate:
     relative: bool = False
     has_rates: bool = True
 
-    def values(self, trajectory: NaturalTrajectory) -> Array:
+    def values(self, trajectory: AnyTrajectory) -> Array:
         """(steps + 1,) n . p at every node."""
         series = trajectory.of(self.point) @ np.array(self.direction)
         return np.asarray(series - series[0] if self.relative else series)
 
-    def _slope(self, trajectory: NaturalTrajectory) -> Array:
+    def _slope(self, trajectory: AnyTrajectory) -> Array:
         out = np.zeros(trajectory.position.shape[1])
         part = trajectory.coordinate(self.point)
         if part is not None:
             out[part] = self.direction
         return out
 
-    def rates(self, trajectory: NaturalTrajectory, nodes: Array) -> Array:
+    def rates(self, trajectory: AnyTrajectory, nodes: Array) -> Array:
         """(len(nodes),) n . v."""
         return np.asarray(trajectory.velocity[nodes] @ self._slope(trajectory))
 
-    def slopes(self, trajectory: NaturalTrajectory, node: int) -> Slopes:
+    def slopes(self, trajectory: AnyTrajectory, node: int) -> Slopes:
         """Partial derivatives of n . p at a node."""
         return Slopes(position=self._slope(trajectory))
 
-    def rate_slopes(self, trajectory: NaturalTrajectory, node: int) -> Slopes:
+    def rate_slopes(self, trajectory: AnyTrajectory, node: int) -> Slopes:
         """Partial derivatives of n . v at a node."""
         return Slopes(velocity=self._slope(trajectory))

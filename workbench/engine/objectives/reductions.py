@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..planar.trajectory import Trajectory
+from ..integration.kinds import AnyTrajectory
 from .quantities import Quantity
 
 __all__ = ["AtTime", "Integral", "Maximum", "Minimum", "NodeWeight", "Objective", "PNorm", "Peak", "Terminal"]
@@ -34,11 +34,11 @@ class Objective(Protocol):
 
     quantity: Quantity
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The objective."""
         ...
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """dG/dg and dG/d(dg/dt) at the nodes that matter."""
         ...
 
@@ -53,7 +53,7 @@ class Peak:
     parts: tuple[NodeWeight, ...]
     at_end: bool
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The weighted sum of the same nodes on any trajectory of the same grid."""
         values = self.quantity.values(trajectory)
         total = sum(part.weight * values[part.node] for part in self.parts)
@@ -63,12 +63,12 @@ class Peak:
             total += sum(part.rate_weight * rate for part, rate in zip(moving, rates, strict=True))
         return float(total)
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """The nodes of the peak."""
         return self.parts
 
 
-def nodes_within(trajectory: Trajectory, window: Window | None) -> tuple[int, int]:
+def nodes_within(trajectory: AnyTrajectory, window: Window | None) -> tuple[int, int]:
     """First and last node inside a time window, its ends moved to the nearest nodes.
 
     Raises ValueError when the window is empty or outside the run.
@@ -114,7 +114,7 @@ def _hermite_top(ga: float, gb: float, da: float, db: float) -> float:
 
 
 def find_peaks(
-    trajectory: Trajectory, quantity: Quantity, first: int, last: int, *, sign: float, refine: bool
+    trajectory: AnyTrajectory, quantity: Quantity, first: int, last: int, *, sign: float, refine: bool
 ) -> list[Peak]:
     """Local maxima of sign * g between two nodes, ends included, highest first."""
     values = quantity.values(trajectory)
@@ -138,7 +138,7 @@ def find_peaks(
     return sorted(peaks, key=lambda peak: -sign * peak.height)
 
 
-def _node_peak(t: Trajectory, quantity: Quantity, values: Array, top: int, first: int, last: int) -> Peak:
+def _node_peak(t: AnyTrajectory, quantity: Quantity, values: Array, top: int, first: int, last: int) -> Peak:
     return Peak(
         quantity=quantity, time=float(t.times[top]), height=float(values[top]),
         parts=(NodeWeight(top, 1.0),), at_end=top in (first, last),
@@ -146,7 +146,7 @@ def _node_peak(t: Trajectory, quantity: Quantity, values: Array, top: int, first
 
 
 def _by_hermite(
-    t: Trajectory, quantity: Quantity, values: Array, top: int, first: int, last: int, sign: float
+    t: AnyTrajectory, quantity: Quantity, values: Array, top: int, first: int, last: int, sign: float
 ) -> Peak:
     begin, end = max(first, top - 1), min(last, top + 1) + 1
     rates = (sign * quantity.rates(t, np.arange(begin, end))).tolist()
@@ -167,7 +167,7 @@ def _by_hermite(
 
 
 def _by_nodes(
-    t: Trajectory, quantity: Quantity, values: Array, top: int, first: int, last: int, sign: float
+    t: AnyTrajectory, quantity: Quantity, values: Array, top: int, first: int, last: int, sign: float
 ) -> Peak:
     start = int(np.clip(top - 1, first, last - 3))
     nodes = np.arange(start, start + 4)
@@ -200,15 +200,15 @@ class Maximum:
     window: Window | None = None
     refine: bool = True
 
-    def peaks(self, trajectory: Trajectory, *, within: float = np.inf) -> tuple[Peak, ...]:
+    def peaks(self, trajectory: AnyTrajectory, *, within: float = np.inf) -> tuple[Peak, ...]:
         """Local peaks, highest first, no lower than the highest by more than `within` times its height."""
         return _peaks(self, trajectory, 1.0, within)
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The objective."""
         return self.peaks(trajectory)[0].height
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """dG/dg and dG/d(dg/dt) at the nodes of the highest peak."""
         return self.peaks(trajectory)[0].parts
 
@@ -221,21 +221,21 @@ class Minimum:
     window: Window | None = None
     refine: bool = True
 
-    def peaks(self, trajectory: Trajectory, *, within: float = np.inf) -> tuple[Peak, ...]:
+    def peaks(self, trajectory: AnyTrajectory, *, within: float = np.inf) -> tuple[Peak, ...]:
         """Local minima, lowest first."""
         return _peaks(self, trajectory, -1.0, within)
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The objective."""
         return self.peaks(trajectory)[0].height
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """dG/dg and dG/d(dg/dt) at the nodes of the lowest minimum."""
         return self.peaks(trajectory)[0].parts
 
 
 def _peaks(
-    objective: Maximum | Minimum, trajectory: Trajectory, sign: float, within: float
+    objective: Maximum | Minimum, trajectory: AnyTrajectory, sign: float, within: float
 ) -> tuple[Peak, ...]:
     first, last = nodes_within(trajectory, objective.window)
     found = find_peaks(trajectory, objective.quantity, first, last, sign=sign, refine=objective.refine)
@@ -249,11 +249,11 @@ class Terminal:
 
     quantity: Quantity
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The objective."""
         return float(self.quantity.values(trajectory)[-1])
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """The last node."""
         return (NodeWeight(len(trajectory.times) - 1, 1.0),)
 
@@ -265,7 +265,7 @@ class AtTime:
     quantity: Quantity
     time: float
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """The nodes around the time."""
         times = trajectory.times
         if not times[0] <= self.time <= times[-1] * (1 + 1e-12):
@@ -278,7 +278,7 @@ class AtTime:
         wa, wb, ra, rb = hermite(s, h)
         return (NodeWeight(a, wa, ra), NodeWeight(a + 1, wb, rb))
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The objective."""
         parts = self.weights(trajectory)
         return Peak(quantity=self.quantity, time=self.time, height=0.0, parts=parts, at_end=False).value(
@@ -294,7 +294,7 @@ class Integral:
     quantity: Quantity
     window: Window | None = None
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """Trapezoid weights; h^2/12 on the end rates."""
         first, last = nodes_within(trajectory, self.window)
         h = np.diff(trajectory.times)[first:last]
@@ -306,7 +306,7 @@ class Integral:
             rate[0], rate[-1] = h[0] ** 2 / 12.0, -(h[-1] ** 2) / 12.0
         return tuple(NodeWeight(first + i, float(weight[i]), float(rate[i])) for i in range(len(weight)))
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The objective."""
         parts = self.weights(trajectory)
         return Peak(quantity=self.quantity, time=0.0, height=0.0, parts=parts, at_end=False).value(trajectory)
@@ -320,7 +320,7 @@ class PNorm:
     p: float = 20.0
     window: Window | None = None
 
-    def _shares(self, trajectory: Trajectory) -> tuple[int, Array, Array]:
+    def _shares(self, trajectory: AnyTrajectory) -> tuple[int, Array, Array]:
         if self.p < 1.0:
             raise ValueError(f"p-norm needs p >= 1, got p={self.p}")
         first, last = nodes_within(trajectory, self.window)
@@ -328,13 +328,13 @@ class PNorm:
         share[[0, -1]] = 0.5
         return first, share / share.sum(), self.quantity.values(trajectory)[first : last + 1]
 
-    def value(self, trajectory: Trajectory) -> float:
+    def value(self, trajectory: AnyTrajectory) -> float:
         """The objective."""
         _, share, g = self._shares(trajectory)
         top = np.abs(g).max()
         return float(top * (share @ (np.abs(g) / top) ** self.p) ** (1.0 / self.p)) if top > 0.0 else 0.0
 
-    def weights(self, trajectory: Trajectory) -> tuple[NodeWeight, ...]:
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
         """dG/dg at every node of the window."""
         first, share, g = self._shares(trajectory)
         norm = self.value(trajectory)

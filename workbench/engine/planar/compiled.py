@@ -21,7 +21,7 @@ from .joints import Row
 from .members import Member
 from .system import System
 
-__all__ = ["Compiled", "UserSegment", "compiled", "on_grid"]
+__all__ = ["Compiled", "UserSegment", "compiled", "in_member_order", "on_grid", "scale_slope"]
 
 Array = np.ndarray[Any, Any]
 
@@ -290,3 +290,16 @@ def drive_slopes(parts: Compiled, t: float) -> tuple[Array, Array]:
             first[index] = slope(t)[0]
             second[index] = _slope(slope, t)[0]
     return first, second
+
+
+def scale_slope(parts: Compiled, density: Array) -> Array:
+    """(N,) d scale/d alpha = power alpha^(power - 1) in segment order."""
+    if (parts.power == 1.0).all():
+        return np.ones(len(parts.order))
+    alpha, power = density[parts.order], parts.power[parts.order]
+    return np.where(power == 1.0, 1.0, power * alpha ** (power - 1.0))
+
+
+def in_member_order(by_segment: Array, inverse: Array | None) -> Array:
+    """Turn segment order into member order; None where they are the same."""
+    return by_segment if inverse is None else by_segment[inverse]

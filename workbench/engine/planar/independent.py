@@ -16,9 +16,11 @@ from ..integration.independent import (
     point_times,
     rk8_gradient,
 )
+from ..integration.kinds import Adjoints, no_parameters
 from ..integration.outcome import Diagnosis
 from ..integration.redundancy import redundancy
 from ..integration.schemes import IndependentAlpha, RungeKutta8
+from ..integration.seeds import Seeds, row_by_row
 from ._kernels import chart_answers  # noqa: F401  (answers the chart's questions by type)
 from ._kernels.tables import Tables, work_space
 from .chart import planar_chart, rates_of
@@ -26,7 +28,7 @@ from .compiled import Compiled, compiled, on_grid
 from .start import check_start
 from .trajectory import Trajectory
 
-__all__ = ["independent_alpha", "jointed_rk8", "planar_gradient"]
+__all__ = ["independent_alpha", "jointed_rk8"]
 
 Array = np.ndarray[Any, Any]
 
@@ -92,7 +94,7 @@ def _record(
     return Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=run.position,
         velocity=run.velocity, acceleration=run.acceleration, multiplier=run.multiplier, damage=bushings,
-        damage_rate=bushings.copy(), tables=tables, splits=run.splits,
+        damage_rate=bushings.copy(), tables=tables, splits=run.splits, adjoints=INDEPENDENT,
         diagnosis=Diagnosis(
             newton_iterations=run.evaluations, factorisations=run.evaluations,
             redundant_rows=lost, reason=reason, notices=notices(type(scheme).__name__, run, lost, times),
@@ -100,14 +102,18 @@ def _record(
     )  # fmt: skip
 
 
-def planar_gradient(trajectory: Trajectory, seeds: Any) -> Array:
+def _row(trajectory: Trajectory, seeds: Seeds) -> Array:
     """(N,) sum of (dF/dscale)^T mu in segment order, exact for the run's own result.
 
-    Order 8 runs its stages again. seeds: dG/d(node state) as `sensitivity.seeds` gives them.
+    Order 8 runs its stages again.
     """
     r, parts = trajectory, compiled(trajectory.system)
     if isinstance(r.scheme, IndependentAlpha):
+        assert r.splits is not None
         equations = planar_equations(parts, r.tables)
-        return alpha_gradient(equations, r.scheme, r.step, r, seeds)
-    run, (equations, points) = _rk8(parts, r.density, r.times)
-    return rk8_gradient(equations, (A, B), r.times, run, points, seeds)
+        return alpha_gradient(equations, r.scheme, r.step, r.nodes, r.splits, seeds)
+    run, (equations, points) = _rk8(parts, r.density, r.nodes.times)
+    return rk8_gradient(equations, (A, B), r.nodes.times, run, points, seeds)
+
+
+INDEPENDENT = Adjoints(by_density=lambda r, seeds: row_by_row(r, seeds, _row), by_parameter=no_parameters)

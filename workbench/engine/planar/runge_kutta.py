@@ -15,8 +15,10 @@ from ..integration.dop853_tableau import (
     B,
     C,
 )
+from ..integration.kinds import Adjoints, no_parameters
 from ..integration.outcome import Diagnosis
 from ..integration.schemes import RungeKutta8
+from ..integration.seeds import Seeds, row_by_row
 from ._kernels.equations import evaluate
 from ._kernels.runge_kutta import rk8_adjoint, rk8_forward
 from ._kernels.tables import Tables, Work, work_space
@@ -24,7 +26,7 @@ from .compiled import Compiled, compiled, on_grid
 from .independent import jointed_rk8
 from .trajectory import Trajectory
 
-__all__ = ["runge_kutta", "runge_kutta_adjoint", "with_node"]
+__all__ = ["runge_kutta", "with_node"]
 
 Array = np.ndarray[Any, Any]
 
@@ -59,7 +61,7 @@ def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
     return Trajectory(
         system=parts.system, density=alpha, scheme=RungeKutta8(), times=times, position=q, velocity=v,
         acceleration=w, multiplier=np.zeros((len(times), 0)),
-        damage=bushings, damage_rate=bushings.copy(), tables=tables,
+        damage=bushings, damage_rate=bushings.copy(), tables=tables, adjoints=STAGEWISE,
         diagnosis=Diagnosis(
             newton_iterations=0, factorisations=0, redundant_rows=(), reason="RungeKutta8 as asked",
         ),
@@ -93,22 +95,31 @@ def _run(
     return _Stages(q, v, w, stage_q, stage_v, tables)
 
 
-def runge_kutta_adjoint(trajectory: Trajectory, last: int, seed_q: Array, seed_v: Array) -> Array:
+def _row(trajectory: Trajectory, seeds: Seeds) -> Array:
     """(N,) sum of (dF/dscale)^T mu in segment order, exact for the scheme's own result, without joints."""
-    r, parts = trajectory, compiled(trajectory.system)
-    gradient = np.zeros(len(r.density))
+    # accelerations are functions of the state, w = -M^-1 F, not states of their own
+    if seeds.acceleration.any():
+        raise NotSupported(
+            "objectives of the acceleration have no adjoint under RungeKutta8; use GeneralisedAlpha"
+        )
+    r, parts, last = trajectory.nodes, compiled(trajectory.system), seeds.last
+    work = trajectory.work
+    gradient = np.zeros(len(trajectory.density))
     if last == 0:
         return gradient
     n, times = r.position.shape[1], r.times[: last + 1].copy()
-    run = r.memo.get("stages")
+    run = trajectory.memo.get("stages")
     if run is None:
-        run = _run(parts, r.density, times, r.position[0].copy(), r.velocity[0].copy(), r.work)
+        run = _run(parts, trajectory.density, times, r.position[0].copy(), r.velocity[0].copy(), work)
     rk8_adjoint(
-        run.tables, r.work, A, B, times, last, run.stage_position, run.stage_velocity,
-        seed_q, seed_v,
+        run.tables, work, A, B, times, last, run.stage_position, run.stage_velocity,
+        seeds.position, seeds.velocity,
         np.zeros((2, n)), np.zeros((STAGES, n)), np.zeros((STAGES, n)), np.zeros(n), gradient,
     )  # fmt: skip
     return gradient
+
+
+STAGEWISE = Adjoints(by_density=lambda r, seeds: row_by_row(r, seeds, _row), by_parameter=no_parameters)
 
 
 def with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Trajectory:

@@ -25,11 +25,12 @@ from ._kernels.tables import (
     Work,
     work_space,
 )
+from .adjoint import BDF2_LOOP, COMPILED, PYTHON
 from .compiled import Compiled, compiled, on_grid
 from .equations import PlanarEquations
 from .independent import independent_alpha
 from .runge_kutta import runge_kutta
-from .start import accelerations_from, check_start, initial_accelerations
+from .start import accelerations_from, check_start, initial_accelerations, proximal
 from .system import System
 from .trajectory import Tangents, Trajectory
 
@@ -40,7 +41,6 @@ LOG = logging.getLogger("workbench.engine")
 
 KEEP = 32e6  # bytes of tangents that a run keeps for its adjoint; beyond, the adjoint evaluates them again
 UNDAMPED = 0.99  # above it the alternation of the joint forces may grow: eigenvalue -1, twice, at rho = 1
-SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
 
 
 def run(system: System, alpha: Array, times: Array, scheme: Scheme) -> Trajectory:
@@ -115,9 +115,10 @@ def _record(
     lam: Array, z: Array, zdot: Array, found: Redundancy, newton: int, factorisations: int,
     tangents: Tangents | None = None, work: Work | None = None,
 ) -> Trajectory:  # fmt: skip
+    loop = BDF2_LOOP if isinstance(scheme, BDF2) else COMPILED if parts.fused else PYTHON
     return Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=q, velocity=v,
-        acceleration=w, multiplier=lam, damage=z, damage_rate=zdot, tables=tables,
+        acceleration=w, multiplier=lam, damage=z, damage_rate=zdot, tables=tables, adjoints=loop,
         tangents=tangents, memo={} if work is None else {"work": work},
         diagnosis=Diagnosis(
             newton_iterations=newton, factorisations=factorisations, redundant_rows=found.rows,
@@ -180,11 +181,6 @@ class Run:
             stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), jacobian=np.empty((kept, m, n)),
             energy=np.empty(kept if springs else 0),
         )  # fmt: skip
-
-
-def proximal(tables: Tables, *, redundant: bool) -> float:
-    """Size of the regularisation of the multipliers: none for independent joints."""
-    return SHIFT / float(tables.mass.min()) if redundant else 0.0
 
 
 def integrate(

@@ -26,6 +26,8 @@ __all__ = ["assembled"]
 
 Array = np.ndarray[Any, Any]
 
+SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass; Newton removes its effect
+
 
 def residual_of_joints(tables: Tables, work: Work, q: Array, v: Array) -> tuple[Array, Array]:
     """Phi and Phi_q at the first sample."""
@@ -196,3 +198,8 @@ def accelerations_from(parts: Compiled, tables: Tables, work: Work) -> tuple[Arr
     s = free + np.linalg.lstsq(j, -bend - j @ free, rcond=RANK)[0]
     lam = np.linalg.lstsq(j.T, free - s, rcond=RANK)[0]
     return root * s, lam
+
+
+def proximal(tables: Tables, *, redundant: bool) -> float:
+    """Size of the regularisation of the multipliers: none for independent joints."""
+    return SHIFT / float(tables.mass.min()) if redundant else 0.0

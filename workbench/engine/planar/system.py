@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..elements.joint_forces import Bushing, JointSpring
+from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import Motion
 from ..errors import InvalidSystem
+from ..integration.kinds import MemberEnds
 from .joints import Joint
 from .members import Member
 
@@ -140,6 +142,30 @@ class System:
         """Whether every force is smooth (C-infinity): no contact, belt, airbag or breakable bushing."""
         rough = any(member.law.code not in (0, 2, 9) for member in self.members)
         return not rough and not any(b.breakable for b in self.bushings)
+
+    @property
+    def in_python(self) -> bool:
+        """Whether a law written in Python is called during a run."""
+        return any(isinstance(member.law, UserLaw) for member in self.members)
+
+    def member_ends(self) -> MemberEnds:
+        """The ends of all members at the start; bodies: free, prescribed, then the ground."""
+        bodies = (*self.free, *self.prescribed)
+        names = [*(body.name for body in bodies), "ground"]
+        places = [np.asarray(b.position if b.motion is None else b.motion.place(0.0), float) for b in bodies]
+        places.append(np.zeros(3))
+
+        def point(body: str, local: tuple[float, float]) -> list[float]:
+            x, y, angle = places[names.index(body)]
+            c, s = np.cos(angle), np.sin(angle)
+            return [x + c * local[0] - s * local[1], y + s * local[0] + c * local[1]]
+
+        return MemberEnds(
+            body_a=np.array([names.index(m.a) for m in self.members]),
+            point_a=np.array([point(m.a, m.point_a) for m in self.members]),
+            body_b=np.array([names.index(m.b) for m in self.members]),
+            point_b=np.array([point(m.b, m.point_b) for m in self.members]),
+        )
 
     def coordinate(self, body: str) -> slice:
         """Where the coordinates of a free body stand in q.

@@ -1,21 +1,38 @@
 """The solution of a system on its time grid, with what is needed to judge it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import NotSupported
 from ..integration.independent import Splits
+from ..integration.kinds import (
+    Adjoints,
+    MemberPower,
+    StateSensitivities,
+    Widths,
+    read_only,
+    writable,
+)
 from ..integration.outcome import Diagnosis, Status
 from ..integration.schemes import Scheme
-from ._kernels.energy import member_energy_series, torsion_energy_sum
+from ..integration.seeds import NodeSeeds
+from ._kernels.energy import member_energy_series, member_power, torsion_energy_sum
 from ._kernels.equations import evaluate, place
 from ._kernels.tables import Tables, Work, work_space
+from .compiled import compiled, in_member_order, on_grid, scale_slope
+from .forward import forward_sensitivities
+from .linearised import PlanarLinearised
 from .system import System
+from .view import PlanarView, columns_of
 
 __all__ = ["Tangents", "Trajectory"]
 
 Array = np.ndarray[Any, Any]
+
+KEPT = 4  # nodes whose members' energies are remembered: a peak and its neighbours
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,13 +50,25 @@ class Tangents:
     energy: Array
 
 
+class DamageNodes(NamedTuple):
+    """States at the nodes as the kernels take them, which compile once, for arrays that could be written."""
+
+    times: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    multiplier: Array
+    damage: Array
+    damage_rate: Array
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trajectory:
     """States at the nodes of the time grid; coordinates are (x, y, theta) of every free body in order.
 
     times: (steps + 1,).  position, velocity, acceleration: (steps + 1, n).  multiplier: (steps + 1, m), one
-    per
-    joint row.  damage: (steps + 1, bushings) with rate damage_rate.
+    per joint row.  damage: (steps + 1, bushings) with rate damage_rate. These arrays cannot be written;
+    `nodes` holds them for the kernels.
     """
 
     system: System
@@ -54,14 +83,18 @@ class Trajectory:
     damage_rate: Array
     diagnosis: Diagnosis
     tables: Tables
+    adjoints: Adjoints  # of the scheme that made the run
     tangents: Tangents | None = None
     splits: Splits | None = None  # of a run in independent coordinates
     status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)  # derived series, computed once
+    nodes: DamageNodes = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("density", "times", "position", "velocity", "acceleration", "multiplier", "damage"):
-            getattr(self, name).flags.writeable = True
+        states = {name: writable(getattr(self, name)) for name in DamageNodes._fields}
+        object.__setattr__(self, "nodes", DamageNodes(**states))
+        for name, array in (*states.items(), ("density", self.density)):
+            object.__setattr__(self, name, read_only(array))
 
     @property
     def step(self) -> float:
@@ -91,10 +124,9 @@ class Trajectory:
         kept = self.tangents
         if kept is None or len(kept.stiffness) == 0 or "start" in self.memo:
             return
-        z, work = self.damage[0], self.work
-        evaluate(
-            self.tables, work, 0, self.position[0], self.velocity[0], self.multiplier[0], z, z, 0.0, True
-        )
+        r, work = self.nodes, self.work
+        z = r.damage[0]
+        evaluate(self.tables, work, 0, r.position[0], r.velocity[0], r.multiplier[0], z, z, 0.0, True)
         kept.stiffness[0], kept.damping[0], kept.jacobian[0] = work.k, work.c, work.phi_q
         kept.energy[:1] = work.energy
         self.memo["start"] = True
@@ -108,7 +140,8 @@ class Trajectory:
                 energy = kept.copy()
             else:
                 energy, nodes = np.empty(len(self.times)), np.arange(len(self.times))
-                member_energy_series(self.tables, self.work, nodes, self.position, self.velocity, energy)
+                r = self.nodes
+                member_energy_series(self.tables, self.work, nodes, r.position, r.velocity, energy)
             self.memo["stored_energy"] = energy
         return np.array(self.memo["stored_energy"])
 
@@ -117,7 +150,7 @@ class Trajectory:
         work = self.work
         energy = np.zeros(len(self.times))
         for step in range(len(self.times)):
-            place(self.tables, work, step, self.position[step], self.velocity[step])
+            place(self.tables, work, step, self.nodes.position[step], self.nodes.velocity[step])
             energy[step] = torsion_energy_sum(self.tables, work)
         return energy
 
@@ -131,13 +164,107 @@ class Trajectory:
 
     def joint_residuals(self) -> Array:
         """(steps + 1, m) Phi at every node: how well the joints hold, m or rad."""
-        work = self.work
-        out = np.zeros((len(self.times), len(self.tables.row)))
-        for step in range(len(self.times)):
-            z = self.damage[step]
+        r, work = self.nodes, self.work
+        out = np.zeros((len(r.times), len(self.tables.row)))
+        for step in range(len(r.times)):
+            z = r.damage[step]
             evaluate(
-                self.tables, work, step, self.position[step], self.velocity[step],
-                self.multiplier[step], z, z, 0.0, False,
+                self.tables, work, step, r.position[step], r.velocity[step], r.multiplier[step],
+                z, z, 0.0, False,
             )  # fmt: skip
             out[step] = work.phi
         return out
+
+    @property
+    def states(self) -> Array:
+        """(steps + 1, bushings) the damage."""
+        return self.damage
+
+    @property
+    def widths(self) -> Widths:
+        """Lengths of slopes and seeds."""
+        n = self.position.shape[1]
+        return Widths(n, n, n, self.multiplier.shape[1], self.damage.shape[1])
+
+    def adjoint(self, seeds: NodeSeeds) -> Array:
+        """(R, N) gradients by density of the implicit parts, in the order of the rows: exact for the run."""
+        return self.adjoints.by_density(self, seeds)
+
+    def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
+        """A `ByParameter` of one row of seeds. Raises NotSupported where the scheme's adjoint has none."""
+        return self.adjoints.by_parameter(self, seeds)
+
+    def by_density(self, by_scale: Array) -> Array:
+        """Slopes by scale in segment order as slopes by density in member order; maybe the same array."""
+        parts = compiled(self.system)
+        if "scale_slope" not in self.memo:
+            slope = scale_slope(parts, self.density)
+            self.memo["scale_slope"] = None if (slope == 1.0).all() else in_member_order(slope, parts.inverse)
+        slope = self.memo["scale_slope"]
+        by_density = in_member_order(by_scale, parts.inverse)
+        return np.asarray(by_density if slope is None else by_density * slope)
+
+    def linearised(self, *, method: str, times: Array | None = None) -> PlanarLinearised:
+        """The equations on the run's grid or another. Raises NotSupported, naming the method that asks."""
+        parts = compiled(self.system)
+        tables = self.tables if times is None else on_grid(parts, self.density, times)
+        return PlanarLinearised(parts, tables, self.density, method=method)
+
+    @property
+    def goes_forward(self) -> bool:
+        """Whether the system has no internal states (damage) and no redundant joints or laws in Python, and
+        the run is not in independent coordinates."""
+        return (
+            self.damage.shape[1] == 0
+            and self.splits is None
+            and not self.diagnosis.redundant_rows
+            and not self.system.in_python
+        )
+
+    def state_sensitivities(self, *, with_rates: bool = False) -> StateSensitivities:
+        """d(state)/dalpha at all nodes, of runs of the alpha family. Raises NotSupported for others."""
+        if not self.goes_forward:
+            raise NotSupported(
+                "forward sensitivities need a system without damage states, redundant joints and laws in "
+                "Python, and a run that is not in independent coordinates; use the adjoint"
+            )
+        parts = compiled(self.system)
+        return forward_sensitivities(
+            parts, self.tables, self.density, self.scheme, self.nodes, with_rates=with_rates
+        )
+
+    def member_power(self, nodes: Sequence[int]) -> list[MemberPower]:
+        """Rate and slopes of the energy in the members at some nodes; the last few asked for are kept."""
+        seen: dict[int, MemberPower] = self.memo.setdefault("power", {})
+        missing = [node for node in nodes if node not in seen]
+        if missing:
+            if len(seen) + len(missing) > KEPT:
+                seen.clear()
+                missing = list(nodes)
+            fresh = np.array(missing, np.int64)
+            n = self.position.shape[1]
+            full = n + self.tables.motion.shape[2]
+            rate, slopes = np.empty(len(fresh)), np.empty((len(fresh), 2, full))
+            explicit = np.zeros((len(fresh), 2, len(self.density)))
+            member_power(
+                self.tables, self.work, fresh, self.nodes.position, self.nodes.velocity, rate, slopes,
+                np.empty((full, full)), explicit,
+            )  # fmt: skip
+            for a, node in enumerate(missing):
+                seen[node] = MemberPower(float(rate[a]), slopes[a, 0, :n], slopes[a, 1, :n], explicit[a])
+        return [seen[node] for node in nodes]
+
+    def view(self, *, bodies: tuple[str, ...], reference: str, shares: tuple[float, ...]) -> PlanarView:
+        """The mean of some bodies' centres, weighted by shares, seen from another."""
+        views: dict[Any, PlanarView] = self.memo.setdefault("views", {})
+        key = bodies, reference, shares
+        if key not in views:
+            views[key] = PlanarView(
+                columns=columns_of(self.system, bodies=bodies, reference=reference, shares=shares),
+                position=self.position, velocity=self.velocity, motion=self.tables.motion,
+            )  # fmt: skip
+        return views[key]
+
+    def coordinate(self, name: str) -> slice:
+        """Where the coordinates of a free body stand in q. Raises ValueError for a stranger."""
+        return self.system.coordinate(name)

@@ -16,10 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.kinds import AnyTrajectory
 from ..objectives.reductions import Objective
-from ..planar.compiled import compiled, on_grid
-from ..planar.trajectory import Trajectory
-from .linearised import Linearised
 from .seeds import seeds
 
 __all__ = ["adjoint"]
@@ -27,7 +25,7 @@ __all__ = ["adjoint"]
 Array = np.ndarray[Any, Any]
 
 
-def adjoint(trajectory: Trajectory, objective: Objective) -> Array:
+def adjoint(trajectory: AnyTrajectory, objective: Objective) -> Array:
     """(N,) dG/dalpha by the continuous adjoint. Raises NotSupported for systems with joints."""
     if trajectory.multiplier.shape[1]:
         raise NotSupported(
@@ -37,8 +35,7 @@ def adjoint(trajectory: Trajectory, objective: Objective) -> Array:
     r, h = trajectory, trajectory.step
     start = seeds(trajectory, objective)
     fine = np.linspace(0.0, float(r.times[-1]), 2 * len(r.times) - 1)
-    tables = on_grid(compiled(r.system), r.density, fine)
-    system = Linearised(trajectory, tables, method="the continuous adjoint")
+    system = trajectory.linearised(method="the continuous adjoint", times=fine)
     inverse = 1.0 / system.mass
     none = np.zeros(0)
 

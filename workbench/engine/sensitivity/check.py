@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ..integration.kinds import AnySystem
 from ..integration.schemes import Scheme
 from ..objectives.reductions import Objective
-from ..planar.system import System
 from ..simulation.simulate import simulate
 from .gradient import gradient
 
@@ -34,7 +34,7 @@ class GradientCheck:
 
 
 def gradient_check(
-    system: System,
+    system: AnySystem,
     density: Array,
     objective: Objective,
     *,

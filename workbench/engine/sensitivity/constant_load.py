@@ -14,10 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from ..integration.kinds import AnyTrajectory
 from ..objectives.reductions import Objective
-from ..planar._kernels.energy import member_power
-from ..planar.trajectory import Trajectory
-from .linearised import Linearised
 from .seeds import seeds
 
 __all__ = ["constant_load"]
@@ -27,24 +25,19 @@ Array = np.ndarray[Any, Any]
 SINGULAR = 1e-10  # singular values below this share of the largest are rigid motions
 
 
-def constant_load(trajectory: Trajectory, objective: Objective, *, held: tuple[str, ...] = ()) -> Array:
+def constant_load(trajectory: AnyTrajectory, objective: Objective, *, held: tuple[str, ...] = ()) -> Array:
     """(N,) the estimate of dG/dalpha at the critical node; `held` bodies do not move in the static answer."""
     start = seeds(trajectory, objective)
     node, n = start.last, trajectory.position.shape[1]
-    system = Linearised(trajectory, method="constant loading")
+    system = trajectory.linearised(method="constant loading")
     q, v = trajectory.position[node], trajectory.velocity[node]
     jacobian = system.tangents(node, q, v, trajectory.multiplier[node]).jacobian
     design = system.design(node, q, v)
-    full = n + trajectory.tables.motion.shape[2]
-    stiffness = np.empty((full, full))  # of the members alone
-    member_power(
-        trajectory.tables, trajectory.work, np.array([node]), trajectory.position, trajectory.velocity,
-        np.empty(1), np.empty((1, 2, full)), stiffness, np.zeros((1, 2, system.members)),
-    )  # fmt: skip
+    stiffness = system.member_stiffness(node, q, v)
     moving = np.ones(n, bool)
     for body in held:
         moving[trajectory.system.coordinate(body)] = False
-    matrix = system.saddle(stiffness[:n, :n], jacobian)
+    matrix = system.saddle(stiffness, jacobian)
     keep = np.concatenate([moving, np.ones(system.rows, bool)])
     load = start.position.sum(axis=0)
     right = np.concatenate([load, np.zeros(system.rows)])[keep]

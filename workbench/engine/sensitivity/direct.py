@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.kinds import AnyTrajectory, Linearised
 from ..integration.schemes import GeneralisedAlpha, VelocityVerlet
+from ..integration.seeds import Seeds
 from ..objectives.reductions import Objective
-from ..planar.trajectory import Trajectory
-from .linearised import Linearised
-from .seeds import Seeds, seeds
+from .seeds import seeds
 
 __all__ = ["StateSlopes", "direct", "state_slopes"]
 
@@ -44,7 +44,7 @@ class StateSlopes:
         )
 
 
-def start_slopes(system: Linearised, trajectory: Trajectory) -> StateSlopes:
+def start_slopes(system: Linearised, trajectory: AnyTrajectory) -> StateSlopes:
     """Node 0: positions and velocities are given, accelerations and multipliers follow from the equations."""
     r, n = trajectory, system.size
     at = system.tangents(0, r.position[0], r.velocity[0], r.multiplier[0])
@@ -55,12 +55,12 @@ def start_slopes(system: Linearised, trajectory: Trajectory) -> StateSlopes:
     return StateSlopes(node=0, position=zero, velocity=zero, acceleration=found[:n], multiplier=found[n:])
 
 
-def state_slopes(trajectory: Trajectory, last: int | None = None) -> Iterator[StateSlopes]:
+def state_slopes(trajectory: AnyTrajectory, last: int | None = None) -> Iterator[StateSlopes]:
     """d(state)/dalpha node by node, of the scheme as computed."""
     scheme = trajectory.scheme
     if not isinstance(scheme, GeneralisedAlpha | VelocityVerlet):
         raise NotSupported(f"direct differentiation knows the alpha family, not {type(scheme).__name__}")
-    system = Linearised(trajectory, method="direct differentiation")
+    system = trajectory.linearised(method="direct differentiation")
     r, n, h = trajectory, system.size, trajectory.step
     am, af, gamma, beta = scheme.numbers
     c = (1.0 - af) / (1.0 - am)
@@ -88,7 +88,7 @@ def state_slopes(trajectory: Trajectory, last: int | None = None) -> Iterator[St
         yield state
 
 
-def direct(trajectory: Trajectory, objective: Objective) -> Array:
+def direct(trajectory: AnyTrajectory, objective: Objective) -> Array:
     """(N,) dG/dalpha by forward sensitivities."""
     start = seeds(trajectory, objective)
     gradient = start.density.copy()

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..integration.kinds import AnySystem, AnyTrajectory
 from ..objectives.reductions import Objective
-from ..planar.system import System
-from ..planar.trajectory import Trajectory
 from .adjoint import adjoint
 from .constant_load import constant_load
 from .direct import direct
@@ -20,7 +19,7 @@ __all__ = ["METHODS", "gradient", "gradients"]
 
 Array = np.ndarray[Any, Any]
 
-METHODS: dict[str, Callable[[Trajectory, Objective], Array]] = {
+METHODS: dict[str, Callable[[AnyTrajectory, Objective], Array]] = {
     "discrete_adjoint": discrete_adjoint,
     "direct": direct,
     "adjoint": adjoint,
@@ -34,9 +33,9 @@ METHODS: dict[str, Callable[[Trajectory, Objective], Array]] = {
 
 
 def gradient(
-    system: System,
+    system: AnySystem,
     density: Array,
-    trajectory: Trajectory,
+    trajectory: AnyTrajectory,
     objective: Objective,
     method: str = "discrete_adjoint",
 ) -> Array:
@@ -63,7 +62,7 @@ def gradient(
 
 
 def gradients(
-    system: System, density: Array, trajectory: Trajectory, objectives: Sequence[Objective]
+    system: AnySystem, density: Array, trajectory: AnyTrajectory, objectives: Sequence[Objective]
 ) -> Array:
     """(R, N) dG/dalpha of several objectives along one trajectory, in one backward sweep.
 
@@ -88,7 +87,7 @@ def gradients(
     return discrete_adjoints(trajectory, tuple(objectives))
 
 
-def _check_run(system: System, density: Array, trajectory: Trajectory) -> None:
+def _check_run(system: AnySystem, density: Array, trajectory: AnyTrajectory) -> None:
     if trajectory.system is not system:
         raise ValueError("trajectory belongs to another system; simulate this one first")
     if not np.array_equal(np.asarray(density, float), trajectory.density):

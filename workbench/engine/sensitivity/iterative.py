@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.kinds import AnyTrajectory
 from ..objectives.reductions import Objective
-from ..planar.trajectory import Trajectory
-from .linearised import Linearised
 from .seeds import seeds
 
 __all__ = ["iterative"]
@@ -31,12 +30,12 @@ SECOND = {"printed": (1.0, -2.0, 1.0), "bdf2": (9 / 4, -6.0, 11 / 2, -2.0, 1 / 4
 FIRST = {"printed": (1.0, -1.0), "bdf2": (3 / 2, -2.0, 1 / 2)}
 
 
-def iterative(trajectory: Trajectory, objective: Objective, *, form: str = "bdf2") -> Array:
+def iterative(trajectory: AnyTrajectory, objective: Objective, *, form: str = "bdf2") -> Array:
     """(N,) dG/dalpha of chapter VI; form: "bdf2", "printed" or "truncated"."""
     if form not in ("bdf2", "printed", "truncated"):
         raise ValueError(f"form needs to be 'bdf2', 'printed' or 'truncated', got '{form}'")
     truncated = form == "truncated"
-    system = Linearised(trajectory, method="the iterative method")
+    system = trajectory.linearised(method="the iterative method")
     if truncated and system.rows:
         raise NotSupported("the truncated inverse (6.45) is for systems without joints; use form='bdf2'")
     second = SECOND["printed" if truncated else form]

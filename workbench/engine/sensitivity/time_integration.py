@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.kinds import AnyTrajectory, Linearised
 from ..integration.schemes import GeneralisedAlpha
 from ..objectives.reductions import Objective
-from ..planar.trajectory import Trajectory
 from .direct import StateSlopes, start_slopes
-from .linearised import Linearised
 from .seeds import seeds
 
 __all__ = ["time_integration"]
@@ -29,13 +28,13 @@ Array = np.ndarray[Any, Any]
 DIFFERENCE = 1e-5  # relative size of the central differences that make dS/dalpha along the Newton step
 
 
-def time_integration(trajectory: Trajectory, objective: Objective, *, matrix_slope: bool = True) -> Array:
+def time_integration(trajectory: AnyTrajectory, objective: Objective, *, matrix_slope: bool = True) -> Array:
     """(N,) dG/dalpha of chapter V; matrix_slope=False drops dS/dalpha."""
     scheme = trajectory.scheme
     if not isinstance(scheme, GeneralisedAlpha):
         raise NotSupported(f"chapter V is written for generalised-alpha, not {type(scheme).__name__}")
     start = seeds(trajectory, objective)
-    system = Linearised(trajectory, method="time integration")
+    system = trajectory.linearised(method="time integration")
     r, n, h = trajectory, system.size, trajectory.step
     am, af, gamma, beta = scheme.numbers
     heavy = (1.0 - am) / (h * h * beta * (1.0 - af))  # beta', gamma' of (2.34)

@@ -5,6 +5,7 @@ from typing import Any, overload
 
 import numpy as np
 
+from ..integration.kinds import AnySystem, AnyTrajectory
 from ..integration.schemes import GeneralisedAlpha, Scheme
 from ..natural import runs as natural
 from ..natural.runs import NaturalTrajectory
@@ -18,10 +19,10 @@ __all__ = ["KINDS", "simulate"]
 Array = np.ndarray[Any, Any]
 
 # kind of system -> run(system, density (N,), times (steps + 1,), scheme)
-KINDS: dict[type, Callable[..., Any]] = {System: planar.run, NaturalSystem: natural.run}
+KINDS: dict[type, Callable[..., AnyTrajectory]] = {System: planar.run, NaturalSystem: natural.run}
 
 
-def checked_density(system: System | NaturalSystem, density: Array) -> Array:
+def checked_density(system: AnySystem, density: Array) -> Array:
     """(N,) densities as a fresh float array; raises ValueError for a wrong shape, negative or non-finite
     values."""
     alpha = np.array(density, dtype=float)
@@ -51,14 +52,20 @@ def simulate(
 ) -> NaturalTrajectory: ...
 
 
+@overload
 def simulate(
-    system: System | NaturalSystem,
+    system: AnySystem, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+) -> AnyTrajectory: ...
+
+
+def simulate(
+    system: AnySystem,
     density: Array,
     t_end: float = 0.2,
     steps: int = 200,
     *,
     scheme: Scheme | None = None,
-) -> Trajectory | NaturalTrajectory:
+) -> AnyTrajectory:
     """Integrate the system from t = 0 to t_end in equal steps.
 
         M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)

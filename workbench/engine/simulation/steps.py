@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotConverged
+from ..integration.kinds import AnySystem
 from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
-from ..natural.system import NaturalSystem
 from ..objectives.reductions import Objective
-from ..planar.system import System
 from .simulate import simulate
 
 __all__ = ["StepChoice", "choose_steps"]
@@ -55,7 +54,7 @@ class StepChoice:
 
 
 def choose_steps(
-    system: System | NaturalSystem,
+    system: AnySystem,
     density: Array,
     objective: Objective,
     *,
@@ -85,7 +84,7 @@ def choose_steps(
     stopped: NotConverged | None = None
     while count <= most:
         try:
-            run: Any = simulate(system, density, t_end, count, scheme=scheme)  # type: ignore[arg-type]
+            run = simulate(system, density, t_end, count, scheme=scheme)
             tried.append((count, float(objective.value(run))))
         except NotConverged as error:
             stopped = error

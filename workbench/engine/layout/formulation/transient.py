@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import NotConverged
+from ...integration.kinds import AnySystem, AnyTrajectory, StateSensitivities
 from ...integration.schemes import Scheme
-from ...objectives.quantities import Deviation, full_state
+from ...objectives.quantities import Deviation
 from ...objectives.reductions import (
     Maximum,
     NodeWeight,
@@ -29,13 +30,8 @@ from ...objectives.reductions import (
     find_peaks,
     nodes_within,
 )
-from ...planar.compiled import compiled
-from ...planar.members import Member
-from ...planar.system import System
-from ...planar.trajectory import Trajectory
 from ...sensitivity.discrete_adjoint import discrete_adjoints
 from ...simulation.simulate import simulate
-from .forward import Sensitivities, forward_sensitivities, supports_forward
 from .load_cases import side_by_side
 from .problem import (
     InvalidLayout,
@@ -60,7 +56,7 @@ class Scenario:
     scheme None: generalised-alpha with rho 0.8.
     """
 
-    system: System
+    system: AnySystem
     objective: Maximum
     t_end: float
     steps: int
@@ -74,13 +70,13 @@ class _Run:
     """One scenario at one density; sensitivities are computed when first asked for."""
 
     scenario: Scenario
-    trajectory: Trajectory
+    trajectory: AnyTrajectory
     forward: bool
     values: Array = field(init=False)
     tops: dict[int, Peak] = field(init=False)
     first: int = field(init=False)
     last: int = field(init=False)
-    _sensitivities: Sensitivities | None = None
+    _sensitivities: StateSensitivities | None = None
     _seen: tuple[Array, Array] | None = None
     _jacobian: Array | None = None
 
@@ -102,11 +98,11 @@ class _Run:
         self.values = np.where(np.isneginf(values), low - abs(low) - 1e-300, values) / scale
 
     @property
-    def sensitivities(self) -> Sensitivities:
+    def sensitivities(self) -> StateSensitivities:
         """dq/dalpha, computed once."""
         if self._sensitivities is None:
             plain = isinstance(self.scenario.objective.quantity, Deviation) and not self.tops
-            self._sensitivities = forward_sensitivities(self.trajectory, with_rates=not plain)
+            self._sensitivities = self.trajectory.state_sensitivities(with_rates=not plain)
         return self._sensitivities
 
     def parts(self, node: int) -> tuple[NodeWeight, ...]:
@@ -167,25 +163,9 @@ class _Run:
         """sqrt(W) R (nodes, 2) and its derivative by the coordinates (nodes, 2, n)."""
         quantity, r = self.scenario.objective.quantity, self.trajectory
         assert isinstance(quantity, Deviation)
-        view = quantity._view()
-        root = np.sqrt(np.array(quantity.weights))
-        series = view.series(r)
-        columns = view.columns(r)
-        nodes, n = r.position.shape
-        reference = columns[-1][0]
-        angle = np.array([full_state(r, node)[0][reference + 2] for node in range(nodes)])
-        c, s = np.cos(angle), np.sin(angle)
-        slopes = np.zeros((nodes, 2, n))
-        for at, share in columns:
-            if at < n:
-                slopes[:, 0, at] += share * c
-                slopes[:, 0, at + 1] += share * s
-                slopes[:, 1, at] -= share * s
-                slopes[:, 1, at + 1] += share * c
-        if reference < n:
-            slopes[:, 0, reference + 2] += series[:, 1]
-            slopes[:, 1, reference + 2] -= series[:, 0]
-        return (series - series[0]) * root, slopes * root[:, None]
+        view = quantity.view(r)
+        root, series = np.sqrt(np.array(quantity.weights)), view.series()
+        return (series - series[0]) * root, view.jacobian() * root[:, None]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -255,11 +235,11 @@ class TransientObjective:
         self.power = power
         first = self.scenarios[0]
         N = len(first.system.members)
-        n = 3 * len(first.system.free)
+        n = first.system.size
         size = 8.0 * 3 * (first.steps + 1) * n * N * len(self.scenarios)
         probe = simulate(first.system, np.zeros(N), 1e-3 * first.t_end, 1, scheme=first.scheme)
         if sensitivities == "auto":
-            if not supports_forward(probe):
+            if not probe.goes_forward:
                 choice, why = "adjoint", "the system has internal states, redundant joints or laws in Python"
             elif size > _MEMORY:
                 choice, why = "adjoint", f"forward sensitivities would take {size / 1e6:.0f} MB"
@@ -288,7 +268,7 @@ class TransientObjective:
 
 def _threads(scenarios: Sequence[Scenario]) -> int:
     """One where a user's law is called, which may keep a state of its own; otherwise as many as there are."""
-    return 0 if all(compiled(scenario.system).fused for scenario in scenarios) else 1
+    return 0 if not any(scenario.system.in_python for scenario in scenarios) else 1
 
 
 @dataclass(slots=True, kw_only=True)
@@ -322,29 +302,12 @@ def _powered(evaluation: _Evaluation, slope: Array) -> _Powered:
     )  # fmt: skip
 
 
-def member_geometry(system: System) -> MemberGeometry:
+def member_geometry(system: AnySystem) -> MemberGeometry:
     """End points of all members at the start, in global coordinates."""
-    names = [body.name for body in (*system.free, *system.prescribed)]
-    names.append("ground")
-    places = [
-        np.asarray(b.position if b.motion is None else b.motion.place(0.0), dtype=float)
-        for b in (*system.free, *system.prescribed)
-    ]
-    places.append(np.zeros(3))
-
-    def point(body: str, local: tuple[float, float]) -> list[float]:
-        x, y, angle = places[names.index(body)]
-        c, s = np.cos(angle), np.sin(angle)
-        return [x + c * local[0] - s * local[1], y + s * local[0] + c * local[1]]
-
-    members: tuple[Member, ...] = system.members
     return MemberGeometry(
-        body_a=np.array([names.index(m.a) for m in members]),
-        point_a=np.array([point(m.a, m.point_a) for m in members]),
-        body_b=np.array([names.index(m.b) for m in members]),
-        point_b=np.array([point(m.b, m.point_b) for m in members]),
-        kind=tuple(type(m.law).__name__.lower() for m in members),
-        stiffness=np.array([float(getattr(m.law, "k", 1.0)) for m in members]),
+        **system.member_ends()._asdict(),
+        kind=tuple(type(m.law).__name__.lower() for m in system.members),
+        stiffness=np.array([float(getattr(m.law, "k", 1.0)) for m in system.members]),
     )
 
 

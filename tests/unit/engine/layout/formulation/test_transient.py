@@ -11,7 +11,6 @@ from studies.two_body import layout_problem
 from studies.two_body_layout import compare_sensitivities, plot_sensitivities
 from studies.two_body_layout import problem as two_body
 from workbench.engine import NotSupported, simulate
-from workbench.engine.layout.formulation.forward import forward_sensitivities
 from workbench.engine.layout.formulation.problem import InvalidLayout
 from workbench.engine.layout.formulation.transient import (
     Scenario,
@@ -148,9 +147,8 @@ def test_velocities_and_accelerations_are_differentiated_too():
     runs = [
         simulate(record.system, density + s * h * direction, 0.1, 50, scheme=record.scheme) for s in (1, -1)
     ]
-    found = forward_sensitivities(
-        simulate(record.system, density, 0.1, 50, scheme=record.scheme), with_rates=True
-    )
+    run = simulate(record.system, density, 0.1, 50, scheme=record.scheme)
+    found = run.state_sensitivities(with_rates=True)
     for table, name in (
         (found.position, "position"), (found.velocity, "velocity"), (found.acceleration, "acceleration")
     ):  # fmt: skip
@@ -207,7 +205,7 @@ def test_forward_sensitivities_refuse_laws_in_python():
         loads=(Load(body="1", force=(1.0, 0.0)),),
     )  # fmt: skip
     with pytest.raises(NotSupported, match="use the adjoint"):
-        forward_sensitivities(simulate(system, np.ones(1), 0.1, 10))
+        simulate(system, np.ones(1), 0.1, 10).state_sensitivities()
 
 
 def test_the_frozen_load_of_chapter_iv_ends_far_above_the_exact_gradient():

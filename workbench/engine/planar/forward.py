@@ -11,66 +11,36 @@ products, and the gradient at *every* time comes with it. An adjoint sweep is ch
 dearer for many peaks.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import NotSupported
-from ...objectives.quantities import scale_slope
-from ...planar._kernels.equations import contract, evaluate
-from ...planar._kernels.tables import work_space
-from ...planar.compiled import compiled
-from ...planar.trajectory import Trajectory
+from ..integration.kinds import StateSensitivities
+from ._kernels.equations import contract, evaluate
+from ._kernels.tables import Tables, work_space
+from .compiled import Compiled, scale_slope
 
-__all__ = ["Sensitivities", "forward_sensitivities", "supports_forward"]
+__all__ = ["forward_sensitivities"]
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sensitivities:
-    """position, velocity, acceleration: (nodes, n, N) derivatives; the last two empty when not asked for."""
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-
-
-def supports_forward(trajectory: Trajectory) -> bool:
-    """Whether the system has no internal states (damage) and no redundant joints or laws in Python, and the
-    run is not in independent coordinates."""
-    return (
-        trajectory.damage.shape[1] == 0
-        and trajectory.splits is None
-        and not trajectory.diagnosis.redundant_rows
-        and not compiled(trajectory.system).user
-    )
-
-
-def forward_sensitivities(trajectory: Trajectory, *, with_rates: bool = False) -> Sensitivities:
-    """Differentiate a trajectory of the alpha family by all densities.
+def forward_sensitivities(
+    parts: Compiled, tables: Tables, density: Array, scheme: Any, states: Any, *, with_rates: bool
+) -> StateSensitivities:
+    """Differentiate a run of the alpha family by all densities, (N,) in member order.
 
     with_rates: also keep the sensitivities of velocity and acceleration; otherwise those arrays are empty.
-
-    Raises NotSupported for bushings with damage, redundant joints or force laws written in Python.
     """
-    r, tables = trajectory, trajectory.tables
-    if not supports_forward(r):
-        raise NotSupported(
-            "forward sensitivities need a system without damage states, redundant joints and laws in Python, "
-            "and a run that is not in independent coordinates; use the adjoint"
-        )
-    numbers: Any = r.scheme.numbers  # type: ignore[union-attr]
-    alpha_m, alpha_f, gamma, beta = (float(x) for x in numbers)
-    h, c = r.step, (1 - alpha_f) / (1 - alpha_m)
+    r = states
+    alpha_m, alpha_f, gamma, beta = (float(x) for x in scheme.numbers)
+    h, c = float(r.times[1] - r.times[0]), (1 - alpha_f) / (1 - alpha_m)
     nodes, n = r.position.shape
-    m, N = r.multiplier.shape[1], len(r.density)
+    m, N = r.multiplier.shape[1], len(density)
     work = work_space(tables)
-    parts = compiled(r.system)
     sorted_members = bool((np.diff(parts.order) > 0).all())
-    slope = scale_slope(r)
+    slope = scale_slope(parts, density)
     table = np.empty((nodes, n, N))
     rates = np.empty((2, nodes, n, N)) if with_rates else np.empty((2, 0, n, N))
     X, V, W, A, F = (np.zeros((n, N)) for _ in range(5))
@@ -123,4 +93,4 @@ def forward_sensitivities(trajectory: Trajectory, *, with_rates: bool = False) -
     if not sorted_members:
         back = np.argsort(parts.order)  # segment order -> member order
         table, rates = table[:, :, back], rates[..., back]
-    return Sensitivities(position=table, velocity=rates[0], acceleration=rates[1])
+    return StateSensitivities(position=table, velocity=rates[0], acceleration=rates[1])

@@ -5,70 +5,58 @@ share. They
 propagate positions and velocities only; systems with breakable bushings have more states and are refused.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import NotSupported
-from ..objectives.quantities import scale_slope
-from ..planar._kernels.equations import evaluate, place, unit_rows
-from ..planar._kernels.tables import Tables, Work, work_space
-from ..planar.compiled import Compiled, compiled
-from ..planar.trajectory import Trajectory
+from ..integration.kinds import Linearisation
+from ._kernels.energy import member_power
+from ._kernels.equations import evaluate, place, unit_rows
+from ._kernels.tables import Tables, Work, work_space
+from .compiled import Compiled, scale_slope
 
-__all__ = ["Linearised", "Tangents"]
+__all__ = ["PlanarLinearised"]
 
 Array = np.ndarray[Any, Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tangents:
-    """F, K = d(F + Phi_q^T lambda)/dq, C = dF/dv, Phi and Phi_q at one state; fresh arrays."""
+class PlanarLinearised:
+    """Linearisations of a planar system on the grid of `tables`; `method` is named in what is refused."""
 
-    force: Array  # (n,)
-    stiffness: Array  # (n, n)
-    damping: Array  # (n, n)
-    constraint: Array  # (m,)
-    jacobian: Array  # (m, n)
-
-
-class Linearised:
-    """Linearisations of a trajectory's system, on its own grid or on another (`tables`)."""
-
-    def __init__(
-        self, trajectory: Trajectory, tables: Tables | None = None, *, method: str = "this method"
-    ) -> None:
-        if any(bushing.breakable for bushing in trajectory.system.bushings):
+    def __init__(self, parts: Compiled, tables: Tables, density: Array, *, method: str) -> None:
+        if any(bushing.breakable for bushing in parts.system.bushings):
             raise NotSupported(
                 f"{method} does not carry the damage state of breakable bushings; "
                 "use method='discrete_adjoint'"
             )
-        self.parts: Compiled = compiled(trajectory.system)
-        if self.parts.user:
+        if parts.user:
             raise NotSupported(f"{method} does not know user laws; use method='discrete_adjoint'")
-        self.tables: Tables = trajectory.tables if tables is None else tables
+        self.parts = parts
+        self.tables = tables
         self.work: Work = work_space(self.tables)
         self.mass: Array = self.tables.mass
         self.size = len(self.mass)
         self.rows = len(self.tables.row)
-        self.members = len(trajectory.density)
-        self._slope = scale_slope(trajectory)
+        self.members = len(density)
+        self._slope = scale_slope(parts, density)
         self._b = np.zeros((3, self.members))
         self._z = np.zeros(len(self.tables.bushing_pair))
 
-    def tangents(self, node: int, q: Array, v: Array, lam: Array) -> Tangents:
+    def tangents(self, node: int, q: Array, v: Array, lam: Array) -> Linearisation:
         """Linearise at a state."""
+        # copies: the kernel is compiled for arrays that could be written
+        q, v, lam = q.copy(), v.copy(), lam.copy()
         evaluate(self.tables, self.work, node, q, v, lam, self._z, self._z, 0.0, True)
         w = self.work
-        return Tangents(
+        return Linearisation(
             force=w.force.copy(), stiffness=w.k.copy(), damping=w.c.copy(),
             constraint=w.phi.copy(), jacobian=w.phi_q.copy(),
         )  # fmt: skip
 
     def design(self, node: int, q: Array, v: Array) -> Array:
         """(n, N) dF/dalpha at a state, member order; -B^T dF_g/dalpha in the letters of (6.7), corrected."""
-        place(self.tables, self.work, node, q, v)
+        place(self.tables, self.work, node, q.copy(), v.copy())
         unit_rows(self.tables, self.work, node, self._b)
         out = np.zeros((self.size, self.members))
         arrays, order = self.parts.arrays, self.parts.order
@@ -80,6 +68,19 @@ class Linearised:
                 if 3 * body < self.size:
                     out[3 * body : 3 * body + 3, order[first:last]] += part.T @ columns
         return out
+
+    def member_stiffness(self, node: int, q: Array, v: Array) -> Array:
+        """(n, n) stiffness of the members alone at a state."""
+        n = self.size
+        full = n + self.tables.motion.shape[2]
+        stiffness = np.empty((full, full))
+        states = np.zeros((2, node + 1, n))
+        states[:, node] = q, v
+        member_power(
+            self.tables, self.work, np.array([node]), states[0], states[1],
+            np.empty(1), np.empty((1, 2, full)), stiffness, np.zeros((1, 2, self.members)),
+        )  # fmt: skip
+        return stiffness[:n, :n]
 
     def _pair_map(self, i: int, j: int, big: Array) -> Array:
         angle = self.work.q[3 * j + 2]
