@@ -22,6 +22,7 @@ class Member:
     offset: constant distance out of the plane, m: length = sqrt(dx^2 + dy^2 + offset^2).
     power: SIMP exponent, force = density^power times the law.
 
+    >>> from workbench.engine import Spring
     >>> Member(a="seat", b="ground", point_a=(0.1, 0.0), point_b=(0.0, 0.5), law=Spring(k=100.0)).power
     1.0
     """
@@ -44,6 +45,7 @@ def dense_members(
 
     Args:    points_a: (p, 2)    points_b: (r, 2)    body-frame points, m.
 
+    >>> from workbench.engine import Spring
     >>> len(dense_members("1", "2", np.zeros((20, 2)), np.ones((51, 2)), law=Spring(k=1.0)))
     1020
     """
