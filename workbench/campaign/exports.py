@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.campaign.runs import CampaignRuns
-from workbench.campaign.store import Evaluation
 from workbench.errors import StudyError
+from workbench.models.evaluation import Evaluation
 from workbench.space.box import Response, Space
 from workbench.system.atomic import write_text, write_whole
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from workbench.campaign.store import Evaluation
+from workbench.models.evaluation import FAILED, Evaluation
 from workbench.space.box import Space
 
 __all__ = ["Cut", "failure_document", "failure_lines", "what_is_missing", "where_runs_fail"]
@@ -22,7 +22,6 @@ WORDS = {
     "killed": "were killed",
     "nonfinite": "gave no finite number",
 }
-BAD = tuple(WORDS)
 CLEAR = 0.5  # Youden's J from which a cut is worth telling
 FEWEST = 3  # failures below which no place is named
 SHOWN = 20
@@ -57,7 +56,7 @@ class Cut:
 
 def where_runs_fail(runs: Sequence[Evaluation], space: Space) -> list[Cut]:
     """The best cut per parameter, best first; empty without failures or without good runs."""
-    failed = [r.inputs for r in runs if r.status in BAD]
+    failed = [r.inputs for r in runs if r.status in FAILED]
     good = [r.inputs for r in runs if r.status == "ok"]
     if len(failed) < FEWEST or not good:
         return []
@@ -67,7 +66,7 @@ def where_runs_fail(runs: Sequence[Evaluation], space: Space) -> list[Cut]:
 
 def failure_document(runs: Sequence[Evaluation], space: Space) -> dict[str, Any]:
     """Counts by status, every failed run, and where failures sit, in plain types."""
-    bad = [r for r in runs if r.status in BAD]
+    bad = [r for r in runs if r.status in FAILED]
     return {
         "counts": dict(Counter(r.status for r in runs)),
         "errors": dict(Counter(_first_line(r.error) for r in bad).most_common()),

@@ -13,9 +13,10 @@ from typing import Any, Self
 
 from workbench.campaign.lock import check_lock, write_lock
 from workbench.campaign.progress import Progress, Silent
-from workbench.campaign.store import Evaluation, Store, run_key
+from workbench.campaign.store import Store, run_key
 from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
 from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
+from workbench.models.evaluation import FAILED, Evaluation
 from workbench.models.evaluator import Outcome
 from workbench.models.opening import open_model
 from workbench.models.protocol import Answer, Reduction, settle
@@ -24,7 +25,6 @@ from workbench.system.atomic import write_text
 
 __all__ = ["Asked", "CampaignRuns", "outcome"]
 
-FAILURES = ("failed", "timeout", "killed", "nonfinite")
 RECYCLE = 400  # runs of a worker of an FMU before it is replaced: units leak instances
 
 
@@ -180,11 +180,11 @@ class CampaignRuns:
 
     def failures(self) -> dict[str, int]:
         """How many runs failed, by status; those that a constraint skipped are not among them."""
-        return dict(Counter(row.status for row in self.runs() if row.status in FAILURES))
+        return dict(Counter(row.status for row in self.runs() if row.status in FAILED))
 
     def retry(self) -> int:
         """Put failed runs back in the queue; how many."""
-        keys = [row.key for row in self.runs() if row.status in FAILURES]
+        keys = [row.key for row in self.runs() if row.status in FAILED]
         self.store.retry(keys)
         return len(keys)
 

@@ -4,57 +4,27 @@ On a local disk the journal is a write-ahead log, on a network file system it is
 way a commit is on the disk before it is acknowledged. The first error of the database ends all writing.
 """
 
-import fcntl
 import json
 import os
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
+from workbench.campaign.database import NETWORK, connected, explained, file_system, tables, take_lock
 from workbench.campaign.store_schema import SCHEMA, VERSION, migrate
 from workbench.errors import StoreError
+from workbench.models.evaluation import COLUMNS, Evaluation, evaluation_of
 from workbench.models.protocol import Answer
 from workbench.system.lease import is_alive, owner_of_this_process
 
-__all__ = ["Evaluation", "Store", "run_key"]
+__all__ = ["Store", "run_key"]
 
-NETWORK = frozenset(
-    "9p afs beegfs ceph cifs fuse.glusterfs fuse.sshfs gpfs lustre nfs nfs4 orangefs panfs smb3 smbfs".split()
-)
-COLUMNS = (
-    "id, key, status, attempt, batch, inputs, outputs, error, log, "
-    "created, started, finished, wall, cpu, host, seed"
-)
 SLOPES = "(SELECT slopes FROM gradient WHERE gradient.key = evaluation.key)"
 CHUNK = 500  # keys per statement
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Evaluation:
-    """A row of the table. `outputs` is empty unless `status` is "ok"; times in seconds."""
-
-    id: int
-    key: str
-    status: str
-    attempt: int
-    batch: str
-    inputs: Mapping[str, Any]
-    outputs: Mapping[str, float]
-    gradients: Mapping[str, Mapping[str, float]]  # response -> parameter -> derivative; empty without any
-    error: str
-    log: str
-    created: float
-    started: float | None
-    finished: float | None
-    wall: float | None
-    cpu: float | None
-    host: str | None
-    seed: int | None
 
 
 def run_key(model: str, version: str, inputs: Mapping[str, Any]) -> str:
@@ -75,7 +45,7 @@ class Store:
         self._db = connection
         self._lock = lock
         self._depth = 0
-        self._columns = f"{COLUMNS}, {SLOPES}"
+        self._columns = ", ".join((*COLUMNS, SLOPES))
 
     @classmethod
     def opened(cls, path: Path) -> "Store":
@@ -84,16 +54,16 @@ class Store:
         Raises:
             StoreError: it is no database, of a newer version, or another coordinator has it open.
         """
-        lock = _take_lock(path)
+        lock = take_lock(path)
         try:
             new = not path.exists()
-            db = _connected(path)
+            db = connected(path)
             store = cls(path, db, lock)
-            with _explained(path):
+            with explained(path):
                 wal = file_system(path.parent) not in NETWORK
                 db.execute(f"PRAGMA journal_mode = {'WAL' if wal else 'TRUNCATE'}")
                 db.execute("PRAGMA synchronous = FULL")
-                if new or not _tables(db):
+                if new or not tables(db):
                     made = f"INSERT INTO meta VALUES ('created_with', '{_own_version()}');"
                     db.executescript(f"BEGIN; {SCHEMA} {made} PRAGMA user_version = {VERSION}; COMMIT;")
                 store._check_version(migrating=True)
@@ -108,8 +78,8 @@ class Store:
         """Open an existing database for reading, also while a coordinator writes."""
         if not path.exists():
             raise StoreError(f"no database {path}; `holdfast run` makes it")
-        store = cls(path, _connected(path), None)
-        with _explained(path):
+        store = cls(path, connected(path), None)
+        with explained(path):
             store._db.execute("PRAGMA query_only = ON")
             store._check_version()
         return store
@@ -127,7 +97,7 @@ class Store:
         if self._depth:
             yield
             return
-        with _explained(self.path):
+        with explained(self.path):
             self._db.execute("BEGIN IMMEDIATE")
             self._depth += 1
             try:
@@ -233,7 +203,7 @@ class Store:
         self, *, keys: Sequence[str] | None = None, batch: str | None = None, version: str | None = None
     ) -> list[Evaluation]:
         """Rows in the order of `keys`, or all (of a batch, of a model version) in the order asked for."""
-        with _explained(self.path):
+        with explained(self.path):
             if keys is not None:
                 found: dict[str, Evaluation] = {}
                 for k in range(0, len(keys), CHUNK):
@@ -242,7 +212,7 @@ class Store:
                     cursor = self._db.execute(
                         f"SELECT {self._columns} FROM evaluation WHERE key IN ({marks})", part
                     )
-                    found.update((row.key, row) for row in map(_evaluation, cursor))
+                    found.update((row.key, row) for row in map(evaluation_of, cursor))
                 return [found[key] for key in keys if key in found]
             where, values = [], []
             for column, value in (("batch", batch), ("version", version)):
@@ -251,11 +221,11 @@ class Store:
                     values.append(value)
             clause = f"WHERE {' AND '.join(where)}" if where else ""
             query = f"SELECT {self._columns} FROM evaluation {clause} ORDER BY id"
-            return [_evaluation(row) for row in self._db.execute(query, values)]
+            return [evaluation_of(row) for row in self._db.execute(query, values)]
 
     def attempts(self, key: str) -> list[tuple[int, str, str, str]]:
         """Answers of a run that are not its answer: attempt, status, reason (retried or late), error."""
-        with _explained(self.path):
+        with explained(self.path):
             query = "SELECT attempt, status, reason, error FROM attempt WHERE key = ? ORDER BY id"
             return [
                 (n, status, reason, error or "")
@@ -265,7 +235,7 @@ class Store:
     def statuses(self, keys: Sequence[str]) -> dict[str, str]:
         """The status of every known key, in the order of `keys`."""
         found: dict[str, str] = {}
-        with _explained(self.path):
+        with explained(self.path):
             for k in range(0, len(keys), CHUNK):
                 part = list(keys[k : k + CHUNK])
                 marks = ", ".join("?" * len(part))
@@ -276,12 +246,12 @@ class Store:
 
     def counts(self) -> dict[str, int]:
         """How many rows have each status."""
-        with _explained(self.path):
+        with explained(self.path):
             return dict(self._db.execute("SELECT status, COUNT(*) FROM evaluation GROUP BY status"))
 
     def rows_since(self, moment: float) -> int:
         """How many rows were finished after `moment`, in seconds since 1970."""
-        with _explained(self.path):
+        with explained(self.path):
             query = (
                 "SELECT COUNT(*) FROM evaluation WHERE finished > ? AND status NOT IN ('queued', 'running')"
             )
@@ -289,7 +259,7 @@ class Store:
 
     def latest_failures(self, count: int) -> list[tuple[str, str, str]]:
         """Key, status and error of the last rows that failed."""
-        with _explained(self.path):
+        with explained(self.path):
             query = (
                 "SELECT key, status, COALESCE(error, '') FROM evaluation "
                 "WHERE status IN ('failed', 'timeout', 'killed', 'nonfinite') ORDER BY finished DESC LIMIT ?"
@@ -298,7 +268,7 @@ class Store:
 
     def extremes(self) -> dict[str, tuple[float, float]]:
         """Smallest and largest value of every response."""
-        with _explained(self.path):
+        with explained(self.path):
             query = (
                 "SELECT j.key, MIN(j.value), MAX(j.value) "
                 "FROM evaluation, json_each(evaluation.outputs) AS j "
@@ -308,7 +278,7 @@ class Store:
 
     def check(self) -> list[str]:
         """What SQLite's own integrity check finds wrong; empty when nothing is."""
-        with _explained(self.path):
+        with explained(self.path):
             return [text for (text,) in self._db.execute("PRAGMA integrity_check") if text != "ok"]
 
     def _check_version(self, *, migrating: bool = False) -> None:
@@ -316,15 +286,15 @@ class Store:
         if version > VERSION:
             known = f"this holdfast knows up to {VERSION}; update holdfast"
             raise StoreError(f"{self.path} has schema {version}, {known}")
-        if version < 1 or "evaluation" not in _tables(self._db):
+        if version < 1 or "evaluation" not in tables(self._db):
             raise StoreError(f"{self.path} is a database, but not one of holdfast's; choose another --folder")
         if version < VERSION and migrating:
             migrate(self._db, self.path, version)
-        if "gradient" not in _tables(self._db):
-            self._columns = f"{COLUMNS}, NULL"  # an older version, opened for reading
+        if "gradient" not in tables(self._db):
+            self._columns = ", ".join((*COLUMNS, "NULL"))  # an older version, opened for reading
 
     def _release_stale(self) -> None:
-        with _explained(self.path):
+        with explained(self.path):
             query = "SELECT DISTINCT owner FROM evaluation WHERE status = 'running'"
             owners = [owner for (owner,) in self._db.execute(query)]
         gone = [owner for owner in owners if owner is None or not is_alive(owner)]
@@ -338,20 +308,9 @@ class Store:
                     )
 
 
-def file_system(folder: Path) -> str:
-    """The type of the file system that holds `folder`, as the kernel lists it; empty when unknown."""
-    best, kind = "", ""
-    try:
-        mounts = Path("/proc/mounts").read_text(errors="replace").splitlines()
-    except OSError:
-        return ""
-    place = f"{folder.resolve()}/"
-    for line in mounts:
-        _, point, name, *_ = line.split(" ")
-        point = point.replace("\\040", " ").rstrip("/") + "/"
-        if place.startswith(point) and len(point) >= len(best):
-            best, kind = point, name
-    return kind
+def _clean(text: str) -> str | None:
+    """Text that SQLite can hold."""
+    return text.encode("utf-8", errors="backslashreplace").decode().replace("\0", "\\0") or None
 
 
 def _own_version() -> str:
@@ -361,68 +320,3 @@ def _own_version() -> str:
         return version("holdfast")
     except PackageNotFoundError:
         return "unknown"
-
-
-def _take_lock(path: Path) -> int:
-    """An exclusive lock beside the database, given up by the kernel when this process ends."""
-    try:
-        handle = os.open(path.with_name(f".{path.name}.lock"), os.O_RDWR | os.O_CREAT, 0o644)
-    except OSError as exc:
-        raise StoreError(f"cannot write in {path.parent}: {exc.strerror}. Choose another --folder") from exc
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(handle)
-        raise StoreError(f"{path.parent} is in use by another holdfast; wait for it or stop it") from None
-    return handle
-
-
-def _connected(path: Path) -> sqlite3.Connection:
-    try:
-        return sqlite3.connect(path, isolation_level=None, timeout=30.0, check_same_thread=False)
-    except sqlite3.Error as exc:
-        raise StoreError(f"cannot open {path}: {exc}") from exc
-
-
-def _tables(db: sqlite3.Connection) -> set[str]:
-    return {name for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-
-
-def _evaluation(row: tuple[Any, ...]) -> Evaluation:
-    (id_, key, status, attempt, batch, inputs, outputs, error, log, *times, host, seed, slopes) = row
-    created, started, finished, wall, cpu = times
-    return Evaluation(
-        id=id_,
-        key=key,
-        status=status,
-        attempt=attempt,
-        batch=batch,
-        inputs=json.loads(inputs),
-        outputs=json.loads(outputs) if outputs else {},
-        gradients=json.loads(slopes) if slopes else {},
-        error=error or "",
-        log=log or "",
-        created=created,
-        started=started,
-        finished=finished,
-        wall=wall,
-        cpu=cpu,
-        host=host,
-        seed=seed,
-    )
-
-
-def _clean(text: str) -> str | None:
-    """Text that SQLite can hold."""
-    return text.encode("utf-8", errors="backslashreplace").decode().replace("\0", "\\0") or None
-
-
-@contextmanager
-def _explained(path: Path) -> Iterator[None]:
-    """Turn an error of the database into a StoreError."""
-    try:
-        yield
-    except sqlite3.Error as exc:
-        raise StoreError(
-            f"{path}: {exc}. Nothing that was acknowledged is lost; free space or mend the disk, run again"
-        ) from exc

@@ -8,12 +8,13 @@ import sqlite3
 from pathlib import Path
 
 from workbench.errors import StoreError
+from workbench.models.evaluation import FAILED, UNFINISHED
 
 __all__ = ["MIGRATIONS", "SCHEMA", "STATUSES", "VERSION", "migrate"]
 
 VERSION = 3
 
-STATUSES = ("queued", "running", "ok", "failed", "timeout", "killed", "nonfinite", "skipped")
+STATUSES = (*UNFINISHED, "ok", *FAILED, "skipped")
 
 ATTEMPT = """
 CREATE TABLE attempt (                     -- answers that did not become the answer of their run

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from workbench.campaign.store import Evaluation, Store
+from workbench.campaign.store import Store
 from workbench.errors import Interrupted, StudyError
+from workbench.models.evaluation import Evaluation
 from workbench.models.opening import open_model
 from workbench.models.protocol import (
     Answer,

@@ -9,6 +9,7 @@ from typing import Any
 
 from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
+from workbench.models.evaluation import UNFINISHED
 from workbench.models.table import read_cells
 from workbench.report.lines.tables import format_number, table_lines
 
@@ -136,7 +137,7 @@ def _store(campaign: CampaignRuns, told: Sequence[tuple[Any, Any, Any, Any]], kn
         for key, parameters, outputs, failure in told:
             name = key or campaign.key(parameters)
             before = campaign.store.rows(keys=[name])
-            if before and before[0].status not in ("queued", "running"):
+            if before and before[0].status not in UNFINISHED:
                 repeated += 1
                 continue
             campaign.tell(key, outputs, parameters=parameters, failure=failure)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
+from workbench.models.evaluation import UNFINISHED
 from workbench.models.table import TableModel, read_table
 from workbench.report.lines.design import design_lines
 from workbench.stages.table import Work
@@ -85,7 +86,7 @@ def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
             "there is no design to evaluate; give the study a [design] table or run `holdfast design`"
         )
     rows, keys = _rows(campaign, document), document["run_keys"]
-    known = sum(status not in ("queued", "running") for status in campaign.store.statuses(keys).values())
+    known = sum(status not in UNFINISHED for status in campaign.store.statuses(keys).values())
     campaign.progress.stage("evaluate", f"{len(rows)} runs, {known} of them known")
     if known < len(set(keys)):
         campaign.evaluate(rows, batch="table" if campaign.study.model["kind"] == "table" else "design")

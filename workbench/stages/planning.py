@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.campaign.store import Store
+from workbench.models.evaluation import UNFINISHED
 from workbench.stages.table import STAGES, asked_stages
 from workbench.study.record import Study
 
@@ -33,7 +34,7 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
         if stage.work.planned_runs is not None
         and not (stage.runs_model and study.model["kind"] == "table")  # its runs are all there
     }
-    done = sum(n for status, n in counts.items() if status not in ("queued", "running"))
+    done = sum(n for status, n in counts.items() if status not in UNFINISHED)
     pace = sum(walls) / len(walls) if walls else None
     most = sum(n for n in runs.values() if n)
     left = None if pace is None else max(most - done, 0) * pace / study.evaluate.get("workers", 1)

@@ -5,9 +5,9 @@ from collections import Counter
 
 from workbench.campaign.failures import what_is_missing
 from workbench.campaign.runs import CampaignRuns
-from workbench.campaign.store import Evaluation
 from workbench.campaign.thinning import spread_runs
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.models.evaluation import UNFINISHED, Evaluation
 from workbench.space.streams import stream
 from workbench.system.atomic import read_json
 
@@ -21,7 +21,7 @@ def screening_runs(campaign: CampaignRuns) -> list[Evaluation]:
     document = read_json(campaign.folder / "design.json") or {"run_keys": []}
     keys = dict.fromkeys(document["run_keys"])
     keys |= dict.fromkeys(row.key for row in campaign.runs() if row.batch == "told")
-    return [row for row in campaign.store.rows(keys=list(keys)) if row.status not in ("queued", "running")]
+    return [row for row in campaign.store.rows(keys=list(keys)) if row.status not in UNFINISHED]
 
 
 def runs_as_text(campaign: CampaignRuns) -> str:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.campaign.runs import CampaignRuns, outcome
-from workbench.campaign.store import Evaluation
 from workbench.errors import StudyError
+from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome
 from workbench.models.python import load_function
 from workbench.report.lines.worst_case import worst_case_lines

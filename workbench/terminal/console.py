@@ -9,12 +9,13 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TextIO
 
+from workbench.models.evaluation import FAILED
 from workbench.report.lines.tables import format_number, unit_suffix
 
 __all__ = ["PlainProgress", "RichProgress", "progress_for"]
 
 EVERY = 5.0  # s between plain lines
-FAILURES = ("failed", "timeout", "killed", "nonfinite", "skipped")
+FAILURES = (*FAILED, "skipped")
 TITLES = {"worst_case": "worst case"}
 
 

@@ -8,13 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from workbench import _siblings
+from workbench.campaign.database import NETWORK, file_system
 from workbench.campaign.lock import versions
-from workbench.campaign.store import (
-    NETWORK,
-    Store,
-    file_system,
-    run_key,
-)
+from workbench.campaign.store import Store, run_key
 from workbench.errors import HoldfastError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.workers.processes import ProcessPool, usable_processors

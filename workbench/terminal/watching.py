@@ -7,6 +7,7 @@ from typing import Any
 
 from workbench.campaign.store import Store
 from workbench.campaign.store_schema import STATUSES
+from workbench.models.evaluation import UNFINISHED
 from workbench.system.atomic import write_text
 
 __all__ = ["page", "state", "state_lines", "write_page"]
@@ -30,7 +31,7 @@ def state(folder: Path, *, now: float | None = None) -> dict[str, Any]:
         best = store.extremes()
     finally:
         store.close()
-    done = sum(n for status, n in counts.items() if status not in ("queued", "running"))
+    done = sum(n for status, n in counts.items() if status not in UNFINISHED)
     left = counts.get("queued", 0) + counts.get("running", 0)
     rate = recent / RECENT
     return {

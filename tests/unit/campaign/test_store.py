@@ -7,7 +7,8 @@ import sqlite3
 import pytest
 
 from workbench.campaign import store as module
-from workbench.campaign.store import Store, file_system, run_key
+from workbench.campaign.database import file_system
+from workbench.campaign.store import Store, run_key
 from workbench.errors import StoreError
 from workbench.models.protocol import Answer
 from workbench.system.lease import is_alive, owner_of_this_process

@@ -1,6 +1,5 @@
 """A campaign's folder as the report sees it: the documents of its stages and the rows of `runs.sqlite`."""
 
-import json
 import sqlite3
 from collections import Counter
 from collections.abc import Mapping
@@ -9,31 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StoreError, StudyError
+from workbench.models.evaluation import COLUMNS, UNFINISHED, Evaluation, evaluation_of
 from workbench.system.atomic import read_json
 
-__all__ = ["CampaignFolder", "Run"]
+__all__ = ["CampaignFolder"]
 
 DOCUMENTS = ("design", "screening", "worst_case", "layout", "robust", "robust_layout", "motion")
-COLUMNS = ("id", "key", "status", "attempt", "batch", "inputs", "outputs", "error", "wall", "cpu", "host")
-UNFINISHED = ("queued", "running")
 KEY_SHOWN = 10  # characters of a key that tell runs of one campaign apart
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
-    """One row of the table `evaluation`."""
-
-    id: int
-    key: str
-    status: str
-    attempt: int
-    batch: str
-    inputs: Mapping[str, Any]
-    outputs: Mapping[str, Any]
-    error: str
-    wall: float | None
-    cpu: float | None
-    host: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +24,7 @@ class CampaignFolder:
     path: Path
     lock: Mapping[str, Any]
     documents: Mapping[str, Any]
-    runs: tuple[Run, ...]
+    runs: tuple[Evaluation, ...]
 
     @classmethod
     def opened(cls, path: Path) -> "CampaignFolder":
@@ -112,7 +93,7 @@ class CampaignFolder:
         return next(iter(self.responses), None)
 
     @property
-    def finished(self) -> tuple[Run, ...]:
+    def finished(self) -> tuple[Evaluation, ...]:
         """Runs that have an answer, good or bad."""
         return tuple(run for run in self.runs if run.status not in UNFINISHED)
 
@@ -138,7 +119,7 @@ def _document(path: Path) -> Any:
     return found
 
 
-def _runs(database: Path) -> tuple[Run, ...]:
+def _runs(database: Path) -> tuple[Evaluation, ...]:
     try:
         connection = sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True)
         try:
@@ -147,22 +128,4 @@ def _runs(database: Path) -> tuple[Run, ...]:
             connection.close()
     except sqlite3.Error as exc:
         raise StoreError(f"cannot read {database}: {exc}. Run `holdfast validate` on the study") from exc
-    found = []
-    for row in rows:
-        cell = dict(zip(COLUMNS, row, strict=True))
-        found.append(
-            Run(
-                id=cell["id"],
-                key=cell["key"],
-                status=cell["status"],
-                attempt=cell["attempt"],
-                batch=cell["batch"],
-                inputs=json.loads(cell["inputs"]),
-                outputs=json.loads(cell["outputs"] or "{}"),
-                error=cell["error"] or "",
-                wall=cell["wall"],
-                cpu=cell["cpu"],
-                host=cell["host"] or "",
-            )
-        )
-    return tuple(found)
+    return tuple(evaluation_of((*row, None)) for row in rows)

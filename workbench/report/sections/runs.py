@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.figures.runs import plot_failures, plot_response
+from workbench.models.evaluation import Evaluation
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -18,7 +19,7 @@ from workbench.report.page.blocks import (
     number,
     percent,
 )
-from workbench.report.page.folder import CampaignFolder, Run
+from workbench.report.page.folder import CampaignFolder
 
 __all__ = ["runs_section"]
 
@@ -129,7 +130,7 @@ def _responses(folder: CampaignFolder) -> Figure | None:
     )
 
 
-def _thinned(runs: Sequence[Run], response: str | None) -> list[Run]:
+def _thinned(runs: Sequence[Evaluation], response: str | None) -> list[Evaluation]:
     """Every so many of very many runs, with those of the smallest and the largest value."""
     if len(runs) <= MOST_SHOWN:
         return list(runs)
@@ -140,7 +141,7 @@ def _thinned(runs: Sequence[Run], response: str | None) -> list[Run]:
     return [run for run in runs if run.key in chosen]
 
 
-def _failures(folder: CampaignFolder, failures: list[Run]) -> list[Block]:
+def _failures(folder: CampaignFolder, failures: list[Evaluation]) -> list[Block]:
     numeric = [
         name
         for name, p in folder.parameters.items()
@@ -218,7 +219,7 @@ def _failures(folder: CampaignFolder, failures: list[Run]) -> list[Block]:
     return blocks
 
 
-def _unit(folder: CampaignFolder, runs: list[Run], names: list[str]) -> np.ndarray:
+def _unit(folder: CampaignFolder, runs: list[Evaluation], names: list[str]) -> np.ndarray:
     """Positions of runs between the bounds, (n, d)."""
     p = folder.parameters
     return np.array(

@@ -12,6 +12,7 @@ import numpy as np
 from workbench.errors import StudyError
 from workbench.figures.parts import axis_label
 from workbench.figures.worst_case import plot_parallel
+from workbench.models.evaluation import Evaluation
 from workbench.report.page.blocks import (
     Column,
     Figure,
@@ -20,7 +21,7 @@ from workbench.report.page.blocks import (
     names_of,
     number,
 )
-from workbench.report.page.folder import CampaignFolder, Run
+from workbench.report.page.folder import CampaignFolder
 from workbench.report.worst_case.figures import selected_names
 from workbench.space.box import Parameter
 
@@ -96,7 +97,7 @@ def _axes(folder: CampaignFolder) -> list[Parameter]:
     return [Parameter.from_dict(known[name]) for name in names if name in known][:MOST_AXES]
 
 
-def _unit_points(axes: Sequence[Parameter], runs: Sequence[Run]) -> np.ndarray | None:
+def _unit_points(axes: Sequence[Parameter], runs: Sequence[Evaluation]) -> np.ndarray | None:
     """The runs (n, d) in the unit cube; None when the parameters are not those of the runs any more."""
     try:
         return np.column_stack([axis.unit_of([run.inputs[axis.name] for run in runs]) for axis in axes])
