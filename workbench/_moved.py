@@ -48,7 +48,6 @@ MOVED = {
     "engine.layout.central_path": "engine.layout.bound.central_path",
     "engine.layout.closed_form": "engine.layout.separable.closed_form",
     "engine.layout.dual": "engine.layout.separable.dual",
-    "engine.layout.forward": "engine.layout.formulation.forward",
     "engine.layout.gsao": "engine.layout.separable.sequence",
     "engine.layout.interior": "engine.layout.separable.interior",
     "engine.layout.min_max": "engine.layout.bound.min_max",
