@@ -6,6 +6,5 @@ PENDING: dict[str, set[str]] = {
         "doe/latin/swaps.py",
         "doe/optimal/exchange.py",
         "studies/occupant.py",
-        "workbench/campaign/store.py",
     },
 }
