@@ -20,6 +20,7 @@ from workbench.errors import NotEnoughRuns
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cuts import distinct, spread_out_worst
 from workbench.robust_layout.model import LayoutModel, layout_name
+from workbench.search.arguments import Arguments
 from workbench.search.worst_case import search_worst_case
 from workbench.space.box import Space
 from workbench.space.streams import stream
@@ -140,12 +141,14 @@ class LayoutOracle:
         found = search_worst_case(
             fixed,
             Space(tuple(p for p in self.space.parameters if p.name not in words), self.space.constraints),
-            response=self.model.response,
-            budget=self.budget,
-            seed=self.seed,
+            Arguments(
+                response=self.model.response,
+                budget=self.budget,
+                seed=self.seed,
+                workers=BATCH,
+                tolerance=self.tolerance / 4,
+            ),
             start=[replace(o, parameters=_without(o.parameters, words)) for o in start],
-            workers=BATCH,
-            tolerance=self.tolerance / 4,
         )
         return {
             "value": found.value,

@@ -60,9 +60,7 @@ def begin(evaluate: Evaluator, ledger: Ledger, *, budget: int, seed: int, worker
     """
     points = start_points(ledger, budget=budget, seed=seed)
     while len(points):
-        ledger.add(
-            evaluate(ledger.where.rows(points), purpose="start"), points, proposals=["start"] * len(points)
-        )
+        ledger.run(evaluate, points, purpose="start")
         missing = FEWEST_RUNS - int(ledger.ok.sum())
         if missing <= 0 or ledger.is_misprogrammed:
             break

@@ -13,7 +13,7 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Outcome, evaluator_of
-from workbench.search.arguments import check_search_arguments
+from workbench.search.arguments import Arguments
 from workbench.search.runs.given_runs import Start, given_rows
 from workbench.search.runs.ledger import Ledger
 from workbench.search.start import start_size
@@ -80,7 +80,7 @@ def worst_cases(
     if not responses:
         raise StudyError("worst_cases needs at least one response with 'max' or 'min', got none")
     for sense in responses.values():
-        check_search_arguments(sense=sense, budget=budget, seed=seed, workers=workers, tolerance=tolerance)
+        Arguments(sense=sense, budget=budget, seed=seed, workers=workers, tolerance=tolerance)
     given = given_rows(start)
     for name, sense in responses.items():
         ledger = Ledger.opened(space, response=name, sense=sense, start=given, progress=None)
@@ -94,16 +94,19 @@ def worst_cases(
     found: dict[str, WorstCase] = {}
     for i, (name, sense) in enumerate(responses.items()):
         left = budget - len(recorder.outcomes)
-        found[name] = search_worst_case(
-            recorder,
-            space,
+        asked = Arguments(
             response=name,
             sense=sense,
             budget=left // (len(responses) - i),
             seed=seed,
-            start=[*given, *recorder.outcomes],
             workers=workers,
             tolerance=tolerance,
+        )
+        found[name] = search_worst_case(
+            recorder,
+            space,
+            asked,
+            start=[*given, *recorder.outcomes],
             progress=None if progress is None else progress(name),
         )
     return found

@@ -30,7 +30,7 @@ from workbench.models.evaluator import (
     evaluator_of,
     response_name,
 )
-from workbench.search.arguments import check_search_arguments
+from workbench.search.arguments import Arguments
 from workbench.search.runs.given_runs import Start
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
 from workbench.search.start import begin
@@ -117,7 +117,7 @@ def worst_quantile(
     most = 1 - FEWEST_IN_TAIL / SAMPLE
     if not 0.5 <= share <= most:
         raise StudyError(f"share needs a chance from 0.5 to {most:g}, got {share}; beyond it use worst_case")
-    check_search_arguments(sense=sense, budget=budget, seed=seed, workers=workers, tolerance=tolerance)
+    Arguments(sense=sense, budget=budget, seed=seed, workers=workers, tolerance=tolerance)
     ledger = Ledger.opened(space, response=response, sense=sense, start=start, progress=None)
     where = ledger.where
     begin(evaluate, ledger, budget=budget, seed=seed, workers=workers)
@@ -134,7 +134,7 @@ def worst_quantile(
         new = _next(ledger, model, sample, value, size=min(workers, budget - ledger.spent), seed=seed)
         if not len(new):
             break
-        ledger.add(evaluate(where.rows(new), purpose="quantile"), new, proposals=["quantile"] * len(new))
+        ledger.run(evaluate, new, purpose="quantile")
     nearest = int(np.argmin(np.abs(ledger.v - value)))
     run = [run for run in ledger.runs if run.value is not None][nearest]
     low, high = sorted((ledger.sign * lower, ledger.sign * upper))

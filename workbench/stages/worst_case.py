@@ -99,22 +99,26 @@ def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome])
 def _searched(
     campaign: CampaignRuns, table: Mapping[str, Any], target: Target, start: Sequence[Outcome]
 ) -> "WorstCase":
+    from workbench.search.arguments import Arguments
     from workbench.search.worst_case import search_worst_case
 
     options = {key: table[key] for key in ("tolerance", "lipschitz") if key in table}
     if "enclosure" in table:
         options["enclosure"] = _enclosure(campaign, table)
-    result = search_worst_case(
-        campaign.outcomes_of_search,
-        campaign.study.space,
+    asked = Arguments(
         response=target.reading,
         sense=target.sense,
         budget=table["budget"],
         seed=campaign.study.seed,
-        start=start,
         workers=_batch(campaign, table),
-        progress=_listener(campaign, table, target),
         **options,
+    )
+    result = search_worst_case(
+        campaign.outcomes_of_search,
+        campaign.study.space,
+        asked,
+        start=start,
+        progress=_listener(campaign, table, target),
     )
     if campaign.study.model.get("gradient") and not result.audit.gradient_runs:
         errors = (run.error for run in campaign.runs() if run.status == "ok" and run.error)

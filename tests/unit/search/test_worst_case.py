@@ -7,6 +7,7 @@ import pytest
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import FunctionEvaluator, Outcome
+from workbench.search.arguments import Arguments
 from workbench.search.evidence.gap import lipschitz_gap
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.worst_case import (
@@ -88,8 +89,8 @@ def test_an_interrupted_search_repeats_no_run():
 
     evaluate = FunctionEvaluator(counted)
     with pytest.raises(KeyboardInterrupt):
-        search_worst_case(evaluate, BOX, budget=12, seed=3)
-    resumed = search_worst_case(evaluate, BOX, budget=12, seed=3)
+        search_worst_case(evaluate, BOX, Arguments(budget=12, seed=3))
+    resumed = search_worst_case(evaluate, BOX, Arguments(budget=12, seed=3))
     plain = worst_case(bowl, BOX, budget=12, seed=3)
     assert [r.parameters for r in resumed.runs] == [r.parameters for r in plain.runs]
     assert len(calls) == resumed.evaluations + 1  # the interrupted one, and none twice
@@ -106,12 +107,14 @@ def test_a_batch_interrupted_in_the_middle_is_finished_and_not_drawn_anew():
 
     evaluate = FunctionEvaluator(counted)
     with pytest.raises(KeyboardInterrupt):
-        search_worst_case(evaluate, BOX, budget=13, seed=2, workers=3, tolerance=-1)
+        search_worst_case(evaluate, BOX, Arguments(budget=13, seed=2, workers=3, tolerance=-1))
     interrupted = calls[5]
-    resumed = search_worst_case(evaluate, BOX, budget=13, seed=2, workers=3, tolerance=-1)
+    resumed = search_worst_case(evaluate, BOX, Arguments(budget=13, seed=2, workers=3, tolerance=-1))
     assert calls[6] == interrupted
     assert len(calls) == 13 + 1
-    plain = search_worst_case(FunctionEvaluator(bump), BOX, budget=13, seed=2, workers=3, tolerance=-1)
+    plain = search_worst_case(
+        FunctionEvaluator(bump), BOX, Arguments(budget=13, seed=2, workers=3, tolerance=-1)
+    )
     assert [r.parameters for r in resumed.runs] == [r.parameters for r in plain.runs]
 
 
@@ -143,7 +146,7 @@ def test_batches_are_as_large_as_the_workers():
             sizes.append(len(rows))
             return super().__call__(rows, purpose=purpose)
 
-    result = search_worst_case(Spy(bump), BOX, budget=16, seed=0, workers=3, tolerance=-1)
+    result = search_worst_case(Spy(bump), BOX, Arguments(budget=16, seed=0, workers=3, tolerance=-1))
     assert sizes[0] == 4  # d + 2
     assert set(sizes[1:]) <= {1, 2, 3}
     assert 3 in sizes

@@ -26,9 +26,7 @@ LIKELY = 0.5  # chance from which a run counts as one with a value
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Baseline:
-    """The best of `runs` runs of a plain search: median and 90 % range over draws, in the response's own
-    sign.
-    """
+    """The best of `runs` runs of a plain search: median and 90 % range over draws, in the response's sign."""
 
     runs: int
     median: float

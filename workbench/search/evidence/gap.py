@@ -22,19 +22,21 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import StudyError
+from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.model import SearchModel, fit_rough_model
 from workbench.search.surrogate.pattern_search import maximise_score
+from workbench.space.streams import stream
 from workbench.space.units import number
 
-__all__ = ["COVERAGE", "Gap", "lipschitz_gap", "remaining_gap"]
+__all__ = ["COVERAGE", "Gap", "lipschitz_gap", "modelled_gap"]
 
 COVERAGE = 0.95
 BOUND_FACTOR = 3.0  # a supremum over the box needs a wider factor than one point does
 HOPELESS = 0.2  # chance of success below which a region is left out of the gap
 RANDOM_POINTS = 4000
-POLISHED = 4
+REFINED = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,26 +102,21 @@ class Gap:
         )
 
 
-def remaining_gap(
-    where: SearchSpace,
-    model: SearchModel,
-    *,
-    u: np.ndarray,
-    v: np.ndarray,
-    feasibility: Feasibility,
-    rng: np.random.Generator,
-    rough: SearchModel | None = None,
-    polish: bool = True,
+def modelled_gap(
+    ledger: Ledger, model: SearchModel, feasibility: Feasibility, *, seed: int, full: bool
 ) -> Gap:
-    """The model-based gap above the best of the values v (n,), bound searched from random points, the runs'
-    own points u (m, d) and, when `polish`, by pattern search from the highest of them.
+    """The model-based gap above the best run of `ledger`.
 
-    Without `rough` (`fit_rough_model`) it is the gap of the cautious twin alone: a quick look, which a search
-    may take before every batch.
+    The bound is searched at random points and at the runs' own, and when `full` by pattern search from the
+    highest of them. Without `full` it is the gap of the cautious twin alone: a quick look, which a search may
+    take before every batch.
     """
+    where, v = ledger.where, ledger.v
     best = float(v.max())
     cautious = model.cautious or model
     ceiling = best + float(np.ptp(v))
+    rng = stream(seed, "gap", replicate=ledger.spent)
+    rough = fit_rough_model(where.features(ledger.u_ok), v, model, seed=seed) if full else None
 
     def score(points: np.ndarray) -> np.ndarray:
         features = where.features(points)
@@ -131,11 +128,11 @@ def remaining_gap(
 
     inside = rng.random((RANDOM_POINTS, where.dimension))
     corners = rng.integers(0, 2, (RANDOM_POINTS // 2, where.dimension)).astype(float)
-    points = where.snap(np.vstack([inside, corners, u]))
+    points = where.snap(np.vstack([inside, corners, ledger.u]))
     bounds = score(points)
     upper = float(bounds.max())
-    if polish:
-        top = points[np.argsort(bounds)[-POLISHED:]]
+    if full:
+        top = points[np.argsort(bounds)[-REFINED:]]
         upper = max(upper, float(maximise_score(score, top, where.levels, sweeps=25)[1].max()))
     return Gap(upper=max(upper, best), width=max(upper - best, 0.0), coverage=COVERAGE, kind="model-based")
 

@@ -17,7 +17,7 @@ class GapLook:
 
     `upper` in the response's unit and sign; `share`: of the range of the values seen until then, None when
     all were equal. A look that is not `full` is the quick one of
-    `workbench.search.evidence.gap.remaining_gap`, which leaves the rough model out and may state less than
+    `workbench.search.evidence.gap.modelled_gap`, which leaves the rough model out and may state less than
     the full one.
     """
 

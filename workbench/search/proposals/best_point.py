@@ -1,6 +1,6 @@
 """The best point of one proposal of a worst-case search: its score, its starts, the levels it moves on.
 
-The proposals are described in `workbench.search.proposals.portfolio`, which deals out their turns.
+The proposals are described in `workbench.search.proposals.portfolio`, which gives them their turns.
 """
 
 from collections.abc import Callable
@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from workbench.search.proposals.known import Known
 from workbench.search.runs.unit_space import SearchSpace
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
 
@@ -28,43 +28,40 @@ EXPLORED = 300  # random points that an exploration chooses from
 
 def best_point(
     name: str,
-    where: SearchSpace,
-    model: SearchModel,
-    *,
-    taken: np.ndarray,
-    incumbent: np.ndarray,
-    feasibility: Feasibility,
+    known: Known,
     pool: np.ndarray,
+    *,
     target: float | None = None,
     levels: list[np.ndarray | None] | None = None,
-    under_way: np.ndarray | None = None,
 ) -> np.ndarray | None:
-    """The admissible point of the highest score of the proposal `name` on the given levels, or None.
+    """The admissible point (d,) of the highest score of the proposal `name` on the given levels, or None.
 
-    `target`: what an expected improvement counts from, the best run by default. `under_way`: the points
-    (k, d) of the batch so far, which `taken` holds, too.
+    Args:
+        pool: (m, d) points to start from.
+        target: what an expected improvement counts from, the best run by default.
+        levels: per coordinate the values that may be proposed, those of the space by default.
     """
+    where, model, incumbent = known.where, known.model, known.incumbent
     levels = list(where.levels) if levels is None else levels
     judge = (model.cautious or model) if name in ("cautious", "combination") else model
     acquisition = _acquisition(name, judge, target)
     if name == "combination":
-        levels = _open_combination(where, judge, pool, taken)
+        levels = _open_combination(where, judge, pool, known.u)
     elif name == "trust":
         levels = box_levels(where, incumbent, TRUSTED, 11)
     elif name == "flip":
-        pool = _flips(where, incumbent)
+        pool = _single_changes(where, incumbent)
     elif name == "explore":
         pool = pool[:EXPLORED]
     start = _inside(pool, levels)
 
     def score(points: np.ndarray) -> np.ndarray:
         features = where.features(points)
-        value = acquisition(features, feasibility.probability(features))
+        value = acquisition(features, known.feasibility.probability(features))
         free = where.allowed(points)
-        if len(taken):
-            free &= cdist(points, taken, "chebyshev").min(axis=1) > CLOSEST
-        if under_way is not None and len(under_way):
-            free &= cdist(points, under_way, "chebyshev").min(axis=1) > APART
+        for others, least in ((known.u, CLOSEST), (known.under_way, APART)):
+            if len(others):
+                free &= cdist(points, others, "chebyshev").min(axis=1) > least
         return np.where(free, value, -np.inf)
 
     scores = score(start)
@@ -100,15 +97,15 @@ def _acquisition(
 
 
 def start_pool(where: SearchSpace, incumbent: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Random points, random corners, and the worst run with its flips: starts of every proposal."""
+    """Random points, random corners, and the worst run with its single changes: starts of every proposal."""
     d = where.dimension
     inside = rng.random((RANDOM_POINTS, d))
     corners = rng.integers(0, 2, (200, d)).astype(float)
     near = np.clip(incumbent + 0.1 * rng.standard_normal((200, d)), 0, 1)
-    return where.snap(np.vstack([inside, corners, near, incumbent[None], _flips(where, incumbent)]))
+    return where.snap(np.vstack([inside, corners, near, incumbent[None], _single_changes(where, incumbent)]))
 
 
-def _flips(where: SearchSpace, incumbent: np.ndarray) -> np.ndarray:
+def _single_changes(where: SearchSpace, incumbent: np.ndarray) -> np.ndarray:
     """The worst run with one coordinate at another level, or at either end when continuous."""
     out = []
     for j, grid in enumerate(where.levels):

@@ -12,11 +12,11 @@ from scipy.optimize import minimize
 from workbench.models.evaluator import Evaluator
 from workbench.search.runs.ledger import Ledger
 
-__all__ = ["polish", "reserve"]
+__all__ = ["ascend", "runs_kept_back"]
 
 TOP = 5  # worst runs to climb from
 APART = 0.1  # of the unit cube, largest coordinate
-LEAST, PER_COORDINATE = 6, 2  # runs kept back for polishing
+LEAST, PER_COORDINATE = 6, 2  # runs kept back for the ascent
 ENOUGH = 1e-10  # relative gain at which a climb ends
 
 
@@ -24,7 +24,7 @@ class _Spent(Exception):
     """The runs kept back are used up."""
 
 
-def reserve(ledger: Ledger, budget: int) -> int:
+def runs_kept_back(ledger: Ledger, budget: int) -> int:
     """Runs of the budget to keep back: none without gradients, a third of the budget at most."""
     free = sum(grid is None for grid in ledger.where.levels)
     if not free or not ledger.slopes:
@@ -32,7 +32,7 @@ def reserve(ledger: Ledger, budget: int) -> int:
     return min(max(PER_COORDINATE * free, LEAST), budget // 3)
 
 
-def polish(evaluate: Evaluator, ledger: Ledger, *, budget: int) -> None:
+def ascend(evaluate: Evaluator, ledger: Ledger, *, budget: int) -> None:
     """Climb from the worst runs until the budget is spent or no start gains any more."""
     free = [j for j, grid in enumerate(ledger.where.levels) if grid is None]
     if not free:
@@ -70,8 +70,7 @@ def _climb(evaluate: Evaluator, ledger: Ledger, start: np.ndarray, free: list[in
         if _address(point) not in met:
             if ledger.spent >= budget:
                 raise _Spent
-            outcomes = evaluate(ledger.where.rows(point[None]), purpose="gradient")
-            ledger.add(outcomes, point[None], proposals=["gradient"])
+            ledger.run(evaluate, point[None], purpose="gradient")
             met[_address(point)] = len(ledger.runs) - 1
         i = met[_address(point)]
         value, slope = ledger.runs[i].value, ledger.slopes.get(i)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.models.evaluator import Outcome, Reading, response_reader
+from workbench.models.evaluator import Evaluator, Outcome, Reading, response_reader
 from workbench.search.runs.given_runs import Run, Start, given_outcomes
 from workbench.search.runs.noticeable_gain import accuracy_scale, noticeable_gain, runs_since_gain
 from workbench.search.runs.unit_space import SearchSpace
@@ -109,6 +109,11 @@ class Ledger:
                 self.slopes[len(self.runs) - 1] = slope
             if self.progress is not None:
                 self.progress(run, self.best_value)
+
+    def run(self, evaluate: Evaluator, points: np.ndarray, *, purpose: str) -> None:
+        """Run the points (m, d) of one proposal and append them."""
+        outcomes = evaluate(self.where.rows(points), purpose=purpose)
+        self.add(outcomes, points, proposals=[purpose] * len(points))
 
     def _slope(self, outcome: Outcome, point: np.ndarray) -> np.ndarray | None:
         """dv/du (d,) of a run that brought the gradient of the searched response; None otherwise."""

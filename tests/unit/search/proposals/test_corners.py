@@ -1,18 +1,16 @@
 """Corners are run before a search ends: kept back where they are few, else run where all fit."""
 
-import sys
 from math import exp
 
 import numpy as np
 import pytest
 
+from workbench.search import loop
 from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
 from workbench.search.proposals.portfolio import Batch
 from workbench.search.runs.ledger import Ledger
 from workbench.search.worst_case import Status, worst_case
 from workbench.space.box import Parameter, Space
-
-search = sys.modules[worst_case.__module__]
 
 
 def box(d, **more):
@@ -115,13 +113,13 @@ def test_a_response_that_moves_a_little_is_not_constant():
     assert np.ptp(found.history) > 0
 
 
-def nothing_proposed(where, *args, **kwargs):
+def nothing_proposed(known, *args, **kwargs):
     none = np.empty(0)
-    return Batch(u=np.empty((0, where.dimension)), proposals=(), predicted=none, std=none)
+    return Batch(u=np.empty((0, known.where.dimension)), proposals=(), predicted=none, std=none)
 
 
 def test_without_a_proposal_the_space_is_filled_while_the_gap_is_wide(monkeypatch):
-    monkeypatch.setattr(search, "propose", nothing_proposed)
+    monkeypatch.setattr(loop, "propose", nothing_proposed)
     found = worst_case(lambda a, b: float(np.sin(9 * a) + np.cos(7 * b)), box(2), budget=14)
     names = [run.proposal for run in found.runs]
     assert found.evaluations == 14
@@ -130,8 +128,8 @@ def test_without_a_proposal_the_space_is_filled_while_the_gap_is_wide(monkeypatc
 
 
 def test_a_search_that_finds_no_further_point_says_so(monkeypatch):
-    monkeypatch.setattr(search, "propose", nothing_proposed)
-    monkeypatch.setattr(search, "far_points", lambda where, u, **k: u[:0])
+    monkeypatch.setattr(loop, "propose", nothing_proposed)
+    monkeypatch.setattr(loop, "far_points", lambda where, u, **k: u[:0])
     found = worst_case(lambda a, b: float(np.sin(9 * a) + np.cos(7 * b)), box(2), budget=14)
     assert found.status is Status.NO_POINT
     assert found.evaluations == 4

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.search.proposals.gradient_ascent import reserve
+from workbench.search.proposals.gradient_ascent import runs_kept_back
 from workbench.search.runs.ledger import Ledger
 from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
@@ -75,10 +75,10 @@ def test_no_runs_are_kept_back_without_gradients():
     ledger = Ledger.opened(
         BOX, response=None, sense="max", start=[{"a": 0, "b": 0, "c": 0, "y": 1.0}], progress=None
     )
-    assert reserve(ledger, 40) == 0
+    assert runs_kept_back(ledger, 40) == 0
     ledger.slopes[0] = np.zeros(3)
-    assert reserve(ledger, 40) == 6
-    assert reserve(ledger, 9) == 3
+    assert runs_kept_back(ledger, 40) == 6
+    assert runs_kept_back(ledger, 9) == 3
 
 
 def test_a_gradient_that_is_no_number_fails_the_run():

@@ -8,7 +8,9 @@ from scipy.spatial.distance import cdist
 
 from workbench import Parameter, Space
 from workbench.search.proposals.best_point import APART, LEAN
+from workbench.search.proposals.known import Known
 from workbench.search.proposals.portfolio import Batch, predicted_worst, propose
+from workbench.search.proposals.turns import Turn
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.model import SearchModel, believing, fit_search_model
@@ -29,21 +31,22 @@ def runs(request) -> Iterator[tuple[np.ndarray, np.ndarray, SearchModel]]:
     return u, valley(u), fit_search_model(u, valley(u), previous=None, seed=0)
 
 
-def proposed(u, v, model, *, iteration=0, finishing=False, size=1) -> Batch:
-    return propose(
-        WHERE,
-        model,
+def known(u, v, model) -> Known:
+    return Known(
+        where=WHERE,
+        model=model,
+        feasibility=Feasibility.of(u, np.ones(len(u), dtype=bool)),
         u=u,
         u_ok=u,
         v=v,
         incumbent=u[np.argmax(v)],
-        feasibility=Feasibility.of(u, np.ones(len(u), dtype=bool)),
-        iteration=iteration,
-        stalled=False,
-        finishing=finishing,
-        size=size,
-        rng=np.random.default_rng(0),
+        under_way=np.empty((0, 2)),
     )
+
+
+def proposed(u, v, model, *, iteration=0, finishing=False, size=1) -> Batch:
+    turn = Turn(number=iteration, finishing=finishing)
+    return propose(known(u, v, model), turn, size=size, rng=np.random.default_rng(0))
 
 
 def test_gaining_turns_alternate_between_improvement_and_bound(runs):
@@ -64,13 +67,7 @@ def test_the_last_runs_and_the_reported_prediction_take_the_bare_mean(runs):
     last = proposed(*runs, finishing=True)
     assert last.proposals == ("predicted",)
     assert model.predict(last.u)[0][0] >= best
-    reported = predicted_worst(
-        WHERE,
-        model,
-        incumbent=u[np.argmax(v)],
-        feasibility=Feasibility.of(u, np.ones(len(u), dtype=bool)),
-        rng=np.random.default_rng(0),
-    )
+    reported = predicted_worst(known(u, v, model), rng=np.random.default_rng(0))
     assert model.predict(reported[None])[0][0] >= best
 
 

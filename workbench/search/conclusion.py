@@ -1,0 +1,93 @@
+"""What a finished search says: its record, with gap, audit and profile from a Kriging of all runs."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.models.evaluator import response_name
+from workbench.search.arguments import Arguments
+from workbench.search.evidence.audit import audit_runs
+from workbench.search.evidence.baselines import predicted_baselines
+from workbench.search.evidence.certificates import stated_gap
+from workbench.search.evidence.gap import Gap, modelled_gap
+from workbench.search.evidence.gap_history import GapHistory
+from workbench.search.record import Status, WorstCase, profile_of
+from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
+from workbench.search.surrogate.feasibility import Feasibility
+from workbench.search.surrogate.model import SearchModel, fit_search_model
+from workbench.space.streams import stream
+
+__all__ = ["concluded"]
+
+
+def concluded(
+    ledger: Ledger,
+    asked: Arguments,
+    *,
+    status: Status,
+    gaps: GapHistory,
+    previous: SearchModel | None,
+) -> WorstCase:
+    """The record of the runs in `ledger`; `previous` is the last Kriging of the search.
+
+    Its choices are kept: the gap that is stated is the one that the search stopped at.
+    """
+    where, seed = ledger.where, asked.seed
+    model = _last_model(ledger, previous, seed=seed)
+    feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
+
+    def modelled() -> Gap:
+        assert model is not None  # only an enumeration goes without
+        return modelled_gap(ledger, model, feasibility, seed=seed, full=True)
+
+    gap = stated_gap(
+        ledger,
+        model,
+        modelled,
+        tolerance=asked.tolerance,
+        lipschitz=asked.lipschitz,
+        enclosure=asked.enclosure,
+    )
+    gaps.note(gap, ledger, full=True)
+    missed = gap.kind == "model-based" and gap.width > asked.tolerance * ledger.scale
+    if status is Status.CONVERGED and missed and ledger.spent >= asked.budget:
+        status = Status.BUDGET  # the last runs, at corners, have widened the gap again
+    best = ledger.best
+    found = WorstCase(
+        response=response_name(asked.response),
+        unit="1",
+        sense=asked.sense,
+        value=float(best.value if best.value is not None else np.nan),
+        parameters=best.parameters,
+        confirmed=True,
+        run_key=best.key,
+        predicted=best.predicted,
+        predicted_std=best.std,
+        status=status,
+        budget=asked.budget,
+        seed=seed,
+        runs=tuple(ledger.runs),
+        gap_history=tuple(gaps.looks),
+        gap=replace(gap, upper=ledger.sign * gap.upper),
+        audit=audit_runs(ledger, model, rng=stream(seed, "audit")),
+    )
+    if model is None:
+        return found
+    baselines = predicted_baselines(
+        where,
+        model,
+        feasibility=feasibility,
+        u=ledger.u_ok,
+        v=ledger.v,
+        runs=len(ledger.runs),
+        sign=ledger.sign,
+        rng=stream(seed, "baselines"),
+    )
+    return replace(found, profile=profile_of(ledger, model, ledger.incumbent), baselines=baselines)
+
+
+def _last_model(ledger: Ledger, previous: SearchModel | None, *, seed: int) -> SearchModel | None:
+    """A Kriging of all runs; None where an enumeration of a few points left too few values for one."""
+    if len(ledger.v) < FEWEST_RUNS:
+        return None
+    return fit_search_model(ledger.where.features(ledger.u_ok), ledger.v, previous=previous, seed=seed)

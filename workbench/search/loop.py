@@ -1,0 +1,148 @@
+"""The loop of a worst-case search: a Kriging of all runs, a look at the gap, and a batch of new runs."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.models.evaluator import Evaluator
+from workbench.search.arguments import Arguments
+from workbench.search.evidence.gap import modelled_gap
+from workbench.search.evidence.gap_history import GapHistory
+from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
+from workbench.search.proposals.gradient_ascent import ascend, runs_kept_back
+from workbench.search.proposals.known import Known
+from workbench.search.proposals.portfolio import propose
+from workbench.search.proposals.turns import Turn
+from workbench.search.record import Status
+from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
+from workbench.search.start import begin, far_points
+from workbench.search.surrogate.feasibility import Feasibility
+from workbench.search.surrogate.model import SearchModel, fit_search_model
+from workbench.space.streams import stream
+
+__all__ = ["Loop"]
+
+QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the search stops
+FLAT_RUNS = 10  # per parameter, all of one value, before a response counts as constant
+STALLED_RUNS = 6  # without a gain, or one per parameter where there are more
+
+
+@dataclass(slots=True, kw_only=True)
+class Loop:
+    """A running search: `begun` runs went into its start design, after `searched` the gradients take over.
+
+    `quiet`: how many batches in a row met a gap below the tolerance.
+    """
+
+    evaluate: Evaluator
+    ledger: Ledger
+    asked: Arguments
+    begun: int
+    searched: int
+    corners: CornerPlan
+    gaps: GapHistory = field(default_factory=GapHistory)
+    model: SearchModel | None = None
+    quiet: int = 0
+
+    @classmethod
+    def started(cls, evaluate: Evaluator, ledger: Ledger, asked: Arguments) -> "Loop":
+        """The loop after its start design.
+
+        Raises:
+            StudyError: the budget is below the start design.
+            NotEnoughRuns: too few of its runs gave a value.
+        """
+        begun = begin(evaluate, ledger, budget=asked.budget, seed=asked.seed, workers=asked.workers)
+        ledger.require_values(1 if ledger.is_exhausted else FEWEST_RUNS)
+        searched = asked.budget - runs_kept_back(ledger, asked.budget)
+        return cls(
+            evaluate=evaluate,
+            ledger=ledger,
+            asked=asked,
+            begun=begun,
+            searched=searched,
+            corners=CornerPlan.of(ledger, budget=searched - begun),
+        )
+
+    def run(self) -> Status:
+        """Batches until the gap stays closed or the runs are spent, then the gradients; says why it ended."""
+        ledger, ended = self.ledger, None
+        while ended is None and ledger.spent < self.searched and not ledger.is_exhausted:
+            ended = self._batch()
+        if ledger.slopes and not ledger.is_exhausted:
+            ascend(self.evaluate, ledger, budget=self.asked.budget)
+        if ledger.is_exhausted:
+            return Status.EXHAUSTED
+        if ledger.is_flat:
+            return Status.CONSTANT
+        if self.is_settled:
+            return Status.CONVERGED  # also where corners without a gain took the rest of the budget
+        return ended or Status.BUDGET
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the gap has stayed below the tolerance for long enough."""
+        return self.quiet > QUIET_BATCHES
+
+    def _batch(self) -> Status | None:
+        """One batch of runs; why the search ends here, None when it goes on."""
+        ledger, workers = self.ledger, self.asked.workers
+        left = self.searched - ledger.spent
+        known = self._learnt()
+        room = self.corners.room(ledger, runs=left)
+        if (self.is_settled or room <= 0) and self._run_corners(most=left):
+            return None
+        is_short = ledger.is_flat and len(ledger.v) < FLAT_RUNS * ledger.where.dimension
+        if self.is_settled and not is_short:
+            return Status.CONVERGED
+        rng = stream(self.asked.seed, "worst case", replicate=ledger.spent)
+        batch = propose(known, self._turn(left), size=min(workers, room if room > 0 else left), rng=rng)
+        if len(batch.u):
+            ledger.add(
+                self.evaluate(ledger.where.rows(batch.u), purpose=batch.proposals[0]),
+                batch.u,
+                proposals=batch.proposals,
+                predicted=ledger.sign * batch.predicted,
+                std=batch.std,
+            )
+            return None
+        # no proposal is left, which says nothing of the gap: fill the space
+        rng = stream(self.asked.seed, "worst case fill", replicate=ledger.spent)
+        far = far_points(ledger.where, ledger.u, size=min(workers, left), rng=rng)
+        if not len(far):
+            return Status.NO_POINT
+        ledger.run(self.evaluate, far, purpose="fill")
+        return None
+
+    def _learnt(self) -> Known:
+        """What all runs say: a Kriging, where runs fail, and how wide the gap still is."""
+        ledger, seed = self.ledger, self.asked.seed
+        features = ledger.where.features(ledger.u_ok)
+        self.model = fit_search_model(features, ledger.v, previous=self.model, seed=seed)
+        feasibility = Feasibility.of(ledger.where.features(ledger.u), ledger.ok, seed=seed)
+        # the full bound is sought only when a cheap look at it suggests that the search is over
+        full = self.quiet >= QUIET_BATCHES
+        gap = modelled_gap(ledger, self.model, feasibility, seed=seed, full=full)
+        self.gaps.note(gap, ledger, full=full)
+        self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
+        return Known.of(ledger, self.model, feasibility)
+
+    def _turn(self, left: int) -> Turn:
+        """Whose turn it is with `left` runs to go."""
+        since = self.ledger.since_improvement
+        return Turn(
+            number=self.ledger.spent - self.begun,
+            stalled=since > max(self.ledger.where.dimension, STALLED_RUNS),
+            finishing=left <= FINISHING_RUNS and since > FINISHING_RUNS,
+        )
+
+    def _run_corners(self, *, most: int) -> bool:
+        """Run the corners that are due; a corner that is worse than all before begins the search anew."""
+        unrun = self.corners.due(self.ledger, most=most)
+        if not len(unrun):
+            return False
+        best = float(np.max(self.ledger.v))
+        self.ledger.run(self.evaluate, unrun, purpose="corner")
+        if float(np.max(self.ledger.v)) > best:
+            self.quiet = 0
+        return True

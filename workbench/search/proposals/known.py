@@ -1,0 +1,57 @@
+"""What is known when the next point of a search is chosen."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.search.runs.ledger import Ledger
+from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.surrogate.feasibility import Feasibility
+from workbench.search.surrogate.model import SearchModel, believing
+
+__all__ = ["Known"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Known:
+    """The runs at u (n, d), failed ones included; those at u_ok (m, d) gave the signed values v (m,), and
+    `incumbent` (d,) is the worst of them. `under_way` (k, d): the points of the batch so far, which u holds,
+    too.
+    """
+
+    where: SearchSpace
+    model: SearchModel
+    feasibility: Feasibility
+    u: np.ndarray
+    u_ok: np.ndarray
+    v: np.ndarray
+    incumbent: np.ndarray
+    under_way: np.ndarray
+
+    @classmethod
+    def of(cls, ledger: Ledger, model: SearchModel, feasibility: Feasibility) -> "Known":
+        """What the runs of a search say before a batch."""
+        return cls(
+            where=ledger.where,
+            model=model,
+            feasibility=feasibility,
+            u=ledger.u,
+            u_ok=ledger.u_ok,
+            v=ledger.v,
+            incumbent=ledger.incumbent,
+            under_way=np.empty((0, ledger.where.dimension)),
+        )
+
+    def believing(self, point: np.ndarray) -> "Known":
+        """The same with a run at `point` (d,) that gives what the model predicts there."""
+        u_ok = np.vstack([self.u_ok, point])
+        features = self.where.features(u_ok)
+        v = np.append(self.v, self.model.mean(features[-1:]))
+        return replace(
+            self,
+            model=believing(self.model, features, v),
+            u=np.vstack([self.u, point]),
+            u_ok=u_ok,
+            v=v,
+            under_way=np.vstack([self.under_way, point]),
+        )
