@@ -8,7 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from studies.occupant import HIP, SEGMENTS, member_sites
+from studies.occupant import member_sites
+from studies.occupant_body import HIP, SEGMENTS
 from workbench.engine import Deviation, Trajectory
 from workbench.motion.frames import (
     Body,

@@ -5,6 +5,5 @@ PENDING: dict[str, set[str]] = {
         "doe/latin/_kernels_swaps.py",
         "doe/latin/swaps.py",
         "doe/optimal/exchange.py",
-        "studies/occupant.py",
     },
 }
