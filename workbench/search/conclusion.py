@@ -14,7 +14,8 @@ from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.record import Status, WorstCase, profile_of
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import SearchModel, fit_search_model
+from workbench.search.surrogate.fitting import fit_search_model
+from workbench.search.surrogate.model import SearchModel
 from workbench.space.streams import stream
 
 __all__ = ["concluded"]

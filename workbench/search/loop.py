@@ -17,7 +17,8 @@ from workbench.search.record import Status
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
 from workbench.search.start import begin, far_points
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import SearchModel, fit_search_model
+from workbench.search.surrogate.fitting import fit_search_model
+from workbench.search.surrogate.model import SearchModel
 from workbench.space.streams import stream
 
 __all__ = ["Loop"]

@@ -136,7 +136,8 @@ def profile_of(ledger: Ledger, model: SearchModel, point: np.ndarray) -> dict[st
         points = where.snap(points)
         mean, std = model.predict(where.features(points))
         low, middle, high = (
-            ledger.sign * model.warp.inverse(mean + k * model.inflation * std) for k in (-1.96, 0.0, 1.96)
+            ledger.sign * model.transform.inverse(mean + k * model.inflation * std)
+            for k in (-1.96, 0.0, 1.96)
         )
         out[name] = {
             "x": [row[name] for row in where.rows(points)],

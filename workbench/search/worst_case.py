@@ -38,7 +38,7 @@ from workbench.search.record import Status, WorstCase, profile_of
 from workbench.search.runs.given_runs import Start
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import fit_search_model
+from workbench.search.surrogate.fitting import fit_search_model
 from workbench.space.box import Space
 from workbench.space.streams import stream
 

@@ -35,7 +35,8 @@ from workbench.search.runs.given_runs import Start
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
 from workbench.search.start import begin
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import SearchModel, fit_search_model
+from workbench.search.surrogate.fitting import fit_search_model
+from workbench.search.surrogate.model import SearchModel
 from workbench.space.box import Space
 from workbench.space.streams import stream
 
@@ -178,7 +179,7 @@ def _quantile(
     first = int(np.clip(binom.ppf(0.025, n, share) - 1, 0, n - 1))
     last = int(np.clip(binom.ppf(0.975, n, share), 0, n - 1))
     ranks = np.array([np.quantile(mean, share), np.sort(mean - spread)[first], np.sort(mean + spread)[last]])
-    value, lower, upper = model.warp.inverse(ranks)
+    value, lower, upper = model.transform.inverse(ranks)
     return float(value), float(lower), float(upper)
 
 
@@ -189,7 +190,7 @@ def _next(
     judge = model.cautious or model
     features = ledger.where.features(sample)
     mean, std = judge.predict(features)
-    distance = mean - float(judge.warp.forward(np.array([value]))[0])
+    distance = mean - float(judge.transform.forward(np.array([value]))[0])
     z = np.clip(distance / np.maximum(std, 1e-12 * judge.scale), -30.0, 30.0)
     chance = Feasibility.of(ledger.where.features(ledger.u), ledger.ok, seed=seed).probability(features)
     score = std * np.exp(-0.5 * z * z) * chance

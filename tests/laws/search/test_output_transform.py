@@ -1,4 +1,4 @@
-"""What holds for every output warp: monotone, invertible, with the Jacobian it claims."""
+"""What holds for every output transform: monotone, invertible, with the Jacobian it claims."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -14,12 +14,12 @@ values = arrays(float, st.integers(5, 30), elements=st.floats(-1e4, 1e4, width=3
 
 @settings(max_examples=60, deadline=None)
 @given(values)
-def test_warps_are_monotone_and_invertible(y):
-    for warp in candidates(y):
+def test_transforms_are_monotone_and_invertible(y):
+    for transform in candidates(y):
         ordered = np.sort(y)
-        w = warp.forward(ordered)
+        w = transform.forward(ordered)
         assert np.all(np.diff(w) >= 0)
-        np.testing.assert_allclose(warp.inverse(w), ordered, rtol=1e-6, atol=ROUNDING * np.ptp(y) + 1e-9)
+        np.testing.assert_allclose(transform.inverse(w), ordered, rtol=1e-6, atol=ROUNDING * np.ptp(y) + 1e-9)
 
 
 @settings(max_examples=40, deadline=None)
@@ -27,11 +27,11 @@ def test_warps_are_monotone_and_invertible(y):
 def test_the_jacobian_is_the_derivative(seed):
     y = np.random.default_rng(seed).normal(size=12) * 3
     step = 1e-6
-    for warp in candidates(y):
+    for transform in candidates(y):
         # inside the range of the runs: at the anchor itself one side is held
         inside = np.sort(y)[1:-1]
-        slope = (warp.forward(inside + step) - warp.forward(inside - step)) / (2 * step)
-        np.testing.assert_allclose(np.log(slope).sum(), warp.log_jacobian(inside), rtol=1e-4, atol=1e-4)
+        slope = (transform.forward(inside + step) - transform.forward(inside - step)) / (2 * step)
+        np.testing.assert_allclose(np.log(slope).sum(), transform.log_jacobian(inside), rtol=1e-4, atol=1e-4)
 
 
 def test_equal_values_offer_the_identity_alone():

@@ -8,7 +8,7 @@ import pytest
 from workbench import Parameter, Space, worst_case
 from workbench.search.record import PROFILE_POINTS, Status, profile_of
 from workbench.search.runs.ledger import Ledger
-from workbench.search.surrogate.model import fit_search_model
+from workbench.search.surrogate.fitting import fit_search_model
 
 SPACE = Space([Parameter("a", lower=-1, upper=2), Parameter("gear", kind="discrete", levels=[1.0, 2.0, 4.0])])
 

@@ -25,7 +25,8 @@ from workbench.errors import StudyError
 from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import SearchModel, fit_rough_model
+from workbench.search.surrogate.fitting import fit_rough_model
+from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
 from workbench.space.streams import stream
 from workbench.space.units import number

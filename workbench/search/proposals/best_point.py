@@ -83,7 +83,7 @@ def _acquisition(
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """The score of a proposal on features (m, p) with chances of success (m,)."""
     if name == "explore":
-        return lambda features, chance: model.warped_bound(features, 3.0) + model.scale * np.log(chance)
+        return lambda features, chance: model.transformed_bound(features, 3.0) + model.scale * np.log(chance)
     if name in ("ei", "cautious", "combination"):
         return lambda features, chance: model.log_ei(features, target) + AVERSION * np.log(chance)
     lean = LEAN if name == "ucb" else 0.0
@@ -143,9 +143,9 @@ def _open_combination(
     for i, combination in enumerate(combinations):
         points = sample.copy()
         points[:, discrete] = combination
-        bounds[i] = model.warped_bound(where.features(points), 3.0).max()
+        bounds[i] = model.transformed_bound(where.features(points), 3.0).max()
         runs[i] = np.all(np.abs(taken[:, discrete] - combination) < 1e-9, axis=1).sum()
-    best = float(model.warp.forward(np.array([model.best]))[0])
+    best = float(model.transform.forward(np.array([model.best]))[0])
     held = np.flatnonzero(bounds > best) if (bounds > best).any() else np.arange(len(bounds))
     held = held[runs[held] == runs[held].min()]
     chosen = combinations[held[int(np.argmax(bounds[held]))]]

@@ -7,7 +7,8 @@ import numpy as np
 from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import SearchModel, believing
+from workbench.search.surrogate.fitting import believing
+from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["Known"]
 

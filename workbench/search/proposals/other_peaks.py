@@ -15,7 +15,8 @@ from scipy.spatial.distance import cdist
 from workbench.search.proposals.best_point import best_point, box_levels, start_pool
 from workbench.search.proposals.known import Known
 from workbench.search.runs.noticeable_gain import runs_since_gain
-from workbench.search.surrogate.model import SearchModel, fit_local_model
+from workbench.search.surrogate.fitting import fit_local_model
+from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["HALF_WIDTH", "Peak", "next_peak", "next_top"]
 

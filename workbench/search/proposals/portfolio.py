@@ -28,7 +28,8 @@ from workbench.search.proposals.best_point import best_point, start_pool
 from workbench.search.proposals.known import Known
 from workbench.search.proposals.other_peaks import Peak, next_peak
 from workbench.search.proposals.turns import Turn, turns_of
-from workbench.search.surrogate.model import SearchModel, fit_rough_model
+from workbench.search.surrogate.fitting import fit_rough_model
+from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["Batch", "predicted_worst", "propose"]
 

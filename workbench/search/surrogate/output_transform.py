@@ -1,4 +1,4 @@
-"""Monotone output warps: a response over five decades is easier to predict after a logarithm.
+"""Monotone output transforms: a response over five decades is easier to predict after a logarithm.
 
 For values y that are to be maximised, with spread s = upper quartile - lower quartile of y:
 
@@ -7,22 +7,22 @@ For values y that are to be maximised, with spread s = upper quartile - lower qu
     away         w =  s log((y - y_min)/s + c)     compresses a few very large values
     plain        w = -s log(-y/s)                  where all y < 0: the logarithm of the size
 
-The warp of highest restricted likelihood of the fitted Kriging wins; the likelihood of the warped values is
-carried back to y by the log Jacobian, sum log w'(y), as for any transformation (Box and Cox 1964).
+The transform of highest restricted likelihood of the fitted Kriging wins; the likelihood of the transformed
+values is carried back to y by the log Jacobian, sum log w'(y), as for any transformation (Box and Cox 1964).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["IDENTITY", "Warp", "candidates"]
+__all__ = ["IDENTITY", "OutputTransform", "candidates"]
 
-OFFSETS = (1.0, 0.1, 0.01)  # c: how hard the warp bends
-ZERO = 1e-12  # offset of a warp that is anchored at zero: none, but for rounding
+OFFSETS = (1.0, 0.1, 0.01)  # c: how hard the transform bends
+ZERO = 1e-12  # offset of a transform that is anchored at zero: none, but for rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Warp:
+class OutputTransform:
     """A monotone increasing map of the response."""
 
     kind: str  # identity | toward max | away
@@ -55,12 +55,12 @@ class Warp:
         return self.kind != "identity" and self.offset == ZERO
 
     def holds(self, y: np.ndarray) -> bool:
-        """Whether the values y (n,) may be warped: a plain logarithm needs y < 0."""
+        """Whether the values y (n,) may be transformed: a plain logarithm needs y < 0."""
         return not self.is_anchored_at_zero or bool((y < 0).all())
 
     @property
     def is_towards_max(self) -> bool:
-        """Whether the warp stretches the region next to the largest value."""
+        """Whether the transform stretches the region next to the largest value."""
         return self.kind == "toward max"
 
     @property
@@ -71,17 +71,19 @@ class Warp:
         return np.maximum(self._sign * (y - self.anchor) / self.spread + self.offset, self.offset / 10)
 
 
-IDENTITY = Warp(kind="identity")
+IDENTITY = OutputTransform(kind="identity")
 
 
-def candidates(y: np.ndarray) -> list[Warp]:
-    """The warps worth trying for the values y (n,): identity first, then both families."""
+def candidates(y: np.ndarray) -> list[OutputTransform]:
+    """The transforms worth trying for the values y (n,): identity first, then both families."""
     low, high = np.quantile(y, [0.25, 0.75])
     spread = float(high - low) or float(y.max() - y.min())
     if spread <= 0:
         return [IDENTITY]
-    toward = [Warp(kind="toward max", anchor=float(y.max()), spread=spread, offset=c) for c in OFFSETS]
-    away = [Warp(kind="away", anchor=float(y.min()), spread=spread, offset=c) for c in OFFSETS]
+    toward = [
+        OutputTransform(kind="toward max", anchor=float(y.max()), spread=spread, offset=c) for c in OFFSETS
+    ]
+    away = [OutputTransform(kind="away", anchor=float(y.min()), spread=spread, offset=c) for c in OFFSETS]
     # the logarithm of positive values would stretch the end that nobody looks for
-    plain = [Warp(kind="toward max", spread=spread, offset=ZERO)] if y.max() < 0 else []
+    plain = [OutputTransform(kind="toward max", spread=spread, offset=ZERO)] if y.max() < 0 else []
     return [IDENTITY, *plain, *toward, *away]

@@ -7,7 +7,7 @@ from workbench.models.evaluator import FunctionEvaluator
 from workbench.search.evidence.baselines import predicted_baselines, run_baselines
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import fit_search_model
+from workbench.search.surrogate.fitting import fit_search_model
 from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])

@@ -13,7 +13,8 @@ from workbench.search.proposals.portfolio import Batch, predicted_worst, propose
 from workbench.search.proposals.turns import Turn
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
-from workbench.search.surrogate.model import SearchModel, believing, fit_search_model
+from workbench.search.surrogate.fitting import believing, fit_search_model
+from workbench.search.surrogate.model import SearchModel
 
 WHERE = SearchSpace.of(Space([Parameter("x0", lower=0.0, upper=1.0), Parameter("x1", lower=0.0, upper=1.0)]))
 LINE = np.linspace(0.0, 1.0, 81)

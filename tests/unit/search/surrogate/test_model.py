@@ -1,4 +1,4 @@
-"""The Kriging behind a search: which warp it takes, what it counts as a gain, and what caution means."""
+"""The Kriging behind a search: which transform it takes, what it counts as a gain, and what caution means."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 import doe
 from studies.worst_case_gallery import goldstein_price
 from workbench.search.runs.noticeable_gain import accuracy_scale, noticeable_gain
-from workbench.search.surrogate.model import fit_local_model, fit_search_model
+from workbench.search.surrogate.fitting import fit_local_model, fit_search_model
 
 
 def points(n, d, seed=0):
@@ -27,25 +27,25 @@ def test_a_response_over_five_decades_is_searched_on_its_logarithm():
     u = points(24, 2)
     v = -np.array([goldstein_price(x1=4 * a - 2, x2=4 * b - 2) for a, b in u])
     model = fit_search_model(u, v, previous=None, seed=0)
-    assert model.warp.is_towards_max
+    assert model.transform.is_towards_max
     assert model.cautious is not None
-    assert model.cautious.warp == model.warp
+    assert model.cautious.transform == model.transform
 
 
 def test_a_smooth_response_of_one_scale_is_left_as_it_is():
     u = points(24, 2)
     v = np.sin(3 * u[:, 0]) + u[:, 1]
-    assert fit_search_model(u, v, previous=None, seed=0).warp.kind == "identity"
+    assert fit_search_model(u, v, previous=None, seed=0).transform.kind == "identity"
 
 
 def test_a_logarithm_is_given_up_when_a_value_of_the_other_sign_appears():
     u = points(26, 2)
     v = -np.exp(8 * u[:, 0] - 6 * u[:, 1])
     before = fit_search_model(u[:25], v[:25], previous=None, seed=0)
-    assert before.warp.is_anchored_at_zero
+    assert before.transform.is_anchored_at_zero
     v[25] = 3.0
     after = fit_search_model(u, v, previous=before, seed=0)
-    assert not after.warp.is_anchored_at_zero
+    assert not after.transform.is_anchored_at_zero
     assert after.chosen_at == 26
 
 
