@@ -9,8 +9,9 @@ import ast
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
+from typing import TypeGuard
 
-__all__ = ["arrows", "circles", "files_of", "module_of", "named_modules"]
+__all__ = ["arrows", "circles", "files_of", "module_of", "named_modules", "opens_by_name"]
 
 
 def module_of(path: Path, root: Path) -> str:
@@ -43,10 +44,23 @@ def _names(node: ast.AST, package: tuple[str, ...]) -> Iterator[str]:
         base = package[: len(package) - node.level + 1] if node.level else ()
         start = ".".join([*base, *([node.module] if node.module else [])])
         yield from (f"{start}.{alias.name}" for alias in node.names)
-    elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
-        called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-        if called in ("import_module", "__import__") and isinstance(node.args[0].value, str):
-            yield node.args[0].value
+    elif _is_opening(node) and isinstance(node.args[0], ast.Constant):
+        yield str(node.args[0].value)
+
+
+def _is_opening(node: ast.AST) -> TypeGuard[ast.Call]:
+    """Is it a call of `import_module` with something?"""
+    if not isinstance(node, ast.Call) or not node.args:
+        return False
+    called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    return called in ("import_module", "__import__")
+
+
+def opens_by_name(path: Path) -> bool:
+    """Does a file import modules whose names it computes or reads from a table?"""
+    tree = ast.parse(path.read_text())
+    calls = [node for node in ast.walk(tree) if _is_opening(node)]
+    return any(not isinstance(call.args[0], ast.Constant) for call in calls)
 
 
 def arrows(root: Path, packages: Iterable[str]) -> dict[str, set[str]]:

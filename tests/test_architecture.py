@@ -27,8 +27,10 @@ from tests.house import (
     rooms_on_disk,
     sentence,
 )
-from tests.imports import arrows, circles, files_of, named_modules
+from tests.imports import arrows, circles, files_of, named_modules, opens_by_name
 from tests.pending import PENDING
+from workbench.models.opening import KINDS
+from workbench.stages.table import STAGES
 
 ROOT = Path(__file__).parent.parent
 MIXED, TOP, LINES = 16, 7, 400
@@ -196,6 +198,24 @@ def test_the_page_shows_the_house():
     assert page_with_diagram(page) == page, "run: python -m tests.house --write"
     missing = [room for room in rooms_on_disk() if f"{room.rpartition('/')[2]}/" not in diagram()]
     assert missing == []
+
+
+FACES = {"doe", "surrogates", "workbench", "workbench.engine", "workbench._moved"}
+OPENERS = {
+    "workbench.stages.table": {f"workbench.stages.{stage.name}" for stage in STAGES},
+    "workbench.models.opening": {place.partition(":")[0] for place in KINDS.values()},
+}
+"""Modules that open others by names in a table, and those others."""
+OPENERS_OF_THE_USERS = {"workbench.models.python", "workbench.robust_layout.loading"}
+
+
+def test_what_is_opened_by_name_is_known_and_closes_no_circle():
+    opening = {module for module, path in files_of(ROOT, PACKAGES).items() if opens_by_name(path)}
+    assert opening == FACES | OPENERS_OF_THE_USERS | set(OPENERS)
+    graph = arrows(ROOT, PACKAGES)
+    assert circles({m: graph[m] | OPENERS.get(m, set()) for m in graph}) == []
+    backwards = {**OPENERS, "workbench.stages.design": {"workbench.stages.table"}}
+    assert len(circles({m: graph[m] | backwards.get(m, set()) for m in graph})) == 1
 
 
 def test_the_packages_do_not_know_their_elders():

@@ -13,7 +13,7 @@ from workbench.errors import StudyError
 from workbench.models.evaluation import UNFINISHED
 from workbench.models.table import TableModel, read_table
 from workbench.report.lines.design import design_lines
-from workbench.stages.table import Work
+from workbench.stages.work import Work
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 

@@ -9,7 +9,7 @@ from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.report.lines.robust import robust_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
-from workbench.stages.table import Work
+from workbench.stages.work import Work
 from workbench.study.record import Study
 from workbench.study.robust_table import comparison_of
 from workbench.system.atomic import write_json

@@ -21,7 +21,7 @@ from workbench.robust_layout.loop_documents import COMPARED, best_layout_documen
 from workbench.robust_layout.model import LayoutModel, load_layout_model
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
-from workbench.stages.table import Work
+from workbench.stages.work import Work
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 

@@ -7,7 +7,7 @@ from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.report.lines.screening import screening_lines
 from workbench.space.groups import chosen
 from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
-from workbench.stages.table import Work
+from workbench.stages.work import Work
 from workbench.system.atomic import write_json
 
 __all__ = ["WORK"]

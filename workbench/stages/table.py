@@ -5,38 +5,16 @@ to date are all made from it. Loading the table loads none of the stages: the co
 alone. What a stage does stands in the file of its name as a record `WORK`.
 """
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from workbench.stages.work import Work
 
 if TYPE_CHECKING:
-    from workbench.campaign.runs import CampaignRuns
     from workbench.study.record import Study
 
-__all__ = ["STAGES", "Stage", "Work", "asked_stages", "stage_named"]
-
-Table = Mapping[str, Any]
-Document = Mapping[str, Any]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Work:
-    """What a stage does.
-
-    run: does the work its table asks for, writes the document and gives it.
-    inputs: what decides the document beside the table, the seed, the space and the model, as text.
-    lines: the document for a terminal.
-    planned_runs: how many runs it may make, None where nobody can tell; None itself for a stage without runs.
-    check: what can be told without running anything; raises StudyError.
-    """
-
-    run: "Callable[[CampaignRuns, Table], dict[str, Any]]"
-    inputs: "Callable[[CampaignRuns, Table], str]"
-    lines: Callable[[Document], list[str]]
-    planned_runs: "Callable[[Study, Path], int | None] | None" = None
-    check: "Callable[[Study], None] | None" = None
+__all__ = ["STAGES", "Stage", "asked_stages", "stage_named"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from workbench.models.evaluator import Outcome
 from workbench.models.python import load_function
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
-from workbench.stages.table import Work
+from workbench.stages.work import Work
 from workbench.study.record import Study
 from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target, targets
 from workbench.system.atomic import write_json
