@@ -40,14 +40,17 @@ class _PackageCache(FunctionCache):
         )
 
 
-def kernel(*, fastmath=False):
+def kernel(*, fastmath=False, allocates=True, inline="never"):
     """Compile a kernel: no checks of divisors, which cost a factor of 8, and kept beside its source.
 
     fastmath: sums in any order and no NaN; without it the same bits come out on every processor.
+    allocates: False for a kernel that makes no arrays: those it is given are not counted as they are handed
+    on, which costs more than the work of a swap where they come in records.
+    inline: "always" for a step of one loop that is put into its caller's source.
     """
 
     def compiled(function):
-        dispatcher = njit(fastmath=fastmath, error_model="numpy")(function)
+        dispatcher = njit(fastmath=fastmath, error_model="numpy", _nrt=allocates, inline=inline)(function)
         dispatcher._cache = _PackageCache(function)
         return dispatcher
 

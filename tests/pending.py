@@ -2,8 +2,6 @@
 
 PENDING: dict[str, set[str]] = {
     "long_files": {
-        "doe/latin/_kernels_swaps.py",
-        "doe/latin/swaps.py",
         "doe/optimal/exchange.py",
     },
 }

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doe.criteria.spread import unit_points
+from doe.latin.columns import Columns
 from doe.latin.decorrelated import ROUNDS, decorrelated
 from doe.latin.optimised import optimised_lhs
-from doe.latin.swaps import Columns, SwapResult, swap_search
+from doe.latin.swaps import SwapResult, swap_search
 from doe.portable.draws import Draws, splitmix
 from doe.portable.draws import shuffled as shuffled_integers
 

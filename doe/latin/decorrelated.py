@@ -12,8 +12,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doe.latin.columns import Columns
 from doe.latin.lhs import checked_size
-from doe.latin.swaps import Columns, swap_search
+from doe.latin.swaps import swap_search
 from doe.portable.draws import level_permutations, splitmix
 from doe.portable.linear import inverse_root, product
 

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doe.criteria.spread import unit_points
+from doe.latin.columns import Columns, Feasible
 from doe.latin.lhs import checked_size
 from doe.latin.swaps import (
-    Columns,
-    Feasible,
     SwapResult,
     swap_search,
 )

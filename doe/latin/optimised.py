@@ -5,10 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from doe.latin.columns import Columns, Feasible
 from doe.latin.lhs import checked_size
 from doe.latin.swaps import (
-    Columns,
-    Feasible,
     SwapResult,
     swap_search,
 )

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from doe.latin.columns import Columns
 from doe.latin.lhs import checked_size
-from doe.latin.swaps import Columns, swap_search
+from doe.latin.swaps import swap_search
 from doe.portable.draws import shuffled, splitmix
 
 __all__ = ["sliced_lhs"]

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 import doe
-from doe.latin.swaps import Columns, swap_search
+from doe.latin.columns import Columns
+from doe.latin.swaps import swap_search
 from doe.portable.draws import splitmix
 from workbench.errors import StudyError
 from workbench.sampling.factors import POOL, Factors

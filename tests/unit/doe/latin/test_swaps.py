@@ -8,12 +8,9 @@ from scipy.spatial.distance import pdist
 from scipy.stats import qmc
 
 import doe
-from doe.latin.swaps import (
-    CRITERIA,
-    Columns,
-    _Search,
-    swap_search,
-)
+from doe.latin.columns import CRITERIA, Columns
+from doe.latin.swap_state import SwapState
+from doe.latin.swaps import swap_search
 from doe.portable.draws import level_permutations, splitmix
 
 # rounding of 1e5 incremental updates, refreshed on the way
@@ -33,19 +30,21 @@ def mixed(n):
 
 def plain_values(search):
     """The four criteria on the search's scale, from the coordinates by plain formulas."""
-    x, u, nominal = search.x.astype(float), search.u, search.columns.nominal
+    x, u, nominal = search.design.x.astype(float), search.design.u, search.columns.nominal
     n = x.shape[1]
     i, j = np.triu_indices(n, 1)
     unlike = x[:, i] != x[:, j]
-    squares = np.where(nominal[:, None], search.apart * unlike, (x[:, i] - x[:, j]) ** 2).sum(axis=0)
-    phi = float((squares**-search.h).sum()) if squares.min() > 0 else np.inf
+    squares = np.where(
+        nominal[:, None], search.criteria.distances.apart * unlike, (x[:, i] - x[:, j]) ** 2
+    ).sum(axis=0)
+    phi = float((squares**-search.criteria.distances.half_power).sum()) if squares.min() > 0 else np.inf
     z = np.where(nominal[:, None], 0.5, np.abs(u - 0.5))
     gap = np.where(nominal[:, None, None], u[:, :, None] != u[:, None, :], abs(u[:, :, None] - u[:, None, :]))
     products = np.prod(1 + 0.5 * (z[:, :, None] + z[:, None, :] - gap), axis=0)
     cd2 = (13 / 12) ** len(x) * n * n - 2 * n * np.prod(1 + z / 2 - z**2 / 2, axis=0).sum() + products.sum()
-    distance = search.unit * np.abs(x[:, i] - x[:, j])
+    distance = search.criteria.gaps.unit * np.abs(x[:, i] - x[:, j])
     distance[nominal] = np.exp(1.5) * unlike[nominal]
-    maxpro = float(np.prod((distance + search.shifts[:, None]) ** -2.0, axis=0).sum())
+    maxpro = float(np.prod((distance + search.criteria.gaps.shifts[:, None]) ** -2.0, axis=0).sum())
     r = np.corrcoef(x[~nominal])[np.triu_indices(int((~nominal).sum()), 1)]
     return np.array([phi, cd2, maxpro, (r**8).sum()])
 
@@ -56,17 +55,19 @@ def test_incremental_sums_equal_plain_ones_after_a_hundred_thousand_swaps(column
     draws = splitmix(np.random.default_rng(5))
     groups = np.array([[0, n]])
     start = level_permutations(n, d, draws)
-    search = _Search(columns, start, names=ALL, p=4, groups=groups, draws=draws, positions=True)
-    search.weigh(np.ones(4), search.values)
+    search = SwapState(columns, start, names=ALL, p=4, groups=groups, draws=draws, positions=True)
+    search.weigh(np.ones(4), search.criteria.values)
     search.run(100_000, heat=0.2, cooled=1.0, feasible=None)
     assert search.progress[1] > 1_000
-    kept = search.values[:4] / np.append(search.scales[:3], 1.0)
+    kept = search.criteria.values[:4] / np.append(search.criteria.scales[:3], 1.0)
     np.testing.assert_allclose(kept, plain_values(search), rtol=DRIFT)
-    np.testing.assert_array_equal(np.sort(search.entries, axis=1), np.tile(np.arange(n), (d, 1)))
-    best = search.best_values[4]
+    np.testing.assert_array_equal(np.sort(search.design.entries, axis=1), np.tile(np.arange(n), (d, 1)))
+    best = search.best.values[4]
     search.back_to_best()
-    again = np.append(plain_values(search)[:3] * search.scales[:3] * search.weights[:3], 0.0)
-    again[3] = search.weights[3] * (plain_values(search)[3] / search.pairs) ** 0.125
+    again = np.append(
+        plain_values(search)[:3] * search.criteria.scales[:3] * search.criteria.weights[:3], 0.0
+    )
+    again[3] = search.criteria.weights[3] * (plain_values(search)[3] / search.criteria.pairs) ** 0.125
     assert again.sum() == pytest.approx(best, rel=DRIFT)
 
 
