@@ -44,7 +44,7 @@ def test_cards_of_the_loop(page):
 
 
 def test_layout_that_is_no_better_says_so(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.report.writing.draw_svg", lambda draw, **options: "<svg></svg>")
+    monkeypatch.setattr("workbench.report.page.html.draw_svg", lambda draw, **options: "<svg></svg>")
     copy = write_sample(tmp_path / "s.holdfast")
     layout = json.loads((folder / "layout.json").read_text())
     layout["baselines"]["uniform"] = 3.0
@@ -53,7 +53,7 @@ def test_layout_that_is_no_better_says_so(folder, tmp_path, monkeypatch):
 
 
 def test_many_scenarios_are_folded(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.report.writing.draw_svg", lambda draw, **options: "<svg></svg>")
+    monkeypatch.setattr("workbench.report.page.html.draw_svg", lambda draw, **options: "<svg></svg>")
     copy = write_sample(tmp_path / "s.holdfast")
     layout = json.loads((folder / "layout.json").read_text())
     for count, folded in ((8, False), (9, True)):
@@ -106,7 +106,7 @@ def test_motion_in_the_page_is_the_motion_of_the_folder(page, folder):
 
 
 def test_a_study_without_a_layout_does_not_miss_one(tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.report.writing.draw_svg", lambda draw, **options: "<svg></svg>")
+    monkeypatch.setattr("workbench.report.page.html.draw_svg", lambda draw, **options: "<svg></svg>")
     folder = write_sample(tmp_path / "s.holdfast")
     assert "holdfast layout" not in write_report(folder).read_text()
     lock = json.loads((folder / "study.lock.json").read_text())

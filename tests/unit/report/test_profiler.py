@@ -10,8 +10,9 @@ import pytest
 from surrogates import Kriging
 from tests.browser import needs_browser, visit
 from tests.sample_campaign import write_sample
+from workbench.report.page.html import PAGE
 from workbench.report.sections.profiler import posterior_arrays
-from workbench.report.writing import PAGE, write_report
+from workbench.report.writing import write_report
 
 POINTS = 100
 # the page and Python sum the same numbers in another order
@@ -100,7 +101,7 @@ def test_the_script_predicts_as_python_does(case, tmp_path):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Drawing is the slow part; tests of words and tables leave it out."""
-    monkeypatch.setattr("workbench.report.writing.draw_svg", lambda draw, **options: "<svg></svg>")
+    monkeypatch.setattr("workbench.report.page.html.draw_svg", lambda draw, **options: "<svg></svg>")
 
 
 def data_of(page):

@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Drawing is the slow part; tests of words and tables leave it out."""
-    monkeypatch.setattr("workbench.report.writing.draw_svg", lambda draw, **options: "<svg></svg>")
+    monkeypatch.setattr("workbench.report.page.html.draw_svg", lambda draw, **options: "<svg></svg>")
 
 
 @pytest.fixture(scope="module")

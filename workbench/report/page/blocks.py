@@ -75,6 +75,17 @@ class Table:
         )
 
     @property
+    def numeric(self) -> list[bool]:
+        """Which columns hold numbers and stand to the right."""
+        columns = [
+            [row[j] for row in self.rows if row[j] not in (None, "")] for j in range(len(self.columns))
+        ]
+        return [
+            bool(values) and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)
+            for values in columns
+        ]
+
+    @property
     def cells(self) -> list[list[str]]:
         """The rows as they are read."""
         return [[number(value) for value in row] for row in self.rows]

@@ -2,7 +2,7 @@
 
 import sqlite3
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,6 @@ from workbench.system.atomic import read_json
 
 __all__ = ["CampaignFolder"]
 
-DOCUMENTS = ("design", "screening", "worst_case", "layout", "robust", "robust_layout", "motion")
 KEY_SHOWN = 10  # characters of a key that tell runs of one campaign apart
 
 
@@ -27,26 +26,25 @@ class CampaignFolder:
     runs: tuple[Evaluation, ...]
 
     @classmethod
-    def opened(cls, path: Path) -> "CampaignFolder":
-        """Read a folder.
+    def opened(cls, path: Path, *, documents: Sequence[str]) -> "CampaignFolder":
+        """Read a folder: the `documents` of these names, without ".json", and the runs.
 
         Raises:
             StudyError: it is not a campaign's folder.
             StoreError: a document or the database cannot be read.
         """
-        documents = {name: _document(path / f"{name}.json") for name in DOCUMENTS}
+        found = {name: _document(path / f"{name}.json") for name in documents}
         lock = _document(path / "study.lock.json")
         database = path / "runs.sqlite"
-        if lock is None and not any(documents.values()) and not database.exists():
+        if lock is None and not any(found.values()) and not database.exists():
             raise StudyError(
-                f"{path} is not the folder of a campaign: it has neither study.lock.json nor runs.sqlite "
-                "nor a "
-                "stage's document. Give the folder that `holdfast run` printed"
+                f"{path} is not the folder of a campaign: it has neither study.lock.json nor runs.sqlite nor "
+                "a stage's document. Give the folder that `holdfast run` printed"
             )
         return cls(
             path=path,
             lock=lock or {},
-            documents=documents,
+            documents=found,
             runs=_runs(database) if database.exists() else (),
         )
 

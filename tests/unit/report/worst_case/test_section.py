@@ -5,6 +5,7 @@ import json
 import matplotlib.pyplot as plt
 import pytest
 
+from workbench.report.contents import DOCUMENTS
 from workbench.report.page.blocks import Figure, Note, Table
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.worst_case.figures import baseline_figures
@@ -126,7 +127,7 @@ def mixed(tmp_path_factory):
 
 
 def block(folder, name):
-    section = worst_case_section(CampaignFolder.opened(folder))
+    section = worst_case_section(CampaignFolder.opened(folder, documents=DOCUMENTS))
     return next((b for b in section.blocks if isinstance(b, (Figure, Table)) and b.id == name), None)
 
 
@@ -145,7 +146,7 @@ def test_all_runs_of_the_search_come_with_their_parameters(mixed):
 
 def test_ranked_runs_differ_in_a_column(mixed, tmp_path):
     document = {"selected": ["mass", "belt"], "response": "force"}
-    folder = CampaignFolder.opened(mixed)
+    folder = CampaignFolder.opened(mixed, documents=DOCUMENTS)
     folder.documents["screening"] = document
     section = worst_case_section(folder)
     (table,) = (b for b in section.blocks if isinstance(b, Table) and b.id == "worst-runs")
@@ -190,7 +191,7 @@ def test_parallel_axes_have_levels_with_words(mixed):
 
 
 def test_parallel_axes_stay_when_one_parameter_was_selected(mixed):
-    folder = CampaignFolder.opened(mixed)
+    folder = CampaignFolder.opened(mixed, documents=DOCUMENTS)
     folder.documents["screening"] = {"selected": ["belt"], "response": "force"}
     section = worst_case_section(folder)
     (figure,) = (b for b in section.blocks if isinstance(b, Figure) and b.id == "parallel")
