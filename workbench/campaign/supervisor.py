@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -19,16 +19,12 @@ from workbench.campaign.store import Store
 from workbench.errors import Interrupted, StudyError
 from workbench.models.evaluation import Evaluation
 from workbench.models.opening import open_model
-from workbench.models.protocol import (
-    Answer,
-    Model,
-    ModelSpec,
-    call,
-)
+from workbench.models.protocol import Answer, Model, ModelSpec, call
 
 __all__ = ["Engine", "InlineEngine", "Policy", "supervise"]
 
 WAVE = 0.025  # s: answers that arrive within it share one commit
+HOST = socket.gethostname()
 DEATHS = 2  # a row that ended its process this often is not tried again
 
 Watcher = Callable[[Sequence[Evaluation]], None]
@@ -101,8 +97,8 @@ def supervise(
     """Run the queued rows behind `keys` until each has its final answer in the store.
 
     `watcher` is told what has been committed, never sooner; `keep` gets every answer before its commit, to
-    write what does not belong into the database. At most the rows under way and those answered
-    within the last 25 ms are repeated when this process is killed.
+    write what does not belong into the database. At most the rows under way and those answered within the
+    last 25 ms are repeated when this process is killed.
 
     Raises:
         Interrupted: Ctrl-C; everything answered is stored, the rest is back in the queue.
@@ -110,63 +106,107 @@ def supervise(
     """
     rows = {row.key: row for row in store.rows(keys=keys)}
     waiting = deque(key for key in keys if rows[key].status == "queued")
-    attempts = {key: rows[key].attempt for key in waiting}  # ever
-    tries = dict.fromkeys(waiting, 0)  # by this process
-    running: set[str] = set()
-    begun: list[str] = []
-    answered: list[tuple[str, Answer, bool]] = []
-    last_commit = time.monotonic()
-
-    def commit() -> None:
-        nonlocal last_commit
-        with _signals_held():
-            if keep is not None:
-                for key, answer, _ in answered:
-                    keep(key, answer)
-            with store.transaction():
-                store.start([(key, attempts[key]) for key in begun if key in running])
-                for key, answer, again in answered:
-                    store.finish(key, answer, attempt=attempts[key], again=again, host=HOST)
-            final = [key for key, _, again in answered if not again]
-            begun.clear()
-            answered.clear()
-        last_commit = time.monotonic()
-        if watcher is not None and final:
-            watcher(store.rows(keys=final))
-
-    def give_back() -> None:
-        commit()
-        store.release(list(running))
-
+    wave = _Wave(
+        engine=engine,
+        store=store,
+        policy=policy,
+        watcher=watcher,
+        workdir=workdir,
+        keep=keep,
+        rows=rows,
+        waiting=waiting,
+        attempts={key: rows[key].attempt for key in waiting},
+        tries=dict.fromkeys(waiting, 0),
+    )
     try:
-        while waiting or running:
-            while waiting and len(running) < engine.capacity:
-                key = waiting.popleft()
-                attempts[key] += 1
-                tries[key] += 1
-                running.add(key)
-                begun.append(key)
-                engine.submit(key, rows[key].inputs, workdir=None if workdir is None else workdir(key))
-            if begun and time.monotonic() - last_commit > WAVE:
-                commit()  # a long run is seen as running while it runs
-            for key, answer in engine.completed(wait=WAVE if begun or answered else None):
-                if key not in running:
-                    continue  # delivered twice
-                running.discard(key)
-                again = policy.tries_again(answer.status, tries[key])
-                answered.append((key, answer, again))
-                if again:
-                    commit()  # the attempt is on record before the next one begins
-                    waiting.append(key)
-            if answered and (time.monotonic() - last_commit > WAVE or not (waiting or running)):
-                commit()
+        while wave.waiting or wave.running:
+            wave.submit()
+            if wave.begun and wave.is_due:
+                wave.commit()  # a long run is seen as running while it runs
+            wave.collect()
+            if wave.answered and (wave.is_due or not (wave.waiting or wave.running)):
+                wave.commit()
     except KeyboardInterrupt:
-        give_back()
-        left = len(waiting) + len(running)
+        wave.give_back()
+        left = len(wave.waiting) + len(wave.running)
         raise Interrupted(f"interrupted with {left} runs left; the same command continues") from None
     except StudyError:
-        give_back()
+        wave.give_back()
         raise
+
+
+@dataclass(slots=True, kw_only=True)
+class _Wave:
+    """Rows on their way through an engine, and what happened to them since the last commit.
+
+    attempts: how often each was begun, ever    tries: how often by this process
+    begun, answered: not yet in the store; an answer goes with whether its row is tried again
+    """
+
+    engine: Engine
+    store: Store
+    policy: Policy
+    watcher: Watcher | None
+    workdir: Callable[[str], Path] | None
+    keep: Callable[[str, Answer], None] | None
+    rows: Mapping[str, Evaluation]
+    waiting: deque[str]
+    attempts: dict[str, int]
+    tries: dict[str, int]
+    running: set[str] = field(default_factory=set)
+    begun: list[str] = field(default_factory=list)
+    answered: list[tuple[str, Answer, bool]] = field(default_factory=list)
+    last_commit: float = field(default_factory=time.monotonic)
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the last commit is long enough ago for the next."""
+        return time.monotonic() - self.last_commit > WAVE
+
+    def submit(self) -> None:
+        """Hand the engine as many rows as it has room for."""
+        while self.waiting and len(self.running) < self.engine.capacity:
+            key = self.waiting.popleft()
+            self.attempts[key] += 1
+            self.tries[key] += 1
+            self.running.add(key)
+            self.begun.append(key)
+            workdir = None if self.workdir is None else self.workdir(key)
+            self.engine.submit(key, self.rows[key].inputs, workdir=workdir)
+
+    def collect(self) -> None:
+        """Take the answers that have come; a row that is tried again goes to the end of the queue."""
+        for key, answer in self.engine.completed(wait=WAVE if self.begun or self.answered else None):
+            if key not in self.running:
+                continue  # delivered twice
+            self.running.discard(key)
+            again = self.policy.tries_again(answer.status, self.tries[key])
+            self.answered.append((key, answer, again))
+            if again:
+                self.commit()  # the attempt is on record before the next one begins
+                self.waiting.append(key)
+
+    def commit(self) -> None:
+        """Bring the store up to date in one transaction, then tell the watcher."""
+        with _signals_held():
+            if self.keep is not None:
+                for key, answer, _ in self.answered:
+                    self.keep(key, answer)
+            with self.store.transaction():
+                self.store.start([(key, self.attempts[key]) for key in self.begun if key in self.running])
+                for key, answer, again in self.answered:
+                    self.store.finish(key, answer, attempt=self.attempts[key], again=again, host=HOST)
+            final = [key for key, _, again in self.answered if not again]
+            self.begun.clear()
+            self.answered.clear()
+        self.last_commit = time.monotonic()
+        if self.watcher is not None and final:
+            self.watcher(self.store.rows(keys=final))
+
+    def give_back(self) -> None:
+        """Store what was answered, and put the rest back in the queue."""
+        self.commit()
+        self.store.release(list(self.running))
 
 
 @contextmanager
@@ -180,6 +220,3 @@ def _signals_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-HOST = socket.gethostname()

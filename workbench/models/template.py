@@ -12,9 +12,8 @@ from typing import Any
 
 from workbench.errors import EvaluationFailed, StudyError
 
-__all__ = ["STYLES", "compiled", "format_value"]
+__all__ = ["compiled", "format_value"]
 
-STYLES = ("jinja", "dakota")
 LARGEST = 50_000_000  # characters of a deck, before and after
 FORMAT = re.compile(r"%[-+ 0#]{0,3}[0-9]{0,3}(\.[0-9]{1,2})?[deEfgGs]")
 OWN = frozenset({"self", "super", "loop", "caller", "varargs", "kwargs"})  # names that Jinja brings itself

@@ -69,17 +69,12 @@ def json_schema() -> dict[str, Any]:
 
 
 def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
-    parameters = []
-    for k, table in enumerate(schema.parameter):
-        given = {key: value for key, value in table.model_dump().items() if value is not None}
-        with placed(text, where, ("parameter", k)):
-            parameters.append(Parameter.from_dict(given))
-    with placed(text, where, ("constraint",) if schema.constraint else ("parameter", len(parameters) - 1)):
-        space = Space(tuple(parameters), tuple(schema.constraint))
+    """The record of a validated file; what single types cannot tell is checked at the line it stands on."""
+    space = _space(schema, text, where)
     responses, reductions, reads = [], {}, {}
     for k, table in enumerate(schema.response):
         with placed(text, where, ("response", k)):
-            response = Response(table.name, table.unit, label=table.label)
+            responses.append(Response(table.name, table.unit, label=table.label))
             if table.name in reductions or table.name in space.names:
                 raise StudyError(f"response {table.name!r} is given twice or has the name of a parameter")
             reductions[table.name] = _reduction(table)
@@ -91,7 +86,6 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
                 reads[table.name] = checked_rule(
                     table.name, table.read.model_dump(), reduced=table.reduce is not None
                 )
-            responses.append(response)
     dumped = schema.model_dump(by_alias=True)
     if dumped["worst_case"] is not None and dumped["worst_case"]["responses"] is None:
         dumped["worst_case"]["sense"] = dumped["worst_case"]["sense"] or "max"
@@ -107,6 +101,22 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         text=text,
         **{name: _without_none(dumped[name]) for name in TABLES},
     )
+    _check_stages(study, text, where)
+    return study
+
+
+def _space(schema: Any, text: str, where: str) -> Space:
+    parameters = []
+    for k, table in enumerate(schema.parameter):
+        given = {key: value for key, value in table.model_dump().items() if value is not None}
+        with placed(text, where, ("parameter", k)):
+            parameters.append(Parameter.from_dict(given))
+    with placed(text, where, ("constraint",) if schema.constraint else ("parameter", len(parameters) - 1)):
+        return Space(tuple(parameters), tuple(schema.constraint))
+
+
+def _check_stages(study: Study, text: str, where: str) -> None:
+    """The tables of stages against the parameters and responses."""
     if study.robust_layout is not None:
         with placed(text, where, ("robust_layout", "nominal")):
             _check_robust_layout(study)
@@ -114,7 +124,7 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         check_robust(study.space, study.robust, kind=study.model["kind"], text=text, where=where)
     if study.screen is not None:
         with placed(text, where, ("screen",)):
-            check_selection(space.names, **chosen(study.screen))
+            check_selection(study.space.names, **chosen(study.screen))
     for stage in ("screen", "robust"):
         table = getattr(study, stage)
         if table is not None:
@@ -124,7 +134,6 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         for key, check in CHECKS.items():
             with placed(text, where, ("worst_case", key)):
                 check(study, study.worst_case)
-    return study
 
 
 def _check_robust_layout(study: Study) -> None:

@@ -1,9 +1,9 @@
 """What the `[worst_case]` table of a study searches: one response, several, or a weighted sum.
 
-    response = "stress"                                        with within = { travel = [-inf, 0.6] }: of the
-                                                               runs whose travel is at most 0.6
-    responses = { stress = "max", clearance = "min" }          the worst of each, from one set of runs
-    weights = { stress = 1.0, travel = 0.5 }                   the worst of the sum
+    response = "stress"                                   the worst of one
+    response = "stress", within = { travel = [-inf, 0.6] }    of those runs whose travel is at most 0.6
+    responses = { stress = "max", clearance = "min" }     the worst of each, from one set of runs
+    weights = { stress = 1.0, travel = 0.5 }              the worst of the sum
 
 The names are those of `worst_case`, `worst_cases`, `weighted` and `within` in Python.
 """
