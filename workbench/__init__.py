@@ -21,7 +21,7 @@ _PUBLIC = {
     "Design": "workbench.sampling.plan",
     "DesignOptions": "workbench.sampling.plan",
     "Distribution": "workbench.space.box",
-    "History": "workbench.models.protocol",
+    "History": "workbench.models.histories",
     "Parameter": "workbench.space.box",
     "Response": "workbench.space.box",
     "RunPlan": "workbench.screening.run_planning",

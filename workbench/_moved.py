@@ -125,7 +125,7 @@ MOVED = {
     "minimax_oracle": "robust.worst_scenario",
     "minimax_problems": "robust.master",
     "minimax_record": "robust.minimax_record",
-    "model": "models.protocol models.opening",
+    "model": "models.protocol models.opening models.histories",
     "model_command": "models.command",
     "model_fmu": "models.fmu",
     "model_python": "models.python",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.errors import StoreError
-from workbench.models.protocol import History
+from workbench.models.histories import History
 from workbench.system.atomic import write_whole
 
 if TYPE_CHECKING:

@@ -18,8 +18,9 @@ from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervis
 from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
 from workbench.models.evaluation import FAILED, Evaluation
 from workbench.models.evaluator import Outcome
+from workbench.models.histories import Reduction
 from workbench.models.opening import open_model
-from workbench.models.protocol import Answer, Reduction, settle
+from workbench.models.protocol import Answer, settle
 from workbench.study.record import Study
 from workbench.system.atomic import write_text
 

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StudyError
-from workbench.models.protocol import History, ModelSpec
+from workbench.models.histories import History
+from workbench.models.protocol import ModelSpec
 from workbench.system.archive import unpack
 from workbench.system.confined import confined
 

@@ -8,70 +8,18 @@ the model does, short of taking the process down, becomes an `Answer`.
 import math
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
 from workbench.errors import EvaluationFailed
 from workbench.models.gradients import checked_gradients, parted
+from workbench.models.histories import History, Reduction
 
-__all__ = ["Answer", "History", "Model", "ModelSpec", "Reduction", "call", "settle"]
+__all__ = ["Answer", "Model", "ModelSpec", "call", "settle"]
 
 LONGEST_ERROR = 4000  # characters of a message that are kept
-
-
-@dataclass(frozen=True, slots=True)
-class History:
-    """A response over time: two sequences of equal length, `time` rising."""
-
-    time: Sequence[float]
-    values: Sequence[float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reduction:
-    """How a history becomes a number: max, min, max_abs, final, mean, at (a time), norm (of order p, over
-    time).
-
-    The mean and the p-norm are integrals by the trapezoidal rule, (1/T int |y|^p dt)^(1/p) for the norm.
-
-    >>> Reduction(kind="max_abs").of(History([0, 1, 2], [0.5, -3, 1]))
-    3.0
-    """
-
-    kind: str
-    at: float | None = None
-    p: float = 2.0
-
-    def of(self, history: History) -> float:
-        """The number.
-
-        Raises:
-            EvaluationFailed: lengths differ, the history is empty, or `at` lies outside its time.
-        """
-        t, y = [float(v) for v in history.time], [float(v) for v in history.values]
-        if len(t) != len(y) or not y:
-            raise EvaluationFailed(f"a history needs times and values alike, got {len(t)} and {len(y)}")
-        if not all(math.isfinite(v) for v in (*t, *y)):
-            return math.nan
-        if self.kind in ("max", "min"):
-            return max(y) if self.kind == "max" else min(y)
-        if self.kind == "max_abs":
-            return max(abs(v) for v in y)
-        if self.kind == "final":
-            return y[-1]
-        if self.kind == "at":
-            assert self.at is not None
-            return _interpolated(t, y, self.at)
-        if self.kind == "mean":
-            return _integral(t, y) / (t[-1] - t[0]) if t[-1] > t[0] else y[0]
-        largest = max(abs(v) for v in y)
-        if largest == 0 or t[-1] <= t[0]:
-            return largest
-        # scaled by the peak: |y|^p of a large p would overflow
-        inner = _integral(t, [abs(v / largest) ** self.p for v in y]) / (t[-1] - t[0])
-        return float(largest * inner ** (1 / self.p))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,19 +177,3 @@ def _short(value: Any) -> str:
     except Exception:
         text = f"an object of type {type(value).__name__}"
     return text if len(text) < 200 else f"{text[:200]}..."
-
-
-def _interpolated(t: list[float], y: list[float], at: float) -> float:
-    if not t[0] <= at <= t[-1]:
-        raise EvaluationFailed(
-            f"the history runs from {t[0]:g} to {t[-1]:g}, its value at {at:g} does not exist"
-        )
-    for k in range(1, len(t)):
-        if at <= t[k]:
-            share = (at - t[k - 1]) / (t[k] - t[k - 1]) if t[k] > t[k - 1] else 1.0
-            return y[k - 1] + share * (y[k] - y[k - 1])
-    return y[-1]
-
-
-def _integral(t: list[float], y: list[float]) -> float:
-    return sum(0.5 * (t[k] - t[k - 1]) * (y[k] + y[k - 1]) for k in range(1, len(t)))

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import EvaluationFailed, StudyError
-from workbench.models.protocol import History
+from workbench.models.histories import History
 from workbench.models.python import load_function
 from workbench.system.confined import confined
 

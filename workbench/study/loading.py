@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StudyError
-from workbench.models.protocol import Reduction
+from workbench.models.histories import Reduction
 from workbench.models.readers import checked_rule
 from workbench.space.box import Parameter, Response, Space
 from workbench.space.groups import check_selection, chosen

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StudyError
-from workbench.models.protocol import ModelSpec, Reduction
+from workbench.models.histories import Reduction
+from workbench.models.protocol import ModelSpec
 from workbench.space.box import Response, Space
 
 __all__ = ["TABLES", "Study"]

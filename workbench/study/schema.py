@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
 
+from workbench.models.histories import REDUCTIONS
 from workbench.models.readers import KEYS, READERS
 from workbench.sampling.kinds import DesignOptions
 
@@ -19,7 +20,6 @@ __all__ = ["StudySchema"]
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
-Reduce = Literal["max", "min", "max_abs", "final", "mean", "at", "norm"]
 
 
 def _number(limit: float) -> float:
@@ -153,7 +153,7 @@ class ResponseTable(Table):
     name: Text
     unit: Text = "1"
     label: Text | None = None
-    reduce: Reduce | None = None
+    reduce: Literal[tuple(REDUCTIONS)] | None = None  # type: ignore[valid-type]
     at: float | None = None
     p: Annotated[float, Field(ge=1)] | None = None
     read: ReadTable | None = None

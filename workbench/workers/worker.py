@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from workbench.errors import StudyError
+from workbench.models.histories import History
 from workbench.models.opening import open_model
 from workbench.models.protocol import (
     Answer,
-    History,
     ModelSpec,
     call,
 )

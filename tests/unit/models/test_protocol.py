@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
+from workbench.models.histories import History, Reduction
 from workbench.models.opening import open_model
 from workbench.models.protocol import (
     Answer,
-    History,
     ModelSpec,
-    Reduction,
     call,
     settle,
 )

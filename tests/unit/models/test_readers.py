@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.errors import EvaluationFailed, StudyError
-from workbench.models.protocol import History
+from workbench.models.histories import History
 from workbench.models.readers import KEYS, READERS, checked_rule, read_response
 
 REQUESTS = """! comment
