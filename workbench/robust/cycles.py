@@ -1,6 +1,7 @@
-"""The moves of a minimax search: start design, cycles of master and oracle, zoom, the best design."""
+"""The steps of a minimax search: start design, cycles of master and oracle, zoom, the best design."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from workbench.robust.minimax_record import (
     MinimaxStatus,
     failure_counts,
 )
+from workbench.robust.region import Region
 from workbench.robust.worst_scenario import (
     SETTLED,
     Unmodelled,
@@ -23,7 +25,7 @@ from workbench.robust.worst_scenario import (
     modelling,
 )
 
-__all__ = ["Game"]
+__all__ = ["CuttingSets"]
 
 Array = np.ndarray
 
@@ -33,6 +35,7 @@ START_STREAM = 1_000_003  # replicates of the start, apart from the numbers of t
 FEWEST_RUNS = 3
 RUNS_TO_ZOOM = 2  # new runs per coordinate in a zoomed box
 SMALLEST_BOX = 2e-3
+EDGE = 1e-3  # of the region's width: a design that near to its end lies at it
 QUIET_CYCLES = 2
 RE_EXAMINED = 4
 RE_EXPECTED = 12
@@ -40,27 +43,52 @@ FAILURES_BEFORE_FILL = 3  # proposed designs without a value in a row
 IDLE_CYCLES = 6  # cycles without a new run before the search stops
 
 
-class Game:
-    """The moves of a minimax search over its runs."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Bounds:
+    """A cycle's design x (dx,) with the master's value `lower` and its worst run `upper`; the best design
+    tried so far with its worst run; by how much bounds may differ that have met, and whether they have.
+    """
+
+    x: Array
+    lower: float
+    upper: float
+    best_x: Array
+    best: float
+    threshold: float
+    met: bool
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether a run at x gave a value."""
+        return bool(np.isfinite(self.upper))
+
+
+class CuttingSets:
+    """A minimax search over its runs: designs tried, cycles made, and the region that it looks at."""
 
     def __init__(self, runs: JointRuns) -> None:
         self.runs = runs
         self.tried: list[Array] = []  # designs run in their predicted worst scenario
         self.proposed: list[Array] = []
         self.cycles: list[Cycle] = []
+        self.whole = Region(centre=np.full(runs.dx, 0.5), width=1.0)
+        self.region = self.whole
+        self.looks_everywhere = True  # whether the present cycles look at the whole design space
+        self.quiet = 0  # cycles in a row whose bounds met
+        self.unconfirmed = 0  # proposed designs in a row without a value
 
-    def play(self, *, tolerance: float, progress: Callable[[Cycle], None] | None) -> Minimax:
+    def solve(self, *, tolerance: float, progress: Callable[[Cycle], None] | None) -> Minimax:
         """Search and report."""
         runs = self.runs
         self.start()
         note = ""
         try:
-            status, box = self.search(tolerance=tolerance, progress=progress)
+            status = self.search(tolerance=tolerance, progress=progress)
             value, x, scenario = self.lowest()
             if status is not MinimaxStatus.EXHAUSTED:
-                value, x, scenario = self.best_confirmed(box, len(self.cycles) + 1)
+                value, x, scenario = self.best_confirmed(len(self.cycles) + 1)
                 if runs.has_failures:
-                    value, x, scenario = self.best_expected(box, len(self.cycles) + 2)
+                    value, x, scenario = self.best_expected(len(self.cycles) + 2)
         except Unmodelled as exc:
             status, note = MinimaxStatus.UNMODELLED, str(exc)
             self.tried += [x for x in self.proposed[-1:] if np.isfinite(runs.worst_run(x)[0])]
@@ -106,98 +134,106 @@ class Game:
         runs = self.runs
         start = min(START_PER_DIMENSION * runs.free_features, max(runs.budget // 3, 2 * runs.dimension))
         wanted = max(FEWEST_RUNS, start // 2)
-        centre = np.full(runs.dx, 0.5)
-        runs.fill(start, centre=centre, box=1.0, replicate=0)
+        runs.fill(start, self.whole, replicate=0)
         for repeat in range(START_REPEATS):
             allowance = runs.budget // 2 - len(runs.y)
             if self.n_ok >= wanted or not self.n_ok or allowance < 1:
                 break
             more = min(wanted - self.n_ok, allowance)
-            runs.fill(more, centre=centre, box=1.0, replicate=START_STREAM + repeat)
+            runs.fill(more, self.whole, replicate=START_STREAM + repeat)
         if self.n_ok < FEWEST_RUNS and not (self.n_ok and runs.is_exhausted()):
             raise NotEnoughRuns(
                 f"{self.n_ok} of {len(runs.y)} runs of the start design gave a value and {FEWEST_RUNS} are "
                 f"needed ({failure_counts(runs.failed)}); mend the model or narrow the spaces"
             )
 
-    def search(
-        self, *, tolerance: float, progress: Callable[[Cycle], None] | None
-    ) -> tuple[MinimaxStatus, float]:
-        """Cycles until the bounds meet or nothing is left to run; why it stopped, and in which box."""
-        runs = self.runs
-        centre, box = np.full(runs.dx, 0.5), 1.0
-        quiet, idle, unconfirmed, whole = 0, 0, 0, True
+    def search(self, *, tolerance: float, progress: Callable[[Cycle], None] | None) -> MinimaxStatus:
+        """Cycles until the bounds meet or nothing is left to run; why it stopped."""
+        runs, idle = self.runs, 0
         while not runs.is_exhausted():
             if runs.left < 1:
-                return MinimaxStatus.BUDGET, box
+                return MinimaxStatus.BUDGET
             before = len(runs.y)
-            number = len(self.cycles) + 1
-            with modelling():
-                model = fit_near(runs, centre, box)
-                x, lower = robust_design(runs, model, centre, box, number)
-            x = runs.design.snap(x[None])[0]
-            self.proposed.append(x)
-            upper = confirm(runs, model, x, centre, box, number)
-            if np.isfinite(upper):
-                self.tried.append(x)
-            best, best_x, best_u = self.best_confirmed(box, number)
-            self.cycles.append(
-                Cycle(
-                    number=number,
-                    evaluations=len(runs.y),
-                    lower=lower,
-                    upper=upper,
-                    best=best,
-                    box=box,
-                    design=runs.design.rows(best_x[None])[0],
-                    scenario=runs.uncertain.rows(best_u[None])[0],
-                )
-            )
+            bounds = self._cycle(tolerance)
             if progress is not None:
                 progress(self.cycles[-1])
-            threshold = tolerance * max(abs(best), 1e-2 * runs.spread) if self.tried else 0.0
-            met = best - lower <= threshold and abs(upper - lower) <= threshold
-            if runs.has_failures:  # a design whose worst scenarios failed so far may look too good
-                met = met and lower - best <= threshold
-            quiet = quiet + 1 if met else 0
-            if quiet >= QUIET_CYCLES:
-                if whole:
-                    return MinimaxStatus.CONVERGED, box
-                # the box has converged: look once more at the whole design space before believing it
-                centre, box, whole, quiet = best_x, 1.0, True, QUIET_CYCLES - 1
+            self.quiet = self.quiet + 1 if bounds.met else 0
+            if self.quiet >= QUIET_CYCLES:
+                if self.looks_everywhere:
+                    return MinimaxStatus.CONVERGED
+                # the region has converged: look once more at the whole design space before believing it
+                self.region, self.looks_everywhere = replace(self.whole, centre=bounds.best_x), True
+                self.quiet = QUIET_CYCLES - 1
                 continue
-            if np.isfinite(upper):
-                low, high = runs.design_box(centre, box)
-                at_edge = np.any(
-                    ((x - low < 1e-3 * box) & (low > 0)) | ((high - x < 1e-3 * box) & (high < 1))
-                )
-                moved = float(np.abs(x - centre).max())
-                centre = best_x if upper > best + threshold else x
-                if at_edge:
-                    box = min(1.0, 2 * box)
-                elif moved < box / 4 or abs(upper - lower) > threshold:
-                    box = max(box / 2, SMALLEST_BOX)
-            elif self.tried:
-                centre = best_x  # nothing was learnt about the values at x: the box stays as wide
-            whole = box >= 1.0
-            unconfirmed = 0 if np.isfinite(upper) else unconfirmed + 1
+            self._zoom(bounds)
+            self.looks_everywhere = self.region.width >= 1.0
+            self.unconfirmed = 0 if bounds.is_confirmed else self.unconfirmed + 1
             # a design that cannot be run says where not to look: the master looks again at once
-            if not met and unconfirmed % FAILURES_BEFORE_FILL == 0:
-                runs.fill(RUNS_TO_ZOOM * runs.dimension, centre=centre, box=box, replicate=number)
+            if not bounds.met and self.unconfirmed % FAILURES_BEFORE_FILL == 0:
+                runs.fill(RUNS_TO_ZOOM * runs.dimension, self.region, replicate=len(self.cycles))
             idle = idle + 1 if len(runs.y) == before else 0
             if idle >= IDLE_CYCLES:
-                return MinimaxStatus.SETTLED, box
+                return MinimaxStatus.SETTLED
         self.tried = list(np.unique(runs.z[np.isfinite(runs.y), : runs.dx], axis=0))
-        return MinimaxStatus.EXHAUSTED, box
+        return MinimaxStatus.EXHAUSTED
 
-    def best_confirmed(self, box: float, number: int) -> tuple[float, Array, Array]:
+    def _cycle(self, tolerance: float) -> _Bounds:
+        """One cycle: the master's design, its true worst, and the best design tried so far."""
+        runs, region = self.runs, self.region
+        number = len(self.cycles) + 1
+        with modelling():
+            model = fit_near(runs, region)
+            x, lower = robust_design(runs, model, region, number)
+        x = runs.design.snap(x[None])[0]
+        self.proposed.append(x)
+        upper = confirm(runs, model, x, region, number)
+        if np.isfinite(upper):
+            self.tried.append(x)
+        best, best_x, best_u = self.best_confirmed(number)
+        self.cycles.append(
+            Cycle(
+                number=number,
+                evaluations=len(runs.y),
+                lower=lower,
+                upper=upper,
+                best=best,
+                box=region.width,
+                design=runs.design.rows(best_x[None])[0],
+                scenario=runs.uncertain.rows(best_u[None])[0],
+            )
+        )
+        threshold = tolerance * max(abs(best), 1e-2 * runs.spread) if self.tried else 0.0
+        met = best - lower <= threshold and abs(upper - lower) <= threshold
+        if runs.has_failures:  # a design whose worst scenarios failed so far may look too good
+            met = met and lower - best <= threshold
+        return _Bounds(x=x, lower=lower, upper=upper, best_x=best_x, best=best, threshold=threshold, met=met)
+
+    def _zoom(self, bounds: _Bounds) -> None:
+        """Move the region to the better design; half as wide where it holds, twice at its edge."""
+        centre, width = self.region.centre, self.region.width
+        if bounds.is_confirmed:
+            low, high = self.runs.design_box(self.region)
+            x, near = bounds.x, EDGE * width
+            at_edge = np.any(((x - low < near) & (low > 0)) | ((high - x < near) & (high < 1)))
+            moved = float(np.abs(x - centre).max())
+            centre = bounds.best_x if bounds.upper > bounds.best + bounds.threshold else x
+            if at_edge:
+                width = min(1.0, 2 * width)
+            elif moved < width / 4 or abs(bounds.upper - bounds.lower) > bounds.threshold:
+                width = max(width / 2, SMALLEST_BOX)
+        elif self.tried:
+            centre = bounds.best_x  # nothing was learnt about the values at x: the region stays as wide
+        self.region = Region(centre=centre, width=width)
+
+    def best_confirmed(self, number: int) -> tuple[float, Array, Array]:
         """The tried design of the lowest worst run, re-examined with what was learnt since it was tried."""
         for round_ in range(RE_EXAMINED if self.tried and self.runs.left > 0 else 0):
             before, x, _ = self.lowest()
+            here = replace(self.region, centre=x)
             with modelling():
-                model = fit_near(self.runs, x, box)
-            confirm(self.runs, model, x, x, box, 104_729 * number + round_)
-            challenge(self.runs, model, x, box, 104_729 * number + round_)
+                model = fit_near(self.runs, here)
+            confirm(self.runs, model, x, here, 104_729 * number + round_)
+            challenge(self.runs, model, here, 104_729 * number + round_)
             if self.runs.worst_run(x)[0] <= before + SETTLED * (1 + abs(before)):
                 break
         return self.lowest()
@@ -210,7 +246,7 @@ class Game:
         worst, u = self.runs.worst_run(x)
         return worst, x, u
 
-    def best_expected(self, box: float, number: int) -> tuple[float, Array, Array]:
+    def best_expected(self, number: int) -> tuple[float, Array, Array]:
         """The tried design of the lowest expected worst: where worse scenarios failed or the budget ended
         first, the worst run of a design may be far from its worst."""
         order = np.argsort([self.runs.worst_run(x)[0] for x in self.tried], kind="stable")
@@ -221,7 +257,8 @@ class Game:
             x = self.tried[i]
             if self.runs.worst_run(x)[0] >= lowest:
                 break
-            expected = expected_worst(self.runs, x, box, 104_729 * number + int(i))
+            here = replace(self.region, centre=x)
+            expected = expected_worst(self.runs, here, 104_729 * number + int(i))
             if expected < lowest:
                 best, lowest = x, expected
         value, u = self.runs.worst_run(best)

@@ -11,6 +11,7 @@ import numpy as np
 from surrogates import Kriging
 from workbench.robust.joint_runs import LEAST_CHANCE, JointRuns
 from workbench.robust.joint_trend import MixedTrend, largest_trend
+from workbench.robust.region import Region
 from workbench.search.surrogate.feasibility import Feasibility
 
 __all__ = ["JointPrediction", "fit_near"]
@@ -52,18 +53,20 @@ class JointPrediction:
         return replace(self, feasibility=self.runs.feasibility())
 
 
-def fit_near(runs: JointRuns, centre: Array, box: float) -> JointPrediction:
-    """Kriging of the runs whose design lies in twice the box around `centre` (dx,); of the nearest runs when
-    those are too few. A box never tells categories apart: which are near is for the Kriging to say."""
+def fit_near(runs: JointRuns, region: Region) -> JointPrediction:
+    """Kriging of the runs whose design lies in twice the region; of the nearest runs when those are too few.
+
+    A region never tells categories apart: which are near is for the Kriging to say.
+    """
     ok = np.isfinite(runs.y)
     d = runs.free_features
     quadratic = (d + 1) * (d + 2) // 2
-    low, high = runs.design_box(centre, 2 * box)
+    low, high = runs.design_box(replace(region, width=2 * region.width))
     x = runs.z[:, : runs.dx]
     near = ok & np.all((x >= low - 1e-12) & (x <= high + 1e-12), axis=1)
     category = np.array(runs.design.categorical, dtype=bool)
     if near.sum() < d + 4:
-        apart = np.where(category, 0.0, np.abs(x - centre))
+        apart = np.where(category, 0.0, np.abs(x - region.centre))
         distance = np.where(ok, apart.max(axis=1), np.inf)
         near = np.zeros(len(x), dtype=bool)
         near[np.argsort(distance, kind="stable")[: min(int(ok.sum()), quadratic + d)]] = True

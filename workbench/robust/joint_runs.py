@@ -10,6 +10,7 @@ import doe
 from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Reading
 from workbench.robust.minimax_record import FailedRun
+from workbench.robust.region import Region
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
 from workbench.space.streams import stream
@@ -133,9 +134,9 @@ class JointRuns:
         x_rows, u_rows = self.design.rows(z[:, : self.dx]), self.uncertain.rows(z[:, self.dx :])
         return [{**x, **u} for x, u in zip(x_rows, u_rows, strict=True)]
 
-    def fill(self, count: int, *, centre: Array, box: float, replicate: int) -> None:
-        """Run `count` new space-filling points with x inside the box of width `box` around `centre`; fewer
-        where no more are left or runs are likely to fail.
+    def fill(self, count: int, region: Region, *, replicate: int) -> None:
+        """Run `count` new space-filling points with x inside the region; fewer where no more are left or
+        runs are likely to fail.
 
         Raises:
             StudyError: nothing was run yet and no point meets the constraints.
@@ -144,12 +145,12 @@ class JointRuns:
         if count < 1:
             return
         rng = stream(self.seed, "minimax fill", replicate=replicate)
-        low, high = self.design_box(centre, box)
+        low, high = self.design_box(region)
         kept = np.empty((0, self.dimension))
         for draw in range(DRAWS):
             drawn = doe.optimised_lhs(max(count, 2), self.dimension, criterion="phi_p", swaps=5000, rng=rng)
             drawn[:, : self.dx] = low + drawn[:, : self.dx] * (high - low)
-            kept = np.vstack([kept, self._usable(self._snapped(drawn, centre, box))])
+            kept = np.vstack([kept, self._usable(self._snapped(drawn, region))])
             kept = kept[np.sort(np.unique(kept, axis=0, return_index=True)[1])]
             if len(kept) >= count or (self.has_failures and draw + 1 >= DRAWS_AFTER_FAILURES):
                 break
@@ -157,8 +158,8 @@ class JointRuns:
             raise StudyError("no point meets the constraints of design and uncertainty: loosen them")
         self.run(kept[:count], "minimax start" if replicate == 0 else "minimax fill")
 
-    def _snapped(self, drawn: Array, centre: Array, box: float) -> Array:
-        """The drawn points on their levels; in a zoomed box every other one keeps the centre's categories."""
+    def _snapped(self, drawn: Array, region: Region) -> Array:
+        """The drawn points on their levels; in a zoomed region every other keeps the centre's categories."""
         drawn = drawn.copy()
         flags = (*self.design.categorical, *self.uncertain.categorical)
         for j, (is_category, grid) in enumerate(
@@ -167,8 +168,8 @@ class JointRuns:
             if is_category and grid is not None:
                 # an equal share of every level; snapping would halve that of the first and the last
                 drawn[:, j] = grid[np.minimum((drawn[:, j] * len(grid)).astype(int), len(grid) - 1)]
-                if box < 1.0 and j < self.dx:
-                    drawn[::2, j] = centre[j]
+                if region.width < 1.0 and j < self.dx:
+                    drawn[::2, j] = region.centre[j]
         return np.column_stack(
             [self.design.snap(drawn[:, : self.dx]), self.uncertain.snap(drawn[:, self.dx :])]
         )
@@ -226,11 +227,12 @@ class JointRuns:
         """Whether design and uncertainty have finitely many points and every allowed one was run."""
         return self._every is not None and len(self.y) >= self._every
 
-    def design_box(self, centre: Array, box: float) -> tuple[Array, Array]:
-        """Corners of the box of width `box` around the centre (dx,), moved inside the unit cube; categories
-        keep all their levels, which have no order."""
-        low = np.clip(centre - box / 2, 0, 1 - min(box, 1))
-        high = low + min(box, 1)
+    def design_box(self, region: Region) -> tuple[Array, Array]:
+        """Lowest and highest design (dx,) of a region, moved inside the unit cube; categories keep all their
+        levels, which have no order."""
+        width = min(region.width, 1)
+        low = np.clip(region.centre - region.width / 2, 0, 1 - width)
+        high = low + width
         category = np.array(self.design.categorical, dtype=bool)
         return np.where(category, 0.0, low), np.where(category, 1.0, high)
 

@@ -36,7 +36,7 @@ from workbench.models.evaluator import (
     Reading,
     response_reader,
 )
-from workbench.robust.cycles import Game
+from workbench.robust.cycles import CuttingSets
 from workbench.robust.joint_runs import JointRuns
 from workbench.robust.minimax_record import Cycle, Minimax, MinimaxStatus
 from workbench.search.runs.unit_space import SearchSpace
@@ -113,4 +113,4 @@ def minimax(
         seed=seed,
         scenarios=list(scenario_points(uncertainty, scenarios)),
     )
-    return Game(runs).play(tolerance=tolerance, progress=progress)
+    return CuttingSets(runs).solve(tolerance=tolerance, progress=progress)

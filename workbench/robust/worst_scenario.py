@@ -12,7 +12,8 @@ import numpy as np
 from workbench.errors import HoldfastError
 from workbench.robust.joint_prediction import JointPrediction, fit_near
 from workbench.robust.joint_runs import JointRuns
-from workbench.robust.master import doubted_scenario, safest_scenario, worst_scenario
+from workbench.robust.region import Region
+from workbench.robust.scenarios import doubted_scenario, safest_scenario, worst_scenario
 
 __all__ = ["SETTLED", "Unmodelled", "challenge", "confirm", "expected_worst", "modelling"]
 
@@ -41,9 +42,7 @@ def modelling() -> Iterator[None]:
         raise Unmodelled(f"{type(exc).__name__}: {exc}") from exc
 
 
-def confirm(
-    runs: JointRuns, model: JointPrediction, x: Array, centre: Array, box: float, number: int
-) -> float:
+def confirm(runs: JointRuns, model: JointPrediction, x: Array, region: Region, number: int) -> float:
     """Run x in its predicted worst scenarios until none worse is predicted; its worst run, inf without.
 
     A scenario that failed, or is likely to, is not proposed; where all are, the safest is run instead.
@@ -69,7 +68,7 @@ def confirm(
             runs.scenarios.append(u)
             failures, below = 0, 0.5 * (y + ceiling)
             with modelling():
-                model = fit_near(runs, centre, box)
+                model = fit_near(runs, region)
         else:
             failures += 1
             if not without and failures >= FAILURES_IN_A_ROW:
@@ -81,14 +80,16 @@ def confirm(
     return worst if np.isfinite(worst) else np.inf
 
 
-def challenge(runs: JointRuns, model: JointPrediction, x: Array, box: float, number: int) -> None:
-    """Run x in worse scenarios that only runs at other designs say fail, until one gives a value."""
+def challenge(runs: JointRuns, model: JointPrediction, region: Region, number: int) -> None:
+    """Run the design at the centre of the region in worse scenarios that only runs at other designs say fail,
+    until one gives a value."""
+    x = region.centre
     for attempt in range(CHALLENGES if runs.has_failures else 0):
         if runs.left < 1 or (runs.at_design(x) & np.isnan(runs.y)).sum() >= FAILURES_HERE * runs.du:
             break
         worst, _ = runs.worst_run(x)
         with modelling():
-            model = model.after_failure() if attempt else fit_near(runs, x, box)
+            model = model.after_failure() if attempt else fit_near(runs, region)
             u, predicted = doubted_scenario(runs, model, x, 7919 * number + attempt)
         if predicted <= worst + DOUBT * max(abs(worst), 1e-2 * runs.spread) or runs.near(x, u).any():
             break
@@ -98,8 +99,10 @@ def challenge(runs: JointRuns, model: JointPrediction, x: Array, box: float, num
             break
 
 
-def expected_worst(runs: JointRuns, x: Array, box: float, number: int) -> float:
-    """The worst run at x, or the worst that is predicted and likely to run there if that is more."""
+def expected_worst(runs: JointRuns, region: Region, number: int) -> float:
+    """The worst run of the design at the centre of the region, or the worst that is predicted and likely to
+    run there if that is more."""
+    x = region.centre
     with modelling():
-        _, predicted = worst_scenario(runs, fit_near(runs, x, box), x, 7919 * number)
+        _, predicted = worst_scenario(runs, fit_near(runs, region), x, 7919 * number)
     return max(runs.worst_run(x)[0], predicted)

@@ -231,11 +231,11 @@ def test_a_kriging_that_cannot_be_fitted_costs_no_confirmed_design(monkeypatch):
     fit = minimax_oracle.fit_near
     fits = []
 
-    def breaks_down(runs, centre, box):
+    def breaks_down(runs, region):
         fits.append(1)
         if len(fits) > 3:
             raise np.linalg.LinAlgError("SVD did not converge")
-        return fit(runs, centre, box)
+        return fit(runs, region)
 
     monkeypatch.setattr(minimax_oracle, "fit_near", breaks_down)
     monkeypatch.setattr("workbench.robust.cycles.fit_near", breaks_down)
