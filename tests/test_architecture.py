@@ -35,6 +35,7 @@ from workbench.stages.table import STAGES
 ROOT = Path(__file__).parent.parent
 MIXED, TOP, LINES = 16, 7, 400
 """At most so many files in a mixed folder, directly in workbench/, and lines in a file."""
+KINDS_OF_TESTS = ("unit", "laws", "papers", "peers", "faults")
 PUBLIC = {
     f"{package.__name__.replace('.', '/')}/{name}"
     for package in (workbench, workbench.engine, doe, surrogates)
@@ -179,10 +180,22 @@ def long_files(root: Path) -> list[str]:
     return [str(path.relative_to(root)) for path in paths if len(path.read_text().splitlines()) > LINES]
 
 
+def homeless_tests(root: Path) -> list[str]:
+    """Test files whose folder is no room: tests of `workbench/space/` stand in tests/unit/space."""
+    found = []
+    for kind in KINDS_OF_TESTS:
+        for path in sorted((root / "tests" / kind).rglob("test_*.py")):
+            room = path.parent.relative_to(root / "tests" / kind)
+            above = "" if room.parts and room.parts[0] in ("docs", *PACKAGES) else "workbench"
+            if not (root / above / room).is_dir():
+                found.append(str(path.relative_to(root)))
+    return found
+
+
 CHECKS: dict[str, Callable[[Path], list[str]]] = {
     check.__name__: check
     for check in (
-        upward, in_circles, strangers, unplaced, like_functions, faces, crowded, long_files,
+        upward, in_circles, strangers, unplaced, like_functions, faces, crowded, long_files, homeless_tests,
     )
 }  # fmt: skip
 
@@ -265,6 +278,8 @@ SEEDS = {
         "workbench/study/__init__.py",
         '"""One typed file with all that is asked."""\nfrom workbench.study.loading import Study', "faces",
     ),
+    "a test without a room": ("tests/unit/attic/test_box.py", "", "homeless_tests"),
+    "a test of a package's lost room": ("tests/laws/doe/attic/test_box.py", "", "homeless_tests"),
     "a long file": ("workbench/space/box.py", "\n" * 401, "long_files"),
 }  # fmt: skip
 
