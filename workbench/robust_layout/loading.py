@@ -30,8 +30,8 @@ def load_problem(
         function = getattr(importlib.import_module(module_name), function_name)
     except ModuleNotFoundError as error:
         raise StudyError(
-            f"layout problem '{reference}': no module '{error.name}'. "
-            "Put it beside the study file or install it"
+            f"layout problem '{reference}': no module '{error.name}'. Put it beside the study file or "
+            "install it"
         ) from error
     except AttributeError as error:
         raise StudyError(f"layout problem '{reference}': module has no '{function_name}'") from error

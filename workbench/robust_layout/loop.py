@@ -27,22 +27,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.engine.errors import EngineError
-from workbench.errors import NotEnoughRuns, StudyError
+from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator
 from workbench.robust_layout.cases import Optimised, optimise_for_cases, trivial_layouts
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.oracle import Found, LayoutOracle
+from workbench.robust_layout.record import LoopSettings, RobustLayout, Round, largest, loop_status
 from workbench.space.box import Space
 
-__all__ = [
-    "NEAR",
-    "SECOND",
-    "LoopSettings",
-    "RobustLayout",
-    "Round",
-    "find_robust_layout",
-]
+__all__ = ["NEAR", "SECOND", "find_robust_layout"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -50,57 +44,6 @@ Case = Mapping[str, Any]
 SECOND = "second start"
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 JOINING = 6  # cases that join the next optimisation at most
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoopSettings:
-    """evaluations: of the optimiser per round.  budget: runs of each search, one for every combination of
-    words.  corners: random corners looked at before.  rounds: at most.  tolerance: relative excess of the
-    worst case over the bound that is accepted."""
-
-    evaluations: int = 30
-    budget: int = 60
-    corners: int = 100
-    rounds: int = 6
-    tolerance: float = 0.02
-    seed: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Round:
-    """bound: worst over the cases known at its start; worst: what the search found on the chosen layout."""
-
-    number: int
-    cases: int
-    layout: str
-    bound: float
-    worst: float
-    case: Case
-    gap: float
-    runs: int
-    optimiser: str
-    note: str = ""
-
-
-@dataclass(slots=True, kw_only=True)
-class RobustLayout:
-    """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known."""
-
-    robust: str
-    certified: bool
-    status: str
-    layouts: dict[str, Array]
-    worst: dict[str, Found]
-    cases: list[dict[str, Any]]
-    values: dict[str, list[float | None]]  # name -> value in every case
-    rounds: list[Round]
-    failures: list[str]
-    document: Mapping[str, Any] = field(default_factory=dict)  # of the robust layout, as `layout.json`
-
-    @property
-    def bound(self) -> float:
-        """The best layout's worst over all cases found."""
-        return _largest(self.values[self.robust])
 
 
 def find_robust_layout(
@@ -186,7 +129,7 @@ class _Loop:
     def opened_again(self) -> bool:
         """Whether a case that was found for another layout breaks the best one; it joins the next round."""
         limit, known = self.limit(), len(self.cases)
-        worst = _largest(self.values(self.layouts[self.searched_best()]))
+        worst = largest(self.values(self.layouts[self.searched_best()]))
         if worst <= limit:
             return False
         self.tell(f"broken by the worst case of another layout, {worst:.6g} {self.model.unit}")
@@ -222,7 +165,7 @@ class _Loop:
         else:
             self.add(name, made)
         chosen = self.best()
-        bound = _largest(self.values(self.layouts[chosen]))
+        bound = largest(self.values(self.layouts[chosen]))
         limit = bound + self.settings.tolerance * abs(bound)
         found = self.look_at(chosen)
         if found.value <= limit:
@@ -245,7 +188,7 @@ class _Loop:
 
     def best(self) -> str:
         """The layout whose worst over the known cases is smallest."""
-        known = {name: _largest(self.values(a)) for name, a in self.layouts.items()}
+        known = {name: largest(self.values(a)) for name, a in self.layouts.items()}
         return min(known, key=lambda name: known[name])
 
     def active(self, values: Sequence[float | None]) -> list[int]:
@@ -254,7 +197,7 @@ class _Loop:
         The others cost time and change nothing; every layout is judged in them all the same, and one that
         breaks there is not chosen.
         """
-        bound = _largest(values)
+        bound = largest(values)
         near = [k for k, v in enumerate(values) if k >= self.fresh or (v is not None and v >= NEAR * bound)]
         return [k for k in near if k not in self.unusable] or [0]
 
@@ -312,16 +255,16 @@ class _Loop:
         made = self.optimised(self.active(self.values(self.layouts[self.best()])), None)
         if made is None:
             return
-        known = _largest(self.values(self.layouts[self.best()]))
+        known = largest(self.values(self.layouts[self.best()]))
         for name in self.add(SECOND, made):
-            if _largest(self.values(self.layouts[name])) < known:
+            if largest(self.values(self.layouts[name])) < known:
                 self.search(name)
 
     def result(self, certified: bool) -> RobustLayout:
         """Choose the layout whose worst known case is smallest."""
         robust = self.searched_best()
         values = {name: self.values(density) for name, density in self.layouts.items()}
-        known = {name: _largest(row) for name, row in values.items()}
+        known = {name: largest(row) for name, row in values.items()}
         for name, row in values.items():
             k = int(np.argmax([-np.inf if v is None else v for v in row]))
             before = self.worst.get(name)
@@ -331,36 +274,10 @@ class _Loop:
                     status=before.status if before else "judged in the cases of the others alone",
                     open_gap=before.open_gap if before else None,
                 )  # fmt: skip
-        last = self.rounds[-1]
-        found = self.worst[robust]
-        held = certified and found.value <= self.limit()
-        if held:
-            status = f"The search found nothing more than {_above(last.worst, last.bound, 2)} above the bound"
-        elif certified:
-            status = (
-                f"The worst case of another layout lies {_above(found.value, last.bound, 3)} above the bound"
-            )
-        else:
-            broken = _above(last.worst, last.bound, 3)
-            status = f"The rounds were spent with the worst case {broken} above the bound."
-        if certified:
-            status += f": the loop is {'' if held else 'not '}closed."
+        held = certified and self.worst[robust].value <= self.limit()
+        status = loop_status(self.rounds[-1], self.worst[robust].value, certified=certified, held=held)
         return RobustLayout(
             robust=robust, certified=held, status=status, layouts=self.layouts, worst=self.worst,
             cases=self.cases, values=values, rounds=self.rounds, failures=self.failures,
             document=self.documents.get(robust, {}),
         )  # fmt: skip
-
-
-def _above(worst: float, bound: float, digits: int) -> str:
-    """How far a worst case lies above a bound, as a share of the bound where it is not zero."""
-    above = max(0.0, worst - bound)
-    return f"{100 * above / abs(bound):.{digits}g} %" if bound else f"{above:.{digits}g}"
-
-
-def _largest(values: Sequence[float | None]) -> float:
-    """The worst of the values there are; a layout that runs in no case is as bad as can be."""
-    there = [value for value in values if value is not None]
-    if not there:
-        raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
-    return max(there)

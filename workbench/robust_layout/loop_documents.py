@@ -7,8 +7,9 @@ from typing import Any
 from workbench.engine.layout.outcome.purify import fractional_members
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
-from workbench.robust_layout.loop import SECOND, RobustLayout
+from workbench.robust_layout.loop import SECOND
 from workbench.robust_layout.model import LayoutModel
+from workbench.robust_layout.record import RobustLayout
 
 __all__ = ["COMPARED", "best_layout_document", "loop_document", "response_slope"]
 

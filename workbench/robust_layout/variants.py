@@ -5,9 +5,10 @@ from typing import Any
 
 from workbench.errors import HoldfastError
 from workbench.robust_layout.cases import Optimised, optimise_for_cases
-from workbench.robust_layout.loop import NEAR, RobustLayout
+from workbench.robust_layout.loop import NEAR
 from workbench.robust_layout.loop_documents import response_slope
 from workbench.robust_layout.model import LayoutModel
+from workbench.robust_layout.record import RobustLayout
 
 __all__ = ["variant_document"]
 

@@ -53,8 +53,8 @@ def run_layout(
 
     Args:
         problem: "module:function" or a problem itself.    options: keywords for the function.
-        method, evaluations, tolerance, peaks: as in `optimise_layout`.    purified: also look for few
-        fractions. progress: called with every history entry.
+        method, evaluations, tolerance, peaks: as in `optimise_layout`.
+        purified: also look for a layout with few fractions.    progress: called with every history entry.
 
     Raises StudyError for an unusable problem, Interrupted when the user stops it (run again to go on).
     """

@@ -16,9 +16,10 @@ from workbench.models.protocol import ModelSpec
 from workbench.models.python import source_digest
 from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
-from workbench.robust_layout.loop import LoopSettings, RobustLayout, find_robust_layout
+from workbench.robust_layout.loop import find_robust_layout
 from workbench.robust_layout.loop_documents import COMPARED, best_layout_document, loop_document
 from workbench.robust_layout.model import LayoutModel, load_layout_model
+from workbench.robust_layout.record import LoopSettings, RobustLayout
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
 from workbench.stages.work import Work

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from workbench.stages.work import Work
-
 if TYPE_CHECKING:
+    from workbench.stages.work import Work
     from workbench.study.record import Study
 
 __all__ = ["STAGES", "Stage", "asked_stages", "stage_named"]
@@ -42,7 +41,7 @@ class Stage:
         return self.name.replace("_", "-")
 
     @property
-    def work(self) -> Work:
+    def work(self) -> "Work":
         """What it does; loads its file."""
         work: Work = import_module(f"workbench.stages.{self.name}").WORK
         return work

@@ -22,8 +22,7 @@ def layout_lines(document: Mapping[str, Any]) -> list[str]:
         used, limit = format_number(budget["used"]), format_number(budget["limit"])
         text.append(f"  {budget['name']}: {used} of {limit} used, shadow price {price}")
     if document.get("purified"):
-        loss = document["purified"]["loss"]
         value = format_number(document["purified"].get("value"), 6)
-        text.append(f"  with few fractional members: {value}{unit}"
-                    f" (loss {format_number(loss, 3)})")  # fmt: skip
+        loss = format_number(document["purified"]["loss"], 3)
+        text.append(f"  with few fractional members: {value}{unit} (loss {loss})")
     return text

@@ -70,9 +70,8 @@ def _worst(folder: CampaignFolder, worst: Mapping[str, Any], *, section: str) ->
     confirmed = bool(worst["confirmed"])
     if confirmed:
         detail = (
-            f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}, after "
-            f"{worst['evaluations']} runs of "
-            f"the search. {gap_sentence(worst)}"
+            f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}, after {worst['evaluations']} "
+            f"runs of the search. {gap_sentence(worst)}"
         )
     else:
         std = worst.get("predicted_std")

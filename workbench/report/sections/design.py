@@ -102,8 +102,7 @@ def _distances(design: Mapping[str, Any]) -> Figure:
         alt=f"Histogram of the distances of {len(nearest)} runs to their nearest neighbours, from "
         f"{number(float(nearest.min()))} to {number(float(nearest.max()))}.",
         read_off="Far right and narrow is good: runs that stand close together say nearly the same. Grey is "
-        "a random "
-        "Latin hypercube of the same size.",
+        "a random Latin hypercube of the same size.",
         panels=(Panel(draw=lambda ax: plot_distances(made, ax=ax), width=5.4, height=2.8),),
         table=Table(
             id="distances",
@@ -135,8 +134,7 @@ def _quality(quality: dict[str, dict[str, Any]]) -> Figure:
         id="quality",
         title="Quality of the design",
         alt=f"{len(placed)} qualities of the design as percentiles among random Latin hypercubes, "
-        f"{share:.0f} % on "
-        "average.",
+        f"{share:.0f} % on average.",
         read_off=read_off,
         panels=(
             (

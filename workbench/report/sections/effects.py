@@ -51,8 +51,7 @@ def effects_section(folder: CampaignFolder) -> Section | None:
                 alt=f"Main effects of {names_of(names)} on {response}; the largest swing is {largest}'s with "
                 f"{number(swing[largest])}.",
                 read_off="All drawings share the vertical axis, so heights compare. The band holds the mean "
-                "(not "
-                "single runs) with 95 % by the Kriging.",
+                "(not single runs) with 95 % by the Kriging.",
                 panels=tuple(_panel(folder, effects[name], name, response, unit, limits) for name in names),
                 table=_table(folder, effects, names, response, unit),
             ),

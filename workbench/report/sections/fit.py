@@ -48,9 +48,8 @@ def trust_in(leave_one_out: Mapping[str, Any]) -> Trust:
     level: Level = "good" if q2 >= GOOD_Q2 else "fair" if q2 >= FAIR_Q2 else "poor"
     explained = percent(max(q2, 0.0), 1 if q2 > 0.99 else 0)
     sentence = (
-        f"Leaving each run out in turn, the Kriging predicts {explained} of the variance of the "
-        "response "
-        f"(Q² = {number(float(q2), 3)})"
+        f"Leaving each run out in turn, the Kriging predicts {explained} of the variance of the response (Q² "
+        f"= {number(float(q2), 3)})"
     )
     coverage, n = leave_one_out.get("coverage95"), len(leave_one_out["observed"])
     if coverage is not None:
@@ -81,8 +80,7 @@ def fit_section(folder: CampaignFolder) -> Section | None:
         blocks.append(
             Note(
                 text="The Kriging predicts runs that it has not seen poorly. What it says about effects and "
-                "about "
-                "places without runs is a guess; only confirmed runs count. More runs would help.",
+                "about places without runs is a guess; only confirmed runs count. More runs would help.",
                 level="poor",
             )
         )
@@ -92,8 +90,7 @@ def fit_section(folder: CampaignFolder) -> Section | None:
     if kriging:
         sentences.append(
             f"Kriging with {kriging.get('correlation')} correlation and {kriging.get('trend')} trend; "
-            "process "
-            f"variance {number(kriging.get('sigma2'))}, nugget {number(kriging.get('nugget'), 3)}."
+            f"process variance {number(kriging.get('sigma2'))}, nugget {number(kriging.get('nugget'), 3)}."
         )
     return Section(
         id="fit",
@@ -117,13 +114,10 @@ def _triptych(folder: CampaignFolder, loo: Mapping[str, Any], response: str, uni
         id="leave-one-out",
         title=f"Leave-one-out check: Q² = {q2}, {inside} inside the 95 % bars",
         alt=f"Three drawings of {len(keys)} leave-one-out predictions of {response}: against the true "
-        "values, "
-        f"standardised errors, and their quantiles. Q² is {q2}, coverage {inside}.",
+        f"values, standardised errors, and their quantiles. Q² is {q2}, coverage {inside}.",
         read_off="Left: on the dashed line a prediction is perfect. Middle: errors should scatter without a "
-        "pattern, "
-        "about one in twenty outside the band. Right: points off the line say that the stated bars are too "
-        "short or "
-        "too long.",
+        "pattern, about one in twenty outside the band. Right: points off the line say that the stated bars "
+        "are too short or too long.",
         panels=(
             Panel(draw=predicted, width=width, height=height),
             Panel(draw=lambda ax: plot_standardised(loo, ax=ax), width=width, height=height),

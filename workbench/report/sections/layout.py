@@ -132,8 +132,7 @@ def _drawing(layout: Mapping[str, Any], used: list[dict[str, Any]]) -> Figure:
         title="What it looks like",
         alt=f"Drawing of {said} between body and vehicle, thickness by density.",
         read_off="Thickness is density relative to the largest; no threshold decides what is there. A belt "
-        "is "
-        "a plain line, an airbag a row of beads, a retractor dashes.",
+        "is a plain line, an airbag a row of beads, a retractor dashes.",
         panels=(Panel(draw=draw, width=6.4, height=height),),
         table=Table(
             id="layout-drawing",

@@ -47,8 +47,7 @@ def motion_section(folder: CampaignFolder) -> Section | None:
             f"{motion.title[:1].upper()}{motion.title[1:]}: {names_of(labels)}, {number(duration, 3)} s, "
             f"{len(motion.times)} frames.",
             "Drag to turn, use the wheel or plus and minus to zoom; the line in the time histories follows "
-            "the "
-            "slider. A belt is a plain line, an airbag a row of beads, a retractor dashes; thickness is "
+            "the slider. A belt is a plain line, an airbag a row of beads, a retractor dashes; thickness is "
             "density.",
         ),
         blocks=tuple(blocks),

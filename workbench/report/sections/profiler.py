@@ -58,8 +58,8 @@ def profiler_section(folder: CampaignFolder) -> Section | None:
         title=title,
         sentences=(
             "Move a slider to see what the Kriging of the screening predicts there. Lines are sections "
-            "through the "
-            "present values, bands hold the response with 95 % by the Kriging. Nothing here is a true run.",
+            "through the present values, bands hold the response with 95 % by the Kriging. Nothing here is "
+            "a true run.",
             *_truth(folder),
         ),
         blocks=(Html(id="profiler", markup=_markup(packed), text="The profiler stands in `report.html`."),),

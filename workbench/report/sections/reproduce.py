@@ -31,10 +31,8 @@ def reproduce_section(folder: CampaignFolder) -> Section:
         title="How to make this again",
         sentences=(
             "`holdfast run study.toml` in an environment with the versions below repeats every number; runs "
-            "that are "
-            "stored in runs.sqlite are not made again. `holdfast report study.toml --json` prints the "
-            "numbers of this "
-            "page. Every table here is also a CSV in the folder `tables`.",
+            "that are stored in runs.sqlite are not made again. `holdfast report study.toml --json` prints "
+            "the numbers of this page. Every table here is also a CSV in the folder `tables`.",
         ),
         blocks=(
             Table(

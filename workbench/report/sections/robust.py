@@ -43,8 +43,7 @@ def robust_section(folder: CampaignFolder) -> Section | None:
     for name, (mean, low, high) in (robust.get("paired") or {}).items():
         sentences.append(
             f"Scenario by scenario, {name}: {quantity(mean, unit, 4)} on average, 95 % interval "
-            f"{number(low, 4)} to "
-            f"{number(high, 4)}."
+            f"{number(low, 4)} to {number(high, 4)}."
         )
     sentences += _price(robust, summaries, unit)
     screenings = list(robust.get("screenings") or [])
@@ -213,8 +212,7 @@ def _pairs(robust: Mapping[str, Any], designs: list[str], response: str, unit: s
         title=f"{a} and {b} in the same scenarios",
         alt=f"{response} of {b} against {a} in {len(both)} scenarios; {b} is not larger in {smaller}.",
         read_off=f"Each mark is one scenario. Below the dashed line {b} has the smaller {response}; crosses "
-        "above it "
-        "are scenarios that pay for the change.",
+        "above it are scenarios that pay for the change.",
         panels=(
             Panel(
                 draw=lambda ax: plot_differences(values[a], values[b], names=(a, b), unit=unit, ax=ax),

@@ -73,9 +73,7 @@ def runs_section(folder: CampaignFolder) -> Section | None:
         blocks.append(
             Note(
                 text=f"{len(failures)} of {len(folder.finished)} runs ({percent(share)}) gave no usable "
-                "value. "
-                "They are "
-                "kept as data; conclusions hold only where the model could be run.",
+                "value. They are kept as data; conclusions hold only where the model could be run.",
                 level="poor" if share > 0.2 else "fair",
             )
         )
@@ -189,8 +187,7 @@ def _failures(folder: CampaignFolder, failures: list[Evaluation]) -> list[Block]
             title="Where runs failed",
             alt=f"Positions of {len(failed)} failed and {len(passed)} good runs along {names_of(shown)}.",
             read_off="Crosses that crowd at one end say which range the model cannot run. The parameters "
-            "whose "
-            "failures stand most apart come first.",
+            "whose failures stand most apart come first.",
             panels=(
                 Panel(
                     draw=lambda ax: plot_failures(

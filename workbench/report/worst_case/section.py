@@ -101,8 +101,7 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
         blocks.append(
             Note(
                 text="Unconfirmed: no run was made at this point. It is the extreme of the surrogate alone; "
-                "run the "
-                "model there before relying on it.",
+                "run the model there before relying on it.",
                 level="fair",
             )
         )
