@@ -16,7 +16,7 @@ class Progress(Protocol):
         """`done` of `total` runs are stored; `counts` by status."""
 
     def search(
-        self, run: int, budget: int, proposal: str, value: float | None, best: float, name: str, unit: str
+        self, run: int, budget: int, *, proposal: str, value: float | None, best: float, name: str, unit: str
     ) -> None:
         """A search made its `run`-th of `budget` runs for `proposal`; `value` is None when it failed."""
 
@@ -34,7 +34,7 @@ class Silent:
         """Nothing."""
 
     def search(
-        self, run: int, budget: int, proposal: str, value: float | None, best: float, name: str, unit: str
+        self, run: int, budget: int, *, proposal: str, value: float | None, best: float, name: str, unit: str
     ) -> None:
         """Nothing."""
 

@@ -188,7 +188,13 @@ def _listener(
 ) -> Callable[[Any, float], None]:
     def tell(run: Any, best: float) -> None:
         campaign.progress.search(
-            run.number, table["budget"], run.proposal, run.value, best, target.name, target.unit
+            run.number,
+            table["budget"],
+            proposal=run.proposal,
+            value=run.value,
+            best=best,
+            name=target.name,
+            unit=target.unit,
         )
 
     return tell

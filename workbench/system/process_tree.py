@@ -1,8 +1,9 @@
 """Ending processes for certain: groups, descendants, and whatever carries a mark in its environment.
 
 A run may start processes of its own, and those may start more, leave the group, or outlive their parent. All
-of them inherit the environment variable `HOLDFAST_MARK`, so a look through /proc finds every one. A *warden*
-does the same when the coordinator itself is killed: a tiny process that waits for the end of a pipe.
+of them inherit the environment variable `HOLDFAST_MARK`, so a look through /proc finds every one. A
+*watchdog* does the same when the coordinator itself is killed: a tiny process that waits for the end of a
+pipe.
 """
 
 import ctypes
@@ -13,7 +14,7 @@ import sys
 import time
 from pathlib import Path
 
-__all__ = ["MARK", "Warden", "die_with_parent", "end_group", "end_marked", "marked_processes"]
+__all__ = ["MARK", "Watchdog", "die_with_parent", "end_group", "end_marked", "marked_processes"]
 
 MARK = "HOLDFAST_MARK"
 PR_SET_PDEATHSIG = 1
@@ -22,7 +23,7 @@ LONGEST_HUNT = 5.0  # s
 
 # Reads until the coordinator's end of the pipe closes, then ends all that carry the mark. Stands alone on
 # purpose: it starts in a few milliseconds and shares nothing with the process it outlives.
-WARDEN = """
+WATCHDOG = """
 import os, signal, sys, time
 while os.read(0, 1): pass
 mark = b"HOLDFAST_MARK=" + sys.argv[1].encode()
@@ -49,7 +50,7 @@ def die_with_parent(parent: int) -> None:
     try:
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     except (OSError, AttributeError):
-        return  # another system: the warden and the end of the pipe remain
+        return  # another system: the watchdog and the end of the pipe remain
     if os.getppid() != parent:
         os._exit(1)
 
@@ -104,13 +105,13 @@ def _is_zombie(pid: int) -> bool:
         return True
 
 
-class Warden:
+class Watchdog:
     """A process that outlives this one by a moment, to end everything that carries `mark`."""
 
     def __init__(self, mark: str) -> None:
         environment = {k: v for k, v in os.environ.items() if k != MARK}
         self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", "-c", WARDEN, mark],
+            [sys.executable, "-I", "-S", "-c", WATCHDOG, mark],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

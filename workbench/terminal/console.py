@@ -51,7 +51,7 @@ class PlainProgress:
         self._say(f"  {done}/{total} runs, {_rate(rate)}{left}{_failed(counts)}")
 
     def search(
-        self, run: int, budget: int, proposal: str, value: float | None, best: float, name: str, unit: str
+        self, run: int, budget: int, *, proposal: str, value: float | None, best: float, name: str, unit: str
     ) -> None:
         """A line when the worst case rises, and for every tenth run."""
         if run and (run % 10 == 0 or value == best):
@@ -107,7 +107,7 @@ class RichProgress:
             self.finished()
 
     def search(
-        self, run: int, budget: int, proposal: str, value: float | None, best: float, name: str, unit: str
+        self, run: int, budget: int, *, proposal: str, value: float | None, best: float, name: str, unit: str
     ) -> None:
         """The state of the search."""
         if run:

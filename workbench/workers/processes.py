@@ -23,7 +23,7 @@ from workbench.errors import StoreError, StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.system.process_tree import (
     MARK,
-    Warden,
+    Watchdog,
     end_group,
     end_marked,
 )
@@ -86,7 +86,7 @@ class ProcessPool:
         self._answered: list[tuple[Any, Answer]] = []
         self._selector = selectors.DefaultSelector()
         self._scratch = Path(tempfile.mkdtemp(prefix="holdfast-"))
-        self._warden = Warden(self._mark)
+        self._watchdog = Watchdog(self._mark)
 
     def submit(self, task: Any, row: Mapping[str, Any], *, workdir: Path | None = None) -> None:
         """Hand a row to an idle worker; `task` comes back with its answer. At most `capacity` at a time."""
@@ -144,7 +144,7 @@ class ProcessPool:
             worker.process.wait()
             self._forget(worker)
         self._workers.clear()
-        self._warden.close()
+        self._watchdog.close()
         end_marked(self._mark)
         self._selector.close()
         shutil.rmtree(self._scratch, ignore_errors=True)

@@ -67,8 +67,8 @@ def test_plain_progress_is_few_lines():
     progress.stage("worst_case", "max y")
     for k in range(1, 101):
         progress.runs(k, 100, {"ok": k - 1, "failed": 1})
-    progress.search(3, 60, "ei", 2.0, 2.0, "y", "mm")
-    progress.search(4, 60, "ei", 1.0, 2.0, "y", "mm")
+    progress.search(3, 60, proposal="ei", value=2.0, best=2.0, name="y", unit="mm")
+    progress.search(4, 60, proposal="ei", value=1.0, best=2.0, name="y", unit="mm")
     progress.note("odd")
     progress.finished()
     lines = out.getvalue().splitlines()
@@ -92,7 +92,7 @@ def test_a_terminal_gets_a_bar(monkeypatch):
     progress.runs(1, 10, {"ok": 1})
     progress.runs(5, 10, {"ok": 4, "killed": 1})
     progress.finished()
-    progress.search(1, 60, "ei", 2.0, 2.0, "y", "mm")
+    progress.search(1, 60, proposal="ei", value=2.0, best=2.0, name="y", unit="mm")
     progress.finished()
     text = out.getvalue()
     assert "5/10" in text
