@@ -22,9 +22,7 @@ def squared(x, i, j):
 
 @kernel()
 def farthest(x, chosen, kept, used):
-    """Fill chosen[kept:] with the candidate farthest from those chosen, one after the other (Kennard &
-    Stone).
-    """
+    """Fill chosen[kept:], each time with the candidate farthest from those chosen (Kennard & Stone)."""
     nearest = np.full(x.shape[0], np.int64(2**62))
     for c in range(chosen.size):
         if c >= kept:

@@ -142,11 +142,10 @@ def resolution(points: ArrayLike, *, most: int = 5) -> int:
 
 
 def plackett_burman(d: int) -> Floats:
-    """The smallest Plackett-Burman design for d two-level factors, orthogonal: n the next multiple of 4
-    above d.
+    """The smallest Plackett-Burman design for d two-level factors, orthogonal: (n, d).
 
-    pyDOE3 has the sizes that follow from 12 and 20 runs by doubling; the others come
-    from a Hadamard matrix of Paley 1933.
+    n is the next multiple of 4 above d. pyDOE3 has the sizes that follow from 12 and 20 runs by doubling; the
+    others come from a Hadamard matrix of Paley 1933.
 
     >>> plackett_burman(11).shape, plackett_burman(27).shape
     ((12, 11), (28, 27))

@@ -74,15 +74,21 @@ NORMAL_95 = 1.959963984540054
 class Quality:
     """Metrics of a design of n runs in d factors, and where each stands among random Latin hypercubes.
 
-    min_distance: smallest distance of two runs    nearest_mean: mean distance to the nearest run
-    distance_bound_share: min_distance as a share of the bound sqrt(floor(n (n+1) d / 6)) / n of Latin
-    hypercubes phi_p (p = 10), cd2, wd2, md, maxpro: see `doe.criteria.spread`    max_ and rms_correlation:
-    between columns max_vif: largest variance inflation factor    d_, a_, i_efficiency: of the regression
-    model on [-1, 1] mesh_ratio: largest over smallest nearest-neighbour distance    fill_distance: largest
-    distance from 512 Sobol' points of the cube to the nearest run (fewer for large designs)
-    worst_pair_cd2, worst_pair: least even 2-D projection percentiles: share in per cent of `references`
-    random Latin hypercubes with a smaller value, ties halved intervals: 95 % bounds of the metrics that were
-    estimated from a sample of the runs; empty when all are exact
+    Attributes:
+        n, d: runs and factors.   model: name of the regression model.   references: random designs drawn.
+        min_distance: smallest distance of two runs.   nearest_mean: mean distance to the nearest run.
+        distance_bound_share: min_distance as a share of the bound of Latin hypercubes,
+            sqrt(floor(n (n + 1) d / 6)) / n.
+        phi_p, cd2, wd2, md, maxpro: see `doe.criteria.spread`; phi_p with p = 10.
+        max_correlation, rms_correlation: of two columns.   max_vif: largest variance inflation factor.
+        d_efficiency, a_efficiency, i_efficiency: of the regression model on [-1, 1].
+        mesh_ratio: largest over smallest nearest-neighbour distance.
+        fill_distance: largest distance from 512 Sobol' points of the cube to the nearest run (fewer points
+            for large designs).
+        worst_pair_cd2, worst_pair: CD2 of the least even projection on two factors, and these.
+        percentiles: share in per cent of the random Latin hypercubes with a smaller value, ties halved.
+        intervals: 95 % bounds of the metrics that were estimated from a sample of the runs; empty when all
+            are exact.
     """
 
     n: int
@@ -145,9 +151,11 @@ def quality(
 ) -> Quality:
     """Measure a design (n, d) in [0, 1] and compare it with random Latin hypercubes of the same n and d.
 
-    model: of the efficiencies and variance inflation    references: random designs to compare with; by
-    default 200, fewer when they would take more than seconds. Large designs (n^2 d > 2.5e9) are measured on
-    a sample of their runs, `intervals` then holds 95 % bounds; the sampled min_distance is an upper bound.
+    model: of the efficiencies and the variance inflation
+    references: random designs to compare with; by default 200, fewer when they would take more than seconds
+
+    Large designs (n^2 d > 5e8) are measured on a sample of their runs; `intervals` then holds 95 % bounds,
+    and the sampled min_distance is an upper bound.
 
     >>> found = quality([[0.1, 0.5], [0.5, 0.9], [0.9, 0.1]], rng=np.random.default_rng(1))
     >>> round(found.min_distance, 4), sorted(found.percentiles)[:2]

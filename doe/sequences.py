@@ -1,6 +1,4 @@
-"""Low-discrepancy sequences and orthogonal-array Latin hypercubes, by scipy.stats.qmc behind our
-signatures.
-"""
+"""Low-discrepancy sequences and Latin hypercubes on orthogonal arrays, by scipy.stats.qmc."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -43,7 +43,8 @@ class _PackageCache(FunctionCache):
 def kernel(*, fastmath=True, inline="never"):
     """Compile a kernel: no checks of divisors, which cost a factor of 8, and kept beside its source.
 
-    fastmath: sums in any order and no NaN. inline: "always" for what is put into its callers' source.
+    fastmath: sums in any order and no NaN.
+    inline: "always" for what is put into its callers' source.
     """
 
     def compiled(function):

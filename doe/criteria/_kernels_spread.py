@@ -121,9 +121,7 @@ def centred_products(columns, rows, half, sums):
 
 @kernel()
 def projections(columns, rows, half, sums):
-    """sums[r] = sum over j of the product over k of (x_ik - x_jk)^-2; infinite when two runs share a
-    value.
-    """
+    """sums[r] = sum over j of prod_k (x_ik - x_jk)^-2; infinite when two runs share a value."""
     d, n = columns.shape
     block = np.empty(BLOCK)
     for r in range(rows.size):
@@ -166,9 +164,7 @@ def singles(points, out):
 
 @kernel(fastmath=True)
 def pair_projections(columns, out):
-    """out[k, l], l < k: the pair products of the centred discrepancy of columns k and l, summed over i <
-    j.
-    """
+    """out[k, l], l < k: pair products of the centred discrepancy of columns k and l, summed over i < j."""
     d, n = columns.shape
     factors = np.empty((d, BLOCK))
     for i in range(n):

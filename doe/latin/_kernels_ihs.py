@@ -81,8 +81,9 @@ def bound_rows(chosen, m, q, centre, rows):
 
 @kernel()
 def cells(n, d, duplication, target, pool, state, out):
-    """Fill out (n, d) with cells 1..n; `pool` caps the candidates of a step (0: duplication * free
-    levels).
+    """Fill out (n, d) with cells 1..n.
+
+    pool: most candidates of a step; 0 for duplication times the free levels
     """
     centre = (n + 1) / 2.0
     free = np.empty((d, n), np.int32)

@@ -38,7 +38,10 @@ class Distances(NamedTuple):
 
 
 class CentredProducts(NamedTuple):
-    """Table of CD2. products: (n, n) C    singles: (2, n) s_i and C_ii."""
+    """Table of CD2.
+
+    products: (n, n) C    singles: (2, n) s_i and C_ii
+    """
 
     products: np.ndarray
     singles: np.ndarray
@@ -159,9 +162,7 @@ def distance_accept(squares, rows, step, i, j, h, scale):
 
 @kernel(allocates=False)
 def centred_factors(column, is_nominal, a, out):
-    """f(a, c) = 1 + |a - 1/2| / 2 + |c - 1/2| / 2 - |a - c| / 2; levels of a nominal column are all at the
-    ends.
-    """
+    """f(a, c) = 1 + |a - 1/2| / 2 + |c - 1/2| / 2 - |a - c| / 2; levels without order all lie at the ends."""
     if is_nominal:
         for l in range(column.size):
             out[l] = 1.5 if column[l] == a else 1.0

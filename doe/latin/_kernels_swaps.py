@@ -295,8 +295,9 @@ def swap_in(design, k, i, j):
 def search(design, swappable, criteria, best, schedule, scratch, state, progress, stop, ask):
     """Try swaps until progress[DONE] reaches `stop`; worse ones pass while they cost less than a falling bar.
 
-    A swap passes below the bar times a uniform number. ask: stop at each swap that would pass, with
-    progress[PENDING] = ASKED; the caller sets PENDING to DO or LEAVE and calls again.
+    A swap passes below the bar times a uniform number.
+    ask: stop at each swap that would pass, with progress[PENDING] = ASKED; the caller sets PENDING to DO or
+    LEAVE and calls again.
     """
     bar = schedule.bar
     total_runs = np.int64(0)

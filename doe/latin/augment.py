@@ -15,14 +15,13 @@ from doe.criteria.spread import unit_points
 from doe.latin.columns import Columns
 from doe.latin.decorrelated import ROUNDS, decorrelated
 from doe.latin.optimised import optimised_lhs
-from doe.latin.swaps import SwapResult, swap_search
+from doe.latin.swaps import SWAPS, SwapResult, swap_search
 from doe.portable.draws import Draws, splitmix
 from doe.portable.draws import shuffled as shuffled_integers
 
 __all__ = ["augment", "nested_lhs", "search_augmentation"]
 
 Floats = NDArray[np.float64]
-SWAPS = 100_000
 
 
 def augment(

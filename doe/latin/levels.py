@@ -1,5 +1,4 @@
-"""Designs whose columns hold prescribed levels: integer, discrete, binary and nominal factors, optimised
-jointly.
+"""Designs whose columns hold prescribed levels: integer, discrete, binary and nominal factors together.
 
 The levels of a column are fixed first, each as often as the others as far as n allows; the search then only
 rearranges columns, so that balance is never lost and nothing is rounded afterwards.
@@ -14,6 +13,7 @@ from doe.criteria.spread import unit_points
 from doe.latin.columns import Columns, Feasible
 from doe.latin.lhs import checked_size
 from doe.latin.swaps import (
+    SWAPS,
     SwapResult,
     swap_search,
 )
@@ -23,7 +23,6 @@ from doe.portable.draws import Draws, level_permutations, splitmix
 __all__ = ["balanced_levels", "optimised_levels", "rearrange"]
 
 Floats = NDArray[np.float64]
-SWAPS = 100_000
 ATTEMPTS = 60  # batches of proposals per run before a constraint counts as not satisfiable
 BATCH = 64
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from doe.latin.columns import Columns, Feasible
 from doe.latin.lhs import checked_size
 from doe.latin.swaps import (
+    SWAPS,
     SwapResult,
     swap_search,
 )
@@ -16,7 +17,6 @@ from doe.portable.draws import level_permutations, splitmix
 __all__ = ["optimised_lhs", "search_lhs"]
 
 Floats = NDArray[np.float64]
-SWAPS = 100_000
 
 
 def optimised_lhs(
@@ -34,8 +34,9 @@ def optimised_lhs(
 
     criterion: phi_p | cd2 | maxpro | correlation, or several, traded off by `weights`: with equal weights
     one per cent of phi_p, of CD2, of MaxPro and a correlation of 0.01 weigh the same.
-    swaps: trials (default 100 000)    seconds: instead of swaps; `search_lhs` tells how many trials they
-    bought p: power of phi_p, even; 20 or 40 chase the minimum distance alone
+    swaps: trials (default 100 000)
+    seconds: instead of swaps; `search_lhs` tells how many trials they bought
+    p: power of phi_p, even; 20 or 40 chase the minimum distance alone
 
     >>> rng = np.random.default_rng(1)
     >>> points = optimised_lhs(16, 3, criterion=("phi_p", "correlation"), swaps=20_000, rng=rng)

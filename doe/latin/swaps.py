@@ -28,9 +28,10 @@ from doe.latin.columns import CRITERIA, Columns, Feasible
 from doe.latin.swap_state import SwapState
 from doe.portable.draws import Draws
 
-__all__ = ["SwapResult", "check_budget", "check_weights", "polished", "swap_search"]
+__all__ = ["SWAPS", "SwapResult", "check_budget", "check_weights", "polished", "swap_search"]
 
 Floats = NDArray[np.float64]
+SWAPS = 100_000  # trials unless asked for
 LARGEST_RUNS = 8192  # the n x n tables of the criteria: 0.8 GB with all three
 # trials that only go down, before the annealing: one per entry of the design, within these shares of all
 QUENCH = (0.1, 0.5)

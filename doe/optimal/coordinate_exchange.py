@@ -3,8 +3,8 @@
 Each coordinate of each run takes its best level in turn; continuous coordinates are then moved together by
 L-BFGS-B on the same criterion with its gradient,
 
-    d log|X'X| / d x_ic = 2 (M^-1 f_i)' (df_i / dx_c),    d trace(M^-1 B) / d x_ic = -2 (C f_i)' (df_i /
-    dx_c).
+    d log|X'X| / d x_ic = 2 (M^-1 f_i)' (df_i / dx_c),
+    d trace(M^-1 B) / d x_ic = -2 (C f_i)' (df_i / dx_c),    C = M^-1 B M^-1.
 """
 
 from collections.abc import Sequence
@@ -118,9 +118,8 @@ def coordinate_exchange(
     free = polish and bool(grid.continuous.any())
     turns = min(MOST, max(FEWEST, WORK // (n * p))) if starts is None else starts
     found = [_climb(_start(terms, grid, task, child), terms, grid, task) for child in rng.spawn(turns)]
-    found.sort(
-        key=lambda coded: -round(_score(coded, terms, task), 9)
-    )  # stable: the first of equals stays first
+    # stable: the first of equals stays first
+    found.sort(key=lambda coded: -round(_score(coded, terms, task), 9))
     if free:
         found = [_polish(coded, terms, grid, task) for coded in found[:POLISHED]]
     best = max(found, key=lambda coded: _score(coded, terms, task))

@@ -71,8 +71,7 @@ def _shifted(effect: Effect, by: float) -> Effect:
 
 
 class _Averages:
-    """Sums of the correlation and the trend over each input's measure, and products of all but some of
-    them."""
+    """Sums of the correlation and the trend over each input's measure, for products over the inputs."""
 
     def __init__(self, posterior: Posterior, measures: Sequence[Measure]) -> None:
         if posterior.trend.function is not None:
@@ -207,11 +206,11 @@ def partial_dependence(
 def accumulated_local_effect(
     kriging: Kriging, X: ArrayLike, k: int, *, bins: int = 20, level: float = 0.95
 ) -> Effect:
-    """Accumulated local effect of input k over the rows of X (m, d), zero on average, with its posterior
-    band.
+    """Accumulated local effect of input k over the rows of X (m, d), with its posterior band.
 
-    In each of `bins` quantile bins the mean change of the response across the bin, summed up: Apley and Zhu
-    (2020), Journal of the Royal Statistical Society B 82, 1059-1086. Right where inputs are correlated.
+    In each of `bins` quantile bins the mean change of the response across the bin, summed up and centred:
+    Apley and Zhu (2020), Journal of the Royal Statistical Society B 82, 1059-1086. Right where inputs are
+    correlated.
     """
     sample, posterior = kriging._points(X), kriging.posterior_
     k = column(k, sample.shape[1], "k")

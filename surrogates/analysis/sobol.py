@@ -67,8 +67,7 @@ def sobol_indices(
     features: int = 200,
     rng: np.random.Generator,
 ) -> SobolIndices:
-    """Main, total and pair indices of the modelled response over independent inputs, with 95 % posterior
-    bands.
+    """Main, total and pair indices of the modelled response over independent inputs, with 95 % bands.
 
     Args:
         draws: paths drawn from the posterior.   pairs: interactions wanted.
@@ -124,8 +123,10 @@ def _indices(shares: Array) -> Indices:
 
 
 class _Paths:
-    """Posterior paths as sum_l A_l prod_k G_lk(x_k): run correlations, trend terms, features and
-    conjugates."""
+    """Posterior paths as sum_l A_l prod_k G_lk(x_k).
+
+    l runs over the correlations with the runs, the trend terms, the features and their conjugates.
+    """
 
     def __init__(
         self,

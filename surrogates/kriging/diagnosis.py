@@ -29,8 +29,9 @@ class Diagnosis:
         condition_number: of the correlation matrix with its nugget (1-norm estimate).
         duplicates: pairs of runs with equal inputs; `unequal_duplicates` those with different responses.
         near_duplicates: pairs closer than 1e-6 of the box that are not equal.
-        constant_inputs, repeated_inputs: columns that cannot matter; pairs of columns that cannot be told
-        apart. dropped_trend_terms: terms left out because the runs cannot tell them from the others.
+        constant_inputs: columns that cannot matter.
+        repeated_inputs: pairs of columns that cannot be told apart.
+        dropped_trend_terms: terms left out because the runs cannot tell them from the others.
         nugget: used, relative to sigma^2; `nugget_estimated` whether the likelihood chose it.
         at_lower_bound, at_upper_bound: inputs whose theta sits on its bound.
         n_starts, n_starts_agreeing: ascents made, and how many ended within 0.05 of the best.
@@ -153,14 +154,13 @@ def advise(d: Diagnosis) -> str:
         said.append(f"leave-one-out Q2 is {d.q2:.2f}: do not rely on predictions; try {cure}")
     if d.at_upper_bound and not d.degenerate:
         said.append(
-            f"theta of input {_columns(d.at_upper_bound)} sits on its upper bound: the response "
-            f"looks like noise "
-            "along it; more runs or an estimated nugget would tell"
+            f"theta of input {_columns(d.at_upper_bound)} sits on its upper bound: the response looks like "
+            "noise along it; more runs or an estimated nugget would tell"
         )
     if np.isfinite(d.coverage95) and d.coverage95 < 0.8:
         said.append(
-            f"the 95 % intervals hold only {100 * d.coverage95:.0f} % of the left-out runs: they "
-            f"are too narrow"
+            f"the 95 % intervals hold only {100 * d.coverage95:.0f} % of the left-out runs: they are too "
+            "narrow"
         )
     if d.near_duplicates and d.nugget < 1e-10:
         said.append(f"runs {_pair(d.near_duplicates[0])} are nearly equal: set nugget=1e-8")

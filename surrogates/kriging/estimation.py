@@ -172,8 +172,11 @@ def estimate(
 
 
 def _between_rungs(found: Search, rung: Likelihood, limits: Array | None) -> tuple[Search, Likelihood]:
-    """The maximum with the nugget free, from the best rung on: the likelihood tells nuggets apart that differ
-    by less than two rungs, and on the lower one of two intervals are far too narrow."""
+    """The maximum with the nugget free, from the best rung on.
+
+    The likelihood tells nuggets apart that differ by less than two rungs, and on the lower one of two
+    intervals are far too narrow.
+    """
     assert rung.nugget is not None
     free = replace(rung, nugget=None, work=Workspace(len(rung.x)))
     at = free.n_groups + int(free.eta_free)

@@ -56,9 +56,9 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         trend: "constant", "linear", "interactions" (linear and all products of two inputs), "quadratic"
             (these and the squares), or a function of X (m, d) that returns F (m, p).
         correlation: "gaussian", "power_exponential", "matern32" or "matern52"; see
-        `surrogates.likelihood.correlation`. eta: exponent of the power-exponential correlation in [1, 2], or
-        "free". nugget: noise variance of every run relative to sigma^2. A number is used as it is (0
-        interpolates);
+            `surrogates.likelihood.correlation`.
+        eta: exponent of the power-exponential correlation in [1, 2], or "free".
+        nugget: noise variance of every run relative to sigma^2. A number is used as it is (0 interpolates);
             "auto" is 1e-8, or estimated when (nearly) equal inputs have different responses; "estimate"
             maximises the likelihood over it; "ladder" starts that from the best of 1e-2, 1e-4, 1e-6 and 1e-8
             and goes no lower.

@@ -44,8 +44,12 @@ class SharedKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.kriging = kriging
 
     def fit(self, X: ArrayLike, y: ArrayLike, *, run_ids: Sequence[Hashable] | None = None) -> Self:
-        """Estimate from runs X (n, d) and responses y (n, q). Constant responses take no part in the
-        search."""
+        """Estimate from runs X (n, d) and responses y (n, q).
+
+        Constant responses take no part in the search.
+
+        Raises ValueError: a calibrated model, or responses of another shape.
+        """
         targets = np.asarray(y, dtype=np.float64)
         if targets.ndim == 1:
             targets = targets[:, None]

@@ -155,7 +155,6 @@ def not_positive_definite(runs: Runs, nugget: float) -> NotPositiveDefinite:
             best = (i, i + 1 + j, float(distance[j]))
     a, b = runs.ids[best[0]], runs.ids[best[1]]
     return NotPositiveDefinite(
-        f"correlation matrix is not positive definite: runs {a} and {b} are {best[2]:.1g} apart in "
-        f"the box of "
-        f"the runs. Remove one, or set nugget={max(100 * nugget, 1e-8):.0e}"
+        f"correlation matrix is not positive definite: runs {a} and {b} are {best[2]:.1g} apart in the box "
+        f"of the runs. Remove one, or set nugget={max(100 * nugget, 1e-8):.0e}"
     )

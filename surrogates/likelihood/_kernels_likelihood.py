@@ -1,6 +1,5 @@
 # mypy: ignore-errors
-"""Profiled log-likelihood of a constant-trend Kriging, its gradient, average information and ascent,
-compiled.
+"""Profiled log-likelihood of a Kriging with constant trend: gradient, average information and ascent.
 
 For small designs (about a hundred runs) the ascent spends its time in calls, not in arithmetic, so the whole
 loop is compiled. Notation, with pairs packed as t = i (i - 1) / 2 + j for j < i:
@@ -222,9 +221,8 @@ def ascend(D, at, y, start, lower, upper, restricted, iterations, tolerance):
     delta = np.zeros(m)
     trial_gradient = np.zeros(m)
     trial_information = np.zeros((m, m))
-    dead = lower[
-        0
-    ]  # a theta on its lower bound stays there: its gradient in log theta is theta times a slope
+    # a theta on its lower bound stays there: its gradient in log theta is theta times a slope
+    dead = lower[0]
     l, s2 = likelihood(D, at, y, phi, restricted, 2, gradient, information, dead, -np.inf)
     damping = 1e-2
     evaluations = 1

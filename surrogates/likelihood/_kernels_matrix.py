@@ -1,6 +1,5 @@
 # mypy: ignore-errors
-"""Compiled algebra of one correlation matrix for `_kernels_likelihood`: packed sums, exponentials, factor,
-inverse, product.
+"""Algebra of one correlation matrix: packed sums, exponentials, factor, inverse, product.
 
 Loops take four rows at a time: what is loaded serves all four.
 """
@@ -74,10 +73,10 @@ def exp_minus(R, S):
 
 @kernel()
 def factor(R, diagonal, L, M):
-    """Factor the matrix with packed R and a constant diagonal into L L'; fill L below its diagonal and M with
-    L^-1. Returns the log-determinant, FAILED where there is no factor.
+    """Factor the matrix with packed R and a constant diagonal into L L'; returns its log-determinant.
 
-    Four rows at a time: what is loaded from L or M serves all four.
+    L is filled below its diagonal and M with L^-1. FAILED where there is no factor. Four rows at a time: what
+    is loaded from L or M serves all four.
     """
     n = L.shape[0]
     log_det = 0.0

@@ -20,8 +20,10 @@ LARGEST_STEP = 2.5  # in log theta: a factor of 12
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """Log-likelihood, gradient (g,) and average information (g, g) at one set of parameters; the variances of
-    the process (q,), where there are any."""
+    """Log-likelihood, gradient (g,) and average information (g, g) at one set of parameters.
+
+    sigma2: variances of the process (q,), where there are any
+    """
 
     value: float
     gradient: NDArray[np.float64]

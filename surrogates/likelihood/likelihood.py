@@ -305,8 +305,10 @@ class Likelihood:
         return Evaluation(value, gradient, information if with_information else None, sigma2)
 
     def _trace_weights(self, factor: Factor, sigma2: Array) -> Array:
-        """W (n, n) with -2 dl = sum_ij W_ij dC_ij for every symmetric dC. Not symmetric: of C^-1 only a
-        triangle is computed and counted twice, which saves the other."""
+        """W (n, n) with -2 dl = sum_ij W_ij dC_ij for every symmetric dC.
+
+        W is not symmetric: of C^-1 only a triangle is computed and counted twice, which saves the other.
+        """
         n, q = self.y.shape
         half = factor.half_inverse(None if self.work is None else self.work.inverse)
         diagonal = np.diagonal(half).copy()

@@ -1,5 +1,4 @@
-"""Restricted and full log-likelihood of Gaussian-correlation Kriging: the definition, and the fast
-profiled form.
+"""Restricted and full log-likelihood of Gaussian-correlation Kriging: definition and fast profiled form.
 
     y ~ N(F b, Z),    Z = sigma^2 (R + g I),    R_ij = exp(-sum_k theta_k (x_ik - x_jk)^2)        eq. (3.7)
 
@@ -100,8 +99,8 @@ def profiled_log_likelihood(
 
         l = -1/2 [(n - p) log s2 + log|C| + log|F' C^-1 F| + (n - p)],    C = R + g I,   s2 = y' P y / (n - p)
 
-    With `restricted=False` the full likelihood (3.11): n in place of n - p, no log|F' C^-1 F|. log|F' Z^-1
-    F| holds -p log sigma^2, which is what turns n into n - p. With W = P - P y y' P / s2 the gradient is
+    With `restricted=False` the full likelihood (3.11): n in place of n - p, no log|F' C^-1 F|. The restricted
+    one has n - p because log|F' Z^-1 F| holds -p log sigma^2. With W = P - P y y' P / s2 the gradient is
     theta_k (sum_i v_i x_ik^2 - x_k' V x_k), V = W * R elementwise, v its row sums: memory O(n^2 + n d).
 
     >>> import numpy as np

@@ -21,8 +21,15 @@ METHODS = ("default", "forward", "welch")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """What a method hands back: nested optima from the empty set on, and its search. `pool_gain`: what one
-    theta for all units adds to l, over a response that depends on none (greedy methods)."""
+    """What a method hands back: nested optima from the empty set on, and its search.
+
+    Attributes:
+        sets, optima, etas: nested sets of units, the maximum of l for each, the exponents (u,) there.
+        accepted: which of the sets is selected.   ranked: units, most active first.
+        starts, starts_at_best, search_runs, evaluations, margin, rest_gain, rivals: see `ScreeningDiagnosis`.
+        pool_gain: what one theta for all units adds to l, over a response that depends on none (greedy
+            methods).
+    """
 
     sets: list[tuple[int, ...]]
     optima: list[Optimum]

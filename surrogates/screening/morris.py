@@ -1,5 +1,7 @@
-"""Elementary effects: Morris, Technometrics 33 (1991), 161-174, with the mean of absolute effects of
-Campolongo, Cariboni & Saltelli, Environ. Model. Softw. 22 (2007), 1509-1518.
+"""Elementary effects of inputs, from runs along trajectories.
+
+Morris, Technometrics 33 (1991), 161-174, with the mean of absolute effects of Campolongo, Cariboni &
+Saltelli, Environ. Model. Softw. 22 (2007), 1509-1518.
 
 A trajectory starts at a random grid point of the unit cube and moves one input after the other by delta,
 in random order: d + 1 runs give one elementary effect of every input. Needs runs of its own, and no model
@@ -23,8 +25,9 @@ class MorrisEffects:
 
     Attributes:
         effects: (r, d), change of the response per unit of the cube.
-        mu: (d,) mean.   mu_star: (d,) mean of absolute effects.   sigma: (d,) standard deviation; nan for
-        r = 1. ranking: (d,) inputs by mu_star, largest first.
+        mu: (d,) mean.   mu_star: (d,) mean of absolute effects.
+        sigma: (d,) standard deviation; nan for r = 1.
+        ranking: (d,) inputs by mu_star, largest first.
         n_runs: r (d + 1).
     """
 

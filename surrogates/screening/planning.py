@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kriging.validation import NORMAL_975
 from .screener import KrigingScreener
 
 __all__ = ["Recovery", "random_function", "recovery", "wilson_interval"]
 
 Array = NDArray[np.float64]
 Sampler = Callable[[int, int, np.random.Generator], Array]
-NORMAL_975 = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,8 +30,8 @@ class Recovery:
         exact: share with exactly the active set; `exact_interval` its 95 % Wilson interval.
         first: share in which the k first of the ranking are the active ones.
         missed, false: mean number of active inputs missed, of inert inputs selected.
-        resolved: share called resolved; `exact_when_resolved` the share of exact ones among them (nan if
-        none).
+        resolved: share called resolved.
+        exact_when_resolved: share of exact ones among them; nan if there are none.
     """
 
     n: int

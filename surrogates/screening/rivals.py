@@ -63,8 +63,10 @@ class Ranking:
 
 
 def _columns(x: Array, labels: tuple[int, ...]) -> tuple[Array, list[tuple[int, ...]]]:
-    """A column per number and per label, 1 where a run has it; the input of each column. Labels have no order
-    that a regression or a tree could use."""
+    """A column per number and per label, 1 where a run has it; the input of each column.
+
+    Labels have no order that a regression or a tree could use.
+    """
     parts: list[Array] = []
     owners: list[tuple[int, ...]] = []
     for k in range(x.shape[1]):

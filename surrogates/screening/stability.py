@@ -26,8 +26,7 @@ def selection_stability(
     left_out: float = 0.1,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Share of resamples in which each input is selected, (d,), for a fitted screener of method "default"
-    or "forward".
+    """Share of resamples in which each input is selected, (d,); the screener is "default" or "forward".
 
     >>> x = np.random.default_rng(1).random((30, 4))
     >>> screener = KrigingScreener().fit(x, np.sin(5 * x[:, 2]) + x[:, 1])

@@ -30,8 +30,8 @@ class ScreeningDiagnosis:
         threshold: gain in l that an input must bring.
         base_log_likelihood: l before the first input: all theta 0, or one for all in a greedy method.
         nugget: at the selected set, relative to sigma2; `nugget_bounds` what it was allowed.
-        starts, starts_at_best, search_runs: ascents, how many of them lead to the selected set, runs they
-        saw. evaluations: likelihoods of the multi-start.
+        starts, starts_at_best: ascents, and how many of them lead to the selected set.
+        search_runs, evaluations: runs that the ascents saw, and likelihoods in them.
         rivals: other sets, with the fall of l - threshold * size from the selected set to them.
         margin: the smallest fall to a set that misses a selected input; inf when there is none.
         rest_gain: how far l rises when all inputs that were not selected share a theta; nan if not asked.

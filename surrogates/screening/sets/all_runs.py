@@ -78,8 +78,7 @@ def _taken_in(
     nugget: tuple[float, float],
     threshold: float,
 ) -> list[tuple[tuple[int, ...], Optimum]]:
-    """The given set and those with one unit more each, as long as the slope at theta = 0 promises more than
-    the threshold."""
+    """The given set, then sets of one unit more each, while the slope at theta = 0 promises the threshold."""
     grown = [(selected, here)]
     for _ in range(MOST_TAKEN_IN):
         gradient, information = landscape.slopes(here)

@@ -1,5 +1,4 @@
-"""The default screening: sparse multi-start ARD likelihood, backward elimination, exchange, automatic
-number of units.
+"""The default screening: sparse multi-start ARD likelihood, backward elimination, exchange.
 
 1. Climb from sparse random starts with one theta per unit, the nugget free above a floor
    (`surrogates.screening.sets.ard_search`).
@@ -10,7 +9,7 @@ number of units.
    nothing acts theta is not identified, and the best of all its values gains more than the one
    degree of freedom that the threshold reckons with (Davies, Biometrika 74, 1987, 33-43).
 5. Rank the units by what the sets have in common that are nearly as good
-(`surrogates.screening.sets.rival_sets`).
+   (`surrogates.screening.sets.rival_sets`).
 
 Large designs are searched on a random part of the runs (`PACKED_RUNS`) and finished on all of them
 (`surrogates.screening.sets.all_runs`): the multi-start is where the evaluations are, and a hundred runs tell
@@ -34,7 +33,7 @@ from .landscape import (
     landscape_of,
     left_out_q2,
 )
-from .multi_start import Search, n_alive
+from .multi_start import Maxima, n_alive
 from .rival_sets import entering, ranked, rivals
 from .rules import Rules
 from .single_input_fits import margins
@@ -59,14 +58,15 @@ class ArdScreening:
         rivals: the best other set of each other maximum, with its score below the chosen one's.
         margin: the smallest such fall to a set that misses a unit of the chosen one.
         rest_gain: how far l rises when all other units share a theta, see
-        `surrogates.screening.sets.joint_effect_of_the_rest`. agreeing: starts whose maximum has the chosen
-        units as its most active ones. search_runs: runs that the multi-start saw.
+            `surrogates.screening.sets.joint_effect_of_the_rest`.
+        agreeing: starts whose maximum has the chosen units as its most active ones.
+        search_runs: runs that the multi-start saw.
     """
 
     chain: Chain
     chosen: int
     ranked: tuple[int, ...]
-    search: Search
+    search: Maxima
     rivals: tuple[tuple[tuple[int, ...], float], ...]
     margin: float
     rest_gain: float
@@ -131,7 +131,7 @@ def _attempt(runs: CanonicalRuns, rules: Rules, rng: np.random.Generator) -> Ard
     )
 
 
-def _best_chain(ground: Landscape, search: Search, rules: Rules) -> tuple[Chain, list[Chain]]:
+def _best_chain(ground: Landscape, search: Maxima, rules: Rules) -> tuple[Chain, list[Chain]]:
     """The chain with the best set, polished, and the others."""
     size, nugget = rules.size, rules.nugget
     largest = min(max(LARGEST_SET, 0 if size is None else size + 4), ground.n_units)
@@ -162,7 +162,7 @@ def _chosen(chain: Chain, rules: Rules) -> int:
     return chain.best(rules.threshold) if best > chain.optima[none].value + BEYOND_NONE else none
 
 
-def _worth_shortening(ground: Landscape, search: Search, rules: Rules) -> list[Optimum]:
+def _worth_shortening(ground: Landscape, search: Maxima, rules: Rules) -> list[Optimum]:
     """The best maxima with the full price, then the best others where a unit costs less."""
     lenient = [-(o.value - rules.lenient * n_alive(ground, o)) for o in search.optima]
     at = list(range(min(SHORTENED, len(lenient))))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .landscape import Landscape, PackedLandscape, left_out_q2
-from .multi_start import Search, merged, multi_start
+from .multi_start import Maxima, merged, multi_start
 from .narrowing import (
     WIDE,
     narrowed,
@@ -32,7 +32,7 @@ CONVINCING = 0.95  # leave-one-out Q2 of a best maximum that needs no further st
 
 def search_maxima(
     ground: Landscape, rules: Rules, margins_of: Array, *, part: bool, rng: np.random.Generator
-) -> Search:
+) -> Maxima:
     """The maxima of a landscape; `part`: it shows a part of the runs, and all of them have the last word."""
     starts = rules.n_starts
     if ground.n_units > WIDE and isinstance(ground, PackedLandscape):
@@ -57,7 +57,7 @@ def _searched(
     fewest: int,
     patience: int,
     tolerance: float = 3e-2,
-) -> Search:
+) -> Maxima:
     low, high = rules.nugget
     return multi_start(
         ground,
@@ -75,9 +75,9 @@ def _searched(
 
 def _in_two_widths(
     ground: PackedLandscape, rules: Rules, margins_of: Array, rng: np.random.Generator
-) -> Search:
+) -> Maxima:
     """Wide, then close; once more from other starts as long as the best maximum does not predict well."""
-    found: Search | None = None
+    found: Maxima | None = None
     wide_starts, close_starts = min(rules.n_starts, WIDE_STARTS), min(rules.n_starts, CLOSE_STARTS)
     for _ in range(ROUNDS):
         wide = _searched(

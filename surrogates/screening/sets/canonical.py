@@ -57,9 +57,8 @@ class CanonicalRuns:
 def _standardised(v: Array) -> tuple[Array, float]:
     """Mean 0, standard deviation 1; sums run over sorted values: the order of rows has no effect."""
     ordered = np.sort(v)
-    scaled = v / max(
-        abs(ordered[0]), abs(ordered[-1]), np.finfo(float).tiny
-    )  # 1e300 squared must not overflow
+    # 1e300 squared must not overflow
+    scaled = v / max(abs(ordered[0]), abs(ordered[-1]), np.finfo(float).tiny)
     ordered = np.sort(scaled)
     mean = ordered.mean()
     sd = float(np.sqrt(np.mean((ordered - mean) ** 2)))
@@ -68,8 +67,9 @@ def _standardised(v: Array) -> tuple[Array, float]:
 
 
 def about_unit_wide(x: Array, *, labels: Sequence[int] = ()) -> bool:
-    """Whether the ranges of all inputs that vary lie between a tenth and ten: the bounds of theta are made
-    for widths near one, and a theta that inputs share has a meaning.
+    """Whether the ranges of all inputs that vary lie between a tenth and ten.
+
+    The bounds of theta are made for widths near one, and there a theta that inputs share has a meaning.
 
     >>> import numpy as np
     >>> x = np.array([[0.0, 5.0], [0.8, 9.0]])

@@ -1,5 +1,4 @@
-"""The likelihood of canonical runs as a landscape over partitions of the units into groups with one theta
-each.
+"""The likelihood of canonical runs over partitions of the units into groups with one theta each.
 
 A screening compares partitions: every unit on its own (ARD), a few selected units on their own and the
 rest without effect (units in no group have theta = 0), or the rest pooled in one group with a common theta,
@@ -91,8 +90,10 @@ class Landscape(Protocol):
     n_runs: int
     y: Array
     reach: Array
-    """(u,) mean distance of each unit: theta times reach says how far a unit lowers the mean correlation. 0
-    for one that a part of the runs leaves constant: it has no effect there."""
+    """(u,) mean distance of each unit: theta times reach says how far a unit lowers the mean correlation.
+
+    It is 0 for a unit that a part of the runs leaves constant, which has no effect there.
+    """
 
     def climb(
         self,

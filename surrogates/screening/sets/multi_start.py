@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .landscape import Landscape, Optimum
 
-__all__ = ["Search", "merged", "multi_start", "n_alive"]
+__all__ = ["Maxima", "merged", "multi_start", "n_alive"]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ SAME = 0.1  # two maxima closer than this in l are the same one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Search:
+class Maxima:
     """What a multi-start found: distinct maxima, best l - price * (units alive) first.
 
     Attributes:
@@ -78,7 +78,7 @@ def multi_start(
     rng: np.random.Generator,
     tolerance: float = 3e-2,
     max_evaluations: int = 60,
-) -> Search:
+) -> Maxima:
     """Climb from at most `number` starts with one theta per unit.
 
     Stops after `fewest` starts as soon as `enough` sparse starts reached the best maximum, or `patience`
@@ -121,7 +121,7 @@ def multi_start(
         if done >= fewest and (by_sparse[int(np.argmax(scores))] >= enough or done - last_gain >= patience):
             break
     order = np.argsort(-np.array(scores), kind="stable")
-    return Search(
+    return Maxima(
         optima=tuple(optima[i] for i in order),
         reached=tuple(reached[i] for i in order),
         starts=done,
@@ -129,12 +129,12 @@ def multi_start(
     )
 
 
-def merged(first: Search, second: Search, *, price: float, landscape: Landscape) -> Search:
+def merged(first: Maxima, second: Maxima, *, price: float, landscape: Landscape) -> Maxima:
     """Both searches of the same landscape as one, best maximum first."""
     optima = [*first.optima, *second.optima]
     reached = [*first.reached, *second.reached]
     order = np.argsort([-(o.value - price * n_alive(landscape, o)) for o in optima], kind="stable")
-    return Search(
+    return Maxima(
         optima=tuple(optima[i] for i in order),
         reached=tuple(reached[i] for i in order),
         starts=first.starts + second.starts,

@@ -17,7 +17,7 @@ from .landscape import (
     PackedLandscape,
     standard_scores,
 )
-from .multi_start import ALIVE, Search
+from .multi_start import ALIVE, Maxima
 
 __all__ = ["WIDE", "narrowed", "promising", "widened"]
 
@@ -30,9 +30,12 @@ BY_MARGIN = 10  # units that explain most on their own
 BY_SCORE = 6  # further units, by what a theta of their own promises at each of the best two maxima
 
 
-def promising(landscape: Landscape, search: Search, margins: Array) -> tuple[int, ...]:
-    """The units worth a closer search: alive in one of the best maxima, of high score there, or among those
-    that explain most on their own (`surrogates.screening.sets.single_input_fits`)."""
+def promising(landscape: Landscape, search: Maxima, margins: Array) -> tuple[int, ...]:
+    """The units worth a closer search.
+
+    They are alive in one of the best maxima, of high score there, or among those that explain most on their
+    own (`surrogates.screening.sets.single_input_fits`).
+    """
     votes = np.zeros(landscape.n_units)
     votes[np.argsort(-margins, kind="stable")[:BY_MARGIN]] = 1.0
     for place, optimum in enumerate(search.optima[:LOOKED_AT]):
@@ -50,7 +53,7 @@ def narrowed(landscape: PackedLandscape, units: tuple[int, ...]) -> PackedLandsc
     return PackedLandscape(landscape.distances[list(units)], landscape.y, landscape.restricted)
 
 
-def widened(search: Search, units: tuple[int, ...]) -> Search:
+def widened(search: Maxima, units: tuple[int, ...]) -> Maxima:
     """A search among `units` in the numbering of all."""
 
     def renumbered(optimum: Optimum) -> Optimum:

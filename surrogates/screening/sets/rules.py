@@ -10,8 +10,7 @@ LENIENT = 0.5  # of the threshold: sets that are best at that price are looked a
 
 
 def threshold_for(n_units: int, risk: float = 0.05) -> float:
-    """The gain in l that one more theta must bring, so that all inert units together enter with
-    probability `risk`.
+    """The gain in l that one more theta must bring: all inert units together enter with probability `risk`.
 
     An inert unit's theta lies on its bound 0, so twice its gain is 0 or chi^2 with one degree, each with
     probability 1/2 (Self & Liang, J. Am. Stat. Assoc. 82, 1987, 605-610). Never below 1.92, the 95 % point

@@ -1,7 +1,7 @@
-"""The maximum-likelihood original: Welch, Buck, Sacks, Wynn, Mitchell & Morris, Technometrics 34 (1992),
-15-25.
+"""The maximum-likelihood original of the forward screening.
 
-Like `surrogates.screening.sets.forward`, but with the full likelihood (3.11) and with the exponent of the
+Welch, Buck, Sacks, Wynn, Mitchell & Morris, Technometrics 34 (1992), 15-25. Like
+`surrogates.screening.sets.forward`, but with the full likelihood (3.11) and with the exponent of the
 power-exponential correlation (3.6) free: a common theta and exponent for the pool, both of its own for every
 input that leaves it. The exponents are taken from the ladder `ETAS`, which leaves the theta as the only
 continuous unknowns.
