@@ -123,7 +123,7 @@ MOVED = {
     "minimax": "robust.minimax",
     "minimax_game": "robust.cycles",
     "minimax_oracle": "robust.worst_scenario",
-    "minimax_problems": "robust.master",
+    "minimax_problems": "robust.master robust.scenarios",
     "minimax_record": "robust.minimax_record",
     "model": "models.protocol models.opening models.histories",
     "model_command": "models.command",
@@ -183,12 +183,12 @@ MOVED = {
     "screening_plots": "figures.screening",
     "search_arguments": "search.arguments",
     "search_ledger": "search.runs.ledger",
-    "search_model": "search.surrogate.model",
+    "search_model": "search.surrogate.model search.surrogate.fitting",
     "search_space": "search.runs.unit_space",
     "search_start": "search.start",
     "selection": "space.groups",
     "space": "space.box",
-    "stages": "stages.run_all",
+    "stages": "stages.run_all stages.design stages.stored_runs",
     "stills": "motion.stills",
     "store": "campaign.store",
     "store_schema": "campaign.store_schema",
@@ -198,8 +198,8 @@ MOVED = {
     "study_schema": "study.schema",
     "summaries": (
         "report.lines.design report.lines.layout report.lines.robust report.lines.robust_layout "
-        "report.lines.screening report.lines.statements report.lines.study report.lines.tables "
-        "report.lines.worst_case"
+        "report.lines.screening report.lines.statements report.lines.tables "
+        "report.lines.worst_case stages.run_all"
     ),
     "supervisor": "campaign.supervisor",
     "telling": "campaign.telling",
