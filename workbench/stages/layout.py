@@ -8,7 +8,7 @@ far.
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ __all__ = ["WORK", "run_layout"]
 Array = NDArray[np.float64]
 Progress = Callable[[HistoryEntry], None]
 
-_PARTIAL = "layout.partial.json"
+PARTIAL = "layout.partial.json"
 
 
 def run_layout(
@@ -66,48 +66,67 @@ def run_layout(
         full = as_layout_problem(loaded)
     except InvalidLayout as error:
         raise StudyError(f"layout problem '{name}': {error}") from error
-    identity = _identity(name, options, method, full)
-    before = _resumable(folder / _PARTIAL, identity, full)
-    history: list[dict[str, Any]] = list(before["history"]) if before else []
-    offset, start = len(history), np.array(before["density"]) if before else full.start
-    best = float(before["value"]) if before else np.inf
+    kept = _Kept.opened(folder / PARTIAL, identity=_identity(name, options, method, full), problem=full)
+    offset = len(kept.history)
 
     def keep(entry: HistoryEntry, density: Array) -> None:
-        nonlocal best
-        if entry.best < best or not history:
-            best = min(best, entry.best)
-            keep.density = density.tolist()  # type: ignore[attr-defined]
-        row = _entry(entry, offset, best)
-        history.append(row)
-        write_json(
-            folder / _PARTIAL,
-            {"identity": identity, "history": history, "density": keep.density, "value": finite(best)},  # type: ignore[attr-defined]
-        )
+        row = kept.add(entry, density, offset=offset)
         if progress is not None:
-            progress(replace(entry, evaluation=row["evaluation"], best=best))
+            progress(replace(entry, evaluation=row["evaluation"], best=kept.best))
 
-    keep.density = start.tolist()  # type: ignore[attr-defined]
     try:
         result = optimise_layout(
-            replace(full, start=start), method, max_evaluations=max(1, evaluations - offset),
+            replace(full, start=np.array(kept.density)), method, max_evaluations=max(1, evaluations - offset),
             tolerance=tolerance, peaks=peaks, progress=keep,  # type: ignore[arg-type]
         )  # fmt: skip
         check = check_gradient(full)
         clean = purify(full, result.density) if purified and full.geometry is not None else None
     except KeyboardInterrupt:
         raise Interrupted(
-            f"layout stopped after {len(history)} evaluations, best value {best:.6g}; run again to go on"
+            f"layout stopped after {len(kept.history)} evaluations, best value {kept.best:.6g}; "
+            "run again to go on"
         ) from None
     except InvalidLayout as error:
         raise StudyError(f"layout problem '{name}': {error}") from error
-    start_value = float(before["history"][0]["value"]) if before else result.start_value
+    start_value = float(kept.history[0]["value"]) if offset else result.start_value
     document = layout_document(
-        full, result, name=name, method=method, history=history, start_value=start_value, check=check,
+        full, result, name=name, method=method, history=kept.history, start_value=start_value, check=check,
         clean=clean, baselines=_baselines(full),
     )  # fmt: skip
     write_json(folder / "layout.json", document)
-    (folder / _PARTIAL).unlink(missing_ok=True)
+    (folder / PARTIAL).unlink(missing_ok=True)
     return document
+
+
+@dataclass(slots=True, kw_only=True)
+class _Kept:
+    """What is kept of an optimisation, so that it can be gone on with: history and the best design so far."""
+
+    path: Path
+    identity: str
+    history: list[dict[str, Any]]
+    density: list[float]
+    best: float
+
+    @classmethod
+    def opened(cls, path: Path, *, identity: str, problem: LayoutProblem) -> "_Kept":
+        """What an interrupted run of the same problem left, or a beginning."""
+        before = _resumable(path, identity, problem)
+        history: list[dict[str, Any]] = list(before["history"]) if before else []
+        density = before["density"] if before else problem.start.tolist()
+        best = float(before["value"]) if before else np.inf
+        return cls(path=path, identity=identity, history=history, density=density, best=best)
+
+    def add(self, entry: HistoryEntry, density: Array, *, offset: int) -> dict[str, Any]:
+        """One more evaluation, `offset` of which were made before the interruption; its row."""
+        if entry.best < self.best or not self.history:
+            self.best = min(self.best, entry.best)
+            self.density = density.tolist()
+        row = _entry(entry, offset, self.best)
+        self.history.append(row)
+        document = {"identity": self.identity, "history": self.history, "density": self.density}
+        write_json(self.path, {**document, "value": finite(self.best)})
+        return row
 
 
 def _baselines(problem: LayoutProblem) -> tuple[dict[str, float], dict[str, float]]:

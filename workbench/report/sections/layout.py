@@ -15,12 +15,12 @@
     gradient_check {method: largest relative error}, length_unit ("m")
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from workbench.figures.loop import plot_convergence, plot_layout_matrix, plot_members
+from workbench.figures.loop import plot_convergence
 from workbench.figures.worst_case import plot_baselines
 from workbench.report.page.blocks import (
     Block,
@@ -30,16 +30,15 @@ from workbench.report.page.blocks import (
     Panel,
     Section,
     Table,
-    names_of,
     number,
     quantity,
 )
 from workbench.report.page.folder import CampaignFolder
+from workbench.report.sections.layout_figures import THERE, drawing_figure, matrix_figures
 
 __all__ = ["improvement_sentence", "layout_section"]
 
 MOST_OF = 0.9
-THERE = 1e-3  # density of a member that is listed as there
 SCENARIOS = 8  # up to so many stand open on the page; the loop lists its cases once more
 PURIFIED = {
     "accepted": "taken instead of the layout",
@@ -49,7 +48,6 @@ PURIFIED = {
     "fractional": "members between none and full after",
     "excess": "budgets exceeded by",
 }
-DRAWING_WIDTH = 4.6  # inches of the axes in a drawing 6.4 wide
 
 
 def improvement_sentence(layout: Mapping[str, Any]) -> str:
@@ -79,9 +77,9 @@ def layout_section(folder: CampaignFolder) -> Section | None:
     sentences += [str(layout[key]) for key in ("status", "strategy") if layout.get(key)]
     blocks: list[Block] = [Note(text=str(text)) for text in layout.get("verdicts") or ()]
     if members and all(m.get("a") and m.get("b") for m in members):
-        blocks.append(_drawing(layout, members))
+        blocks.append(drawing_figure(layout, members))
     if layout.get("matrix") and members:
-        blocks += _matrices(layout["matrix"], members)
+        blocks += matrix_figures(layout["matrix"], members)
     if layout.get("history"):
         blocks.append(_convergence(layout, response, unit))
     if layout.get("baselines"):
@@ -114,74 +112,6 @@ def _carried(members: list[dict[str, Any]]) -> str:
         return "It has no members."
     count = int(np.searchsorted(np.cumsum(density), MOST_OF * density.sum())) + 1
     return f"{min(count, len(density))} of {len(density)} members hold nine tenths of all density."
-
-
-def _drawing(layout: Mapping[str, Any], used: list[dict[str, Any]]) -> Figure:
-    length = str(layout.get("length_unit") or "m")
-    kinds = {kind: sum(m["kind"] == kind for m in used) for kind in dict.fromkeys(m["kind"] for m in used)}
-    said = names_of([f"{n} {kind}{'' if n == 1 else 's'}" for kind, n in kinds.items() if n])
-
-    def draw(ax: Any) -> Any:
-        return plot_members(used, outlines=layout.get("outlines") or (), unit=length, ax=ax)
-
-    ends = np.array([[m["a"][:2], m["b"][:2]] for m in used], dtype=float).reshape(-1, 2)
-    span = np.ptp(ends, axis=0)
-    height = float(np.clip(1.0 + DRAWING_WIDTH * span[1] / max(span[0], 1e-9), 2.4, 6.5))
-    return Figure(
-        id="layout-drawing",
-        title="What it looks like",
-        alt=f"Drawing of {said} between body and vehicle, thickness by density.",
-        read_off="Thickness is density relative to the largest; no threshold decides what is there. A belt "
-        "is a plain line, an airbag a row of beads, a retractor dashes.",
-        panels=(Panel(draw=draw, width=6.4, height=height),),
-        table=Table(
-            id="layout-drawing",
-            title="Ends of the members",
-            columns=(
-                Column(name="member"), Column(name="kind"), Column(name="density"),
-                Column(name="from", unit=length), Column(name="to", unit=length),
-            ),
-            rows=tuple((m["name"], m["kind"], m["density"], _point(m["a"]), _point(m["b"])) for m in used),
-        ),
-    )  # fmt: skip
-
-
-def _matrices(matrix: Mapping[str, Any], members: list[dict[str, Any]]) -> list[Figure]:
-    """A figure per kind: which end on one side is tied to which on the other, and how densely."""
-    rows, columns = list(matrix["rows"]), list(matrix["columns"])
-    tables: dict[str, Any] = {}
-    for member, (i, j) in zip(members, matrix["cells"], strict=True):
-        table = tables.setdefault(str(member["kind"]), np.full((len(rows), len(columns)), np.nan))
-        table[i, j] = np.nansum([table[i, j], float(member["density"])])
-    largest = max(float(np.nanmax(table)) for table in tables.values())
-    return [_matrix(kind, table, rows, columns, largest) for kind, table in tables.items()]
-
-
-def _matrix(kind: str, density: Any, rows: list[str], columns: list[str], largest: float) -> Figure:
-    used = [(rows[i], columns[j], float(density[i, j])) for i, j in np.argwhere(density > THERE)]
-
-    def draw(ax: Any) -> Any:
-        return plot_layout_matrix(density, rows=rows, columns=columns, largest=largest, ax=ax)
-
-    places = int((~np.isnan(density)).sum())
-    return Figure(
-        id=f"layout-matrix-{kind}",
-        title=f"Which {kind} ties what to what",
-        alt=f"Densities of kind {kind} by their ends: {len(used)} of {places} places are taken.",
-        read_off="Each dot is a place for a member between the point of its row and the point of its column; "
-        "the area of a square is the density.",
-        panels=(Panel(draw=draw, width=2.0 + 0.14 * len(columns), height=1.4 + 0.2 * len(rows)),),
-        table=Table(
-            id=f"layout-matrix-{kind}",
-            title=f"Places taken by kind {kind}",
-            columns=(Column(name="from"), Column(name="to"), Column(name="density")),
-            rows=tuple(used),
-        ),
-    )
-
-
-def _point(p: Any) -> str:
-    return ", ".join(number(float(v), 4) for v in p)
 
 
 def _convergence(layout: Mapping[str, Any], response: str, unit: str) -> Figure:
@@ -246,75 +176,78 @@ def _comparison(layout: Mapping[str, Any], response: str, unit: str) -> Figure:
 
 def _tables(
     layout: Mapping[str, Any], members: list[dict[str, Any]], response: str, unit: str
-) -> list[Block]:
-    out: list[Block] = []
-    if members:
-        ranked = sorted(members, key=lambda m: -float(m["density"]))
-        there = [m for m in ranked if float(m["density"]) > THERE]
-        out.append(
-            Table(
-                id="members",
-                title=f"The {len(there)} of {len(members)} members with a density above {THERE:g}",
-                columns=(Column(name="member"), Column(name="kind"), Column(name="density")),
-                rows=tuple((m["name"], m["kind"], float(m["density"])) for m in there),
+) -> list[Table]:
+    """Those there are data for."""
+    made: tuple[tuple[Any, Callable[[], Table]], ...] = (
+        (members, lambda: _members(members)),
+        (layout.get("budgets"), lambda: _budgets(layout["budgets"])),
+        (layout.get("purified"), lambda: _purified(layout["purified"])),
+        (layout.get("shadow_prices"), lambda: _shadow_prices(layout["shadow_prices"], response, unit)),
+        (layout.get("scenarios"), lambda: _scenarios(layout["scenarios"], response, unit)),
+        (layout.get("gradient_check"), lambda: _gradient_check(layout["gradient_check"])),
+    )
+    return [make() for data, make in made if data]
+
+
+def _members(members: list[dict[str, Any]]) -> Table:
+    ranked = sorted(members, key=lambda m: -float(m["density"]))
+    there = [m for m in ranked if float(m["density"]) > THERE]
+    return Table(
+        id="members",
+        title=f"The {len(there)} of {len(members)} members with a density above {THERE:g}",
+        columns=(Column(name="member"), Column(name="kind"), Column(name="density")),
+        rows=tuple((m["name"], m["kind"], float(m["density"])) for m in there),
+    )
+
+
+def _budgets(budgets: list[dict[str, Any]]) -> Table:
+    return Table(
+        id="budgets",
+        title="Budgets and what is used of them",
+        columns=(Column(name="budget"), Column(name="limit"), Column(name="used")),
+        rows=tuple((b["name"], b["limit"], b["used"]) for b in budgets),
+    )
+
+
+def _purified(clean: Mapping[str, Any]) -> Table:
+    return Table(
+        id="purified",
+        title="The layout with its densities driven to none or full, simulated again",
+        columns=(Column(name="what"), Column(name="value")),
+        rows=tuple((label, clean[key]) for key, label in PURIFIED.items() if key in clean),
+    )
+
+
+def _shadow_prices(prices: Mapping[str, Any], response: str, unit: str) -> Table:
+    return Table(
+        id="shadow-prices",
+        title="What one more unit of a limit would bring",
+        columns=(Column(name="limit"), Column(name=f"improvement of {response}", unit=unit)),
+        rows=tuple(prices.items()),
+    )
+
+
+def _scenarios(scenarios: list[dict[str, Any]], response: str, unit: str) -> Table:
+    return Table(
+        id="scenarios",
+        title="The layout in each of its scenarios",
+        folded=len(scenarios) > SCENARIOS,
+        columns=(Column(name="scenario"), Column(name=response, unit=unit), Column(name="parameters")),
+        rows=tuple(
+            (
+                s.get("name", k + 1),
+                s.get("value"),
+                ", ".join(f"{n} = {number(v)}" for n, v in (s.get("parameters") or {}).items()),
             )
-        )
-    if layout.get("budgets"):
-        out.append(
-            Table(
-                id="budgets",
-                title="Budgets and what is used of them",
-                columns=(Column(name="budget"), Column(name="limit"), Column(name="used")),
-                rows=tuple((b["name"], b["limit"], b["used"]) for b in layout["budgets"]),
-            )
-        )
-    if layout.get("purified"):
-        clean = layout["purified"]
-        out.append(
-            Table(
-                id="purified",
-                title="The layout with its densities driven to none or full, simulated again",
-                columns=(Column(name="what"), Column(name="value")),
-                rows=tuple((label, clean[key]) for key, label in PURIFIED.items() if key in clean),
-            )
-        )
-    if layout.get("shadow_prices"):
-        out.append(
-            Table(
-                id="shadow-prices",
-                title="What one more unit of a limit would bring",
-                columns=(Column(name="limit"), Column(name=f"improvement of {response}", unit=unit)),
-                rows=tuple(layout["shadow_prices"].items()),
-            )
-        )
-    if layout.get("scenarios"):
-        out.append(
-            Table(
-                id="scenarios",
-                title="The layout in each of its scenarios",
-                folded=len(layout["scenarios"]) > SCENARIOS,
-                columns=(
-                    Column(name="scenario"),
-                    Column(name=response, unit=unit),
-                    Column(name="parameters"),
-                ),
-                rows=tuple(
-                    (
-                        s.get("name", k + 1),
-                        s.get("value"),
-                        ", ".join(f"{n} = {number(v)}" for n, v in (s.get("parameters") or {}).items()),
-                    )
-                    for k, s in enumerate(layout["scenarios"])
-                ),
-            )
-        )
-    if layout.get("gradient_check"):
-        out.append(
-            Table(
-                id="gradient-check",
-                title="Gradient against differences",
-                columns=(Column(name="method"), Column(name="largest relative error")),
-                rows=tuple(layout["gradient_check"].items()),
-            )
-        )
-    return out
+            for k, s in enumerate(scenarios)
+        ),
+    )
+
+
+def _gradient_check(errors: Mapping[str, Any]) -> Table:
+    return Table(
+        id="gradient-check",
+        title="Gradient against differences",
+        columns=(Column(name="method"), Column(name="largest relative error")),
+        rows=tuple(errors.items()),
+    )

@@ -77,7 +77,9 @@ def runs_section(folder: CampaignFolder) -> Section | None:
                 level="poor" if share > 0.2 else "fair",
             )
         )
-        blocks += _failures(folder, failures)
+        blocks.append(_failure_messages(failures))
+        places = _failure_places(folder, failures)
+        blocks += [] if places is None else [places]
     return Section(
         id="runs",
         title="What ran",
@@ -139,81 +141,77 @@ def _thinned(runs: Sequence[Evaluation], response: str | None) -> list[Evaluatio
     return [run for run in runs if run.key in chosen]
 
 
-def _failures(folder: CampaignFolder, failures: list[Evaluation]) -> list[Block]:
+def _failure_messages(failures: list[Evaluation]) -> Table:
+    messages = Counter(
+        (run.status, run.error.strip().splitlines()[-1] if run.error.strip() else "") for run in failures
+    )
+    return Table(
+        id="failure-messages",
+        title="Failures by message",
+        columns=(
+            Column(name="status"),
+            Column(name="message"),
+            Column(name="runs"),
+            Column(name="first run"),
+        ),
+        rows=tuple(
+            (
+                status,
+                message[:200],
+                count,
+                next(
+                    r.id
+                    for r in failures
+                    if r.status == status and (r.error.strip().splitlines() or [""])[-1] == message
+                ),
+            )
+            for (status, message), count in messages.most_common(MOST_MESSAGES)
+        ),
+    )
+
+
+def _failure_places(folder: CampaignFolder, failures: list[Evaluation]) -> Figure | None:
+    """Where in the box runs failed; None without a numeric parameter or a good run."""
     numeric = [
         name
         for name, p in folder.parameters.items()
         if p.get("lower") is not None and p.get("upper") is not None and p["upper"] > p["lower"]
     ]
-    messages = Counter(
-        (run.status, run.error.strip().splitlines()[-1] if run.error.strip() else "") for run in failures
-    )
-    blocks: list[Block] = [
-        Table(
-            id="failure-messages",
-            title="Failures by message",
-            columns=(
-                Column(name="status"),
-                Column(name="message"),
-                Column(name="runs"),
-                Column(name="first run"),
-            ),
-            rows=tuple(
-                (
-                    status,
-                    message[:200],
-                    count,
-                    next(
-                        r.id
-                        for r in failures
-                        if r.status == status and (r.error.strip().splitlines() or [""])[-1] == message
-                    ),
-                )
-                for (status, message), count in messages.most_common(MOST_MESSAGES)
-            ),
-        )
-    ]
     good = _thinned([run for run in folder.finished if run.status == "ok"], None)
     failures = _thinned(failures, None)
     if not numeric or not good:
-        return blocks
+        return None
     passed, failed = (_unit(folder, runs, numeric) for runs in (good, failures))
     apart = np.abs(np.median(passed, axis=0) - np.median(failed, axis=0))
     order = np.argsort(-apart, kind="stable")[:MOST_PARAMETERS]
     shown = [numeric[j] for j in order]
-    blocks.append(
-        Figure(
+    return Figure(
+        id="failures",
+        title="Where runs failed",
+        alt=f"Positions of {len(failed)} failed and {len(passed)} good runs along {names_of(shown)}.",
+        read_off="Crosses that crowd at one end say which range the model cannot run. The parameters "
+        "whose failures stand most apart come first.",
+        panels=(
+            Panel(
+                draw=lambda ax: plot_failures(shown, passed=passed[:, order], failed=failed[:, order], ax=ax),
+                width=6.0,
+                height=1.2 + 0.32 * len(shown),
+            ),
+        ),
+        table=Table(
             id="failures",
-            title="Where runs failed",
-            alt=f"Positions of {len(failed)} failed and {len(passed)} good runs along {names_of(shown)}.",
-            read_off="Crosses that crowd at one end say which range the model cannot run. The parameters "
-            "whose failures stand most apart come first.",
-            panels=(
-                Panel(
-                    draw=lambda ax: plot_failures(
-                        shown, passed=passed[:, order], failed=failed[:, order], ax=ax
-                    ),
-                    width=6.0,
-                    height=1.2 + 0.32 * len(shown),
-                ),
+            title="Failed runs",
+            columns=(
+                Column(name="run"),
+                Column(name="key"),
+                Column(name="status"),
+                *(Column(name=name, unit=folder.unit_of(name)) for name in shown),
             ),
-            table=Table(
-                id="failures",
-                title="Failed runs",
-                columns=(
-                    Column(name="run"),
-                    Column(name="key"),
-                    Column(name="status"),
-                    *(Column(name=name, unit=folder.unit_of(name)) for name in shown),
-                ),
-                rows=tuple(
-                    (run.id, run.key, run.status, *(run.inputs.get(name) for name in shown))
-                    for run in failures
-                ),
+            rows=tuple(
+                (run.id, run.key, run.status, *(run.inputs.get(name) for name in shown)) for run in failures
             ),
-        )
+        ),
     )
-    return blocks
 
 
 def _unit(folder: CampaignFolder, runs: list[Evaluation], names: list[str]) -> np.ndarray:

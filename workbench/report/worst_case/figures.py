@@ -124,21 +124,6 @@ def profile_figure(
 
         return Panel(draw=draw, width=3.2, height=2.6)
 
-    rows = []
-    for name in names:
-        band = profile[name]
-        n = len(band["x"])
-        for k in dict.fromkeys(round(i * (n - 1) / max(min(n - 1, 8), 1)) for i in range(min(n - 1, 8) + 1)):
-            rows.append(
-                (
-                    name,
-                    band["x"][k],
-                    folder.unit_of(name),
-                    band["mean"][k],
-                    band["lower"][k],
-                    band["upper"][k],
-                )
-            )
     mark = "red dot is the confirming run" if confirmed else "open ring is the surrogate's extreme, not run"
     return Figure(
         id="profile",
@@ -159,9 +144,31 @@ def profile_figure(
                 Column(name="lower", unit=unit),
                 Column(name="upper", unit=unit),
             ),
-            rows=tuple(rows),
+            rows=tuple(_profile_rows(folder, profile, names)),
         ),
     )
+
+
+def _profile_rows(
+    folder: CampaignFolder, profile: Mapping[str, Any], names: list[str]
+) -> list[tuple[Any, ...]]:
+    """At most nine points of each band."""
+    rows: list[tuple[Any, ...]] = []
+    for name in names:
+        band = profile[name]
+        n = len(band["x"])
+        for k in dict.fromkeys(round(i * (n - 1) / max(min(n - 1, 8), 1)) for i in range(min(n - 1, 8) + 1)):
+            rows.append(
+                (
+                    name,
+                    band["x"][k],
+                    folder.unit_of(name),
+                    band["mean"][k],
+                    band["lower"][k],
+                    band["upper"][k],
+                )
+            )
+    return rows
 
 
 def surprise_figure(

@@ -1,0 +1,125 @@
+"""What is printed of each stage: the screening path like Table 3.1, the worst case, designs side by side."""
+
+from workbench.report.lines.design import design_lines
+from workbench.report.lines.layout import layout_lines
+from workbench.report.lines.robust import robust_lines
+from workbench.report.lines.screening import screening_lines
+from workbench.report.lines.tables import format_number
+from workbench.report.lines.worst_case import worst_case_lines
+
+MANY = [f"x{k}" for k in range(1, 31)]
+PATH = {
+    "response": "y",
+    "unit": "mm",
+    "method": "forward",
+    "n_left_out": 2,
+    "verdict": "",
+    "selected": ["x12", "x19"],
+    "path": [
+        dict(step=1, selected=["x12"], theta_common=0.3883, sigma2=2.2305, log_likelihood=-50.1679),
+        dict(step=2, selected=MANY, theta_common=0.1211, sigma2=2.5108, log_likelihood=-44.1308)
+        | {"accepted": False},
+    ],
+}  # fmt: skip
+
+
+def test_the_screening_path_has_the_form_of_table_3_1():
+    text = screening_lines(PATH)
+    assert text[0] == "Screening of y [mm]: forward"
+    assert text[1].split() == [
+        "step",
+        "selected",
+        "so",
+        "far",
+        "theta",
+        "sigma^2",
+        "restricted",
+        "log-likelihood",
+    ]
+    assert text[3].split() == ["1", "x12", "0.3883", "2.2305", "-50.1679"]
+    assert max(map(len, text)) <= 80
+    assert "selected: x12, x19" in text
+    assert any("(not accepted)" in line for line in text)
+    assert text[-1] == "2 runs without a value were left out"
+
+
+def test_the_worst_case_says_what_it_rests_on():
+    document = {
+        "response": "y", "unit": "mm", "sense": "max", "value": 13.31251, "label": "confirmed by a true run",
+        "evaluations": 41, "budget": 60, "parameters": {"k": 2.0, "road": "bump"}, "failures": {"failed": 2},
+        "gap": {"sentence": "It could be at most 0.9 mm worse."},
+    }  # fmt: skip
+    text = "\n".join(worst_case_lines(document))
+    assert "Worst case (largest y): 13.3125 mm" in text
+    assert "confirmed by a true run; 41 runs of at most 60" in text
+    assert "  It could be at most 0.9 mm worse." in text
+    assert "runs without a value: 2 failed" in text
+    assert "  road = bump" in text
+
+
+def test_numbers_are_short():
+    assert [format_number(x) for x in (13.3125, -1e-9, 123456.7, 0.0)] == [
+        "13.312",
+        "-1e-09",
+        "1.2346e+05",
+        "0",
+    ]
+
+
+def test_design_layout_and_robust_are_told_within_80_columns():
+    quality = {
+        "min_distance": {"value": 0.3978, "percentile": 82.0, "better": "high"},
+        "cd2": {"value": 0.0255, "percentile": 12.0, "better": "low"},
+        "maxpro": {"value": None, "percentile": None, "better": "low"},
+    }
+    text = design_lines({"quality": quality})
+    assert "min distance" in text[2]
+    assert "better than 82 %" in text[2]
+    assert "better than 88 %" in text[3]
+    assert design_lines({}) == []
+    layout = {
+        "title": "truss", "problem": "m:p", "response": "compliance", "unit": "J",
+        "start_value": 2.0, "value": 1.0,
+        "evaluations": 7, "method": "gsao", "status": "converged", "shadow_prices": {"mass": 0.25},
+        "budgets": [{"name": "mass", "limit": 3.0, "used": 3.0}], "purified": {"value": 1.1, "loss": 0.1},
+    }  # fmt: skip
+    text = layout_lines(layout)
+    assert text[0] == "Layout of truss: compliance 2 -> 1 J"
+    assert "shadow price 0.25" in text[2]
+    summary = {
+        "design": "old", "mean": 1.0, "quantiles": {"P95": [2.0, 1.8, 2.2]}, "worst": 3.0,
+        "largest_regret": 0.5,
+        "beyond_limit": [0.125, 0.1, 0.2], "failed": 1,
+    }  # fmt: skip
+    robust = {"unit": "J", "samples": 100, "summaries": [summary], "paired": {"new - old": [-1.0, -2.0, 0.0]}}
+    text = robust_lines(robust)
+    assert text[0] == "100 points of the uncertainty, J"
+    assert "12.5 %" in text[3]
+    assert text[-1] == "new - old: -1 (95 %: -2 to 0)"
+    assert max(map(len, text)) <= 80
+
+
+def test_failures_of_a_comparison_are_told_within_80_columns():
+    summary = {
+        "design": "stiff", "mean": 1.0, "quantiles": {"P95": [2.0, 1.8, None]}, "worst": 3.0,
+        "largest_regret": 0.5, "beyond_limit": [0.125, 0.1, 0.2], "failed": 30,
+        "failed_share": [0.3, 0.219, 0.396], "beyond_or_failed": [0.45, 0.36, 0.55],
+    }  # fmt: skip
+    soft = {
+        **summary, "design": "soft", "failed": 0, "failed_share": [0.0, 0.0, 0.037],
+        "beyond_or_failed": [0.4, 0.3, 0.5],
+    }  # fmt: skip
+    robust = {
+        "unit": "J", "samples": 100, "drawn": 100, "left_out": 30, "limit": 2.5, "paired": {},
+        "summaries": [summary, soft],
+        "warnings": ["stiff gave no value in 30 of 100 scenarios (30 %), and fails where soft is bad: its "
+                     "worst may be hidden in them"],
+    }  # fmt: skip
+    text = robust_lines(robust)
+    assert "left out for every design: 30 of 100 points, in which a run gave no value" in text
+    assert "  stiff failed in 30 % (95 %: 21.9 to 39.6 %); failed or beyond 2.5: 45 %" in text
+    assert text[-2].startswith("note: stiff gave no value in 30 of 100 scenarios")
+    assert "  soft failed in 0 % (95 %: 0 to 3.7 %); failed or beyond 2.5: 40 %" in text
+    long = {**summary, "design": "as it stands today, with the old belt and no airbag at all", "failed": 0}
+    text += robust_lines({**robust, "summaries": [summary, long], "paired": {long["design"]: [1, 2, 3]}})
+    assert max(map(len, text)) <= 80
