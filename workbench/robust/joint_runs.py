@@ -30,8 +30,7 @@ RELEARN = 1.1  # growth of the runs after which the metric of the failures is le
 
 @dataclass(slots=True, kw_only=True)
 class JointRuns:
-    """Different runs so far within a budget; `y` is NaN where one failed. x (dx,) and u (du,) in their unit
-    cubes."""
+    """Different runs within a budget; `y` is NaN where one failed. x (dx,) and u (du,) in unit cubes."""
 
     design: SearchSpace
     uncertain: SearchSpace

@@ -1,5 +1,4 @@
-"""Designs that survive their worst case: min over x of max over u of f(x, u), by cutting sets on a joint
-Kriging.
+"""Designs that survive their worst case: min over x of max over u of f(x, u), by cutting sets on a Kriging.
 
     result = minimax(function, design_space, uncertainty, budget=300, seed=0)
 

@@ -109,18 +109,14 @@ def re_evaluate(
         limit=limit,
         evaluators=evaluators,
     )
-    read = response_reader(response)
     ground = Ground.of(uncertainty, designs, constraints)
     ground.check(extra_scenarios, nominal)
     drawn, inadmissible = _drawn(ground, samples, seed)
     rows = [*drawn, *extra_scenarios, *([nominal] if nominal is not None else [])]
     names = tuple(designs)
-    values, errors = np.full((len(rows), len(names)), np.nan), {}
-    for j, name in enumerate(names):
-        given = evaluators[name] if evaluators is not None else _calls(function, designs[name])
-        outcomes = given(rows, purpose=f"robust {name}")
-        values[:, j] = [_value(read, outcome) for outcome in outcomes]
-        errors[name] = next((_first_line(o) for o in reversed(outcomes) if o.status != "ok"), "")
+    if evaluators is None:
+        evaluators = {name: _calls(function, design) for name, design in designs.items()}
+    values, errors = _run({name: evaluators[name] for name in names}, rows, response_reader(response))
     n, at_nominal = len(drawn), None if nominal is None else values[-1]
     rows, values = rows[: n + len(extra_scenarios)], values[: n + len(extra_scenarios)]
     sign = 1.0 if sense == "max" else -1.0
@@ -194,6 +190,18 @@ def _drawn(ground: Ground, samples: int, seed: int) -> tuple[list[dict[str, Any]
             f"least {FEWEST} are needed. Draw more, or compare designs that share admissible points"
         )
     return kept, inadmissible
+
+
+def _run(
+    evaluators: Mapping[str, Evaluator], rows: list[Mapping[str, Any]], read: Reading
+) -> tuple[np.ndarray, dict[str, str]]:
+    """Values (n, m) of n scenarios under m designs, NaN without one; what the last failure of each said."""
+    values, errors = np.full((len(rows), len(evaluators)), np.nan), {}
+    for j, (name, evaluate) in enumerate(evaluators.items()):
+        outcomes = evaluate(rows, purpose=f"robust {name}")
+        values[:, j] = [_value(read, outcome) for outcome in outcomes]
+        errors[name] = next((_first_line(o) for o in reversed(outcomes) if o.status != "ok"), "")
+    return values, errors
 
 
 def _calls(function: Callable[[Mapping[str, Any], Mapping[str, Any]], Any], design: Any) -> Evaluator:

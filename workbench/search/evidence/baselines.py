@@ -2,8 +2,7 @@
 
 On an expensive model the plain searches are played on the Kriging of all runs: a Latin hypercube, corners
 in random order and a full grid, each of as many runs as the search made, repeated over draws. They are
-predictions and say so. `run_baselines` makes the same comparison with true runs when a model is cheap
-enough.
+predictions and say so.
 """
 
 from collections.abc import Mapping
@@ -12,12 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import doe
-from workbench.models.evaluator import Evaluator, Reading
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.model import SearchModel
 
-__all__ = ["Baseline", "predicted_baselines", "run_baselines"]
+__all__ = ["Baseline", "predicted_baselines"]
 
 REPLICATES = 100
 LARGEST_GRID = 20_000
@@ -32,7 +30,7 @@ class Baseline:
     median: float
     low: float
     high: float
-    kind: str  # "predicted by the Kriging" | "true runs"
+    kind: str
 
     def to_dict(self) -> dict[str, float | int | str]:
         """For the JSON document."""
@@ -60,7 +58,7 @@ def predicted_baselines(
     signed value v (n,) counts, which a Kriging with a nugget need not meet. A run that would rather fail
     brings nothing."""
     out = {}
-    for name, designs in _designs(where, runs, REPLICATES, rng).items():
+    for name, designs in _designs(where, runs, rng).items():
         best = np.array([_values(where, model, points, feasibility, u, v).max() for points in designs])
         best = best[np.isfinite(best)]
         if not len(best):
@@ -91,29 +89,7 @@ def _values(
     return values
 
 
-def run_baselines(
-    evaluate: Evaluator,
-    where: SearchSpace,
-    *,
-    read: Reading,
-    runs: int,
-    sign: float,
-    rng: np.random.Generator,
-) -> dict[str, Baseline]:
-    """The same with one draw of true runs each; runs that fail are left out."""
-    out = {}
-    for name, (u,) in _designs(where, runs, 1, rng).items():
-        outcomes = evaluate(where.rows(u), purpose=f"baseline {name}")
-        values = [sign * read(o.outputs) for o in outcomes if o.status == "ok"]
-        if values:
-            best = sign * max(values)
-            out[name] = Baseline(runs=len(u), median=best, low=best, high=best, kind="true runs")
-    return out
-
-
-def _designs(
-    where: SearchSpace, runs: int, replicates: int, rng: np.random.Generator
-) -> Mapping[str, list[np.ndarray]]:
+def _designs(where: SearchSpace, runs: int, rng: np.random.Generator) -> Mapping[str, list[np.ndarray]]:
     """Unit points of every plain search; a grid is drawn once, and left out below 2 levels per axis."""
     d = where.dimension
 
@@ -123,8 +99,8 @@ def _designs(
         return kept
 
     designs = {
-        "Latin hypercube": [allowed(doe.lhs(runs, d, rng=rng)) for _ in range(replicates)],
-        "random corners": [allowed(_corners(where, runs, rng)) for _ in range(replicates)],
+        "Latin hypercube": [allowed(doe.lhs(runs, d, rng=rng)) for _ in range(REPLICATES)],
+        "random corners": [allowed(_corners(where, runs, rng)) for _ in range(REPLICATES)],
     }
     levels = int(np.floor(runs ** (1 / d) + 1e-9))
     if levels >= 2 and levels**d <= LARGEST_GRID:

@@ -52,8 +52,6 @@ class Ledger:
         progress: Callable[[Run, float], None] | None,
     ) -> "Ledger":
         """A ledger holding the runs in `start`."""
-        if sense not in ("max", "min"):
-            raise StudyError(f"sense needs 'max' or 'min', got {sense!r}")
         where = SearchSpace.of(space)
         ledger = cls(where=where, sign=1.0 if sense == "max" else -1.0, read=response_reader(response))
         ledger.points = where.points()

@@ -1,5 +1,4 @@
-"""Where runs fail: the chance that a run succeeds, from the nearest run that did and the nearest that did
-not.
+"""Where runs fail: the chance that a run succeeds, from the nearest that did and the nearest that did not.
 
     p(u) = 1 / (1 + exp(-s (d_failed - d_ok) / (d_failed + d_ok)))
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.models.evaluator import FunctionEvaluator
-from workbench.search.evidence.baselines import predicted_baselines, run_baselines
+from workbench.search.evidence.baselines import predicted_baselines
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.fitting import fit_search_model
@@ -14,10 +13,6 @@ BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upp
 WHERE = SearchSpace.of(BOX)
 SOUND = Feasibility.of(np.full((1, 2), 0.5), np.array([True]))  # no run has failed
 NOTHING = {"u": np.empty((0, 2)), "v": np.empty(0), "feasibility": SOUND}
-
-
-def tilted(a, b):
-    return 3 * a - b
 
 
 @pytest.fixture(scope="module")
@@ -60,21 +55,6 @@ def test_a_run_that_would_rather_fail_brings_nothing(model):
     plain = predicted_baselines(WHERE, model, **NOTHING, runs=9, sign=1.0, rng=np.random.default_rng(1))
     assert "random corners" not in found
     assert found["grid"].median < plain["grid"].median
-
-
-def test_run_baselines_are_true_runs():
-    found = run_baselines(
-        FunctionEvaluator(tilted),
-        WHERE,
-        read=lambda outputs: outputs["y"],
-        runs=9,
-        sign=-1.0,
-        rng=np.random.default_rng(0),
-    )
-    assert found["random corners"].median == -1.0
-    assert found["grid"].median == -1.0
-    assert found["Latin hypercube"].median >= -1.0
-    assert found["grid"].kind == "true runs"
 
 
 def test_a_grid_of_one_level_is_left_out(model):
