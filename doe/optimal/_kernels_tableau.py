@@ -11,6 +11,8 @@ the bit patterns as integers, which order positive floats correctly and compile 
 where a float maximum does not.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from doe._kernel_cache import kernel
@@ -22,6 +24,27 @@ BLOCK = np.float32(-1e30)
 SMALLEST = 1e-6  # of a proposal: the resolution of the float32 tableau
 PLAUSIBLE = np.float32(0.7)  # a shake takes candidates with at least this share of the leaving variance
 TRIALS = 50  # candidates drawn before a shake gives up on a row
+
+
+class Tableau(NamedTuple):
+    """A design among its candidates.
+
+    f: (N, P) model rows of the candidates    ft: (P, N) the same in float32
+    design: (n,) candidates in the design, the first `fixed` of them to stay
+    blocked: (N,) what is added to a candidate's gain
+    w: (n, N) f' M^-1 f    v: (N,) the same of each candidate alone
+    inverse: (P, P) M^-1    replicates: whether a candidate may stand in the design several times
+    """
+
+    f: np.ndarray
+    ft: np.ndarray
+    design: np.ndarray
+    fixed: int
+    blocked: np.ndarray
+    w: np.ndarray
+    v: np.ndarray
+    inverse: np.ndarray
+    replicates: bool
 
 
 @kernel()
@@ -83,10 +106,11 @@ def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
 
 
 @kernel()
-def best_pair(design, fixed, blocked, w, v, gains, bits):
+def best_pair(tableau, gains, bits):
     """Design row and candidate with the largest gain; (-1, -1) when none is positive. bits views gains."""
+    design, blocked, w, v = tableau.design, tableau.blocked, tableau.w, tableau.v
     top, row = np.int32(0), -1
-    for r in range(fixed, design.size):
+    for r in range(tableau.fixed, design.size):
         wr = w[r]
         vi = v[design[r]]
         keep = np.float32(1.0) - vi
@@ -111,8 +135,12 @@ def best_pair(design, fixed, blocked, w, v, gains, bits):
 
 
 @kernel()
-def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
-    """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused."""
+def put(tableau, wj, wi, k, j, least):
+    """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused.
+
+    wj, wi: scratch (N,)
+    """
+    f, design, w, v, inverse = tableau.f, tableau.design, tableau.w, tableau.v, tableau.inverse
     p = f.shape[1]
     g, h = np.empty(p), np.empty(p)
     i = design[k]
@@ -124,7 +152,7 @@ def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
         return -1.0
     a, b, c = (1.0 - vi) / (1.0 + gain), t / (1.0 + gain), -(1.0 + vj) / (1.0 + gain)
     update_inverse(inverse, g, h, a, b, c)
-    lift(ft, h, wj)
+    lift(tableau.ft, h, wj)
     copy(w[k], wi)
     a32, b32, c32 = np.float32(a), np.float32(b), np.float32(c)
     twice = np.float32(2.0) * b32
@@ -141,22 +169,23 @@ def put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, least, replicates):
     for x in range(wr.size):
         wr[x] = s * wj[x] - u * wi[x]
     design[k] = j
-    if not replicates:
-        blocked[i], blocked[j] = np.float32(0.0), BLOCK
+    if not tableau.replicates:
+        tableau.blocked[i], tableau.blocked[j] = np.float32(0.0), BLOCK
     return gain
 
 
 @kernel()
-def climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchanges):
+def climb(tableau, max_exchanges):
     """Take the best pair until none gains: the gain in log|M|."""
+    v = tableau.v
     gains, wj, wi = np.empty_like(v), np.empty_like(v), np.empty_like(v)
     bits = gains.view(np.int32)
     total = 0.0
     for _ in range(max_exchanges):
-        k, j = best_pair(design, fixed, blocked, w, v, gains, bits)
+        k, j = best_pair(tableau, gains, bits)
         if j < 0:
             break
-        gain = put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, SMALLEST, replicates)
+        gain = put(tableau, wj, wi, k, j, SMALLEST)
         if gain < 0.0:
             break
         total += np.log1p(gain)
@@ -164,13 +193,18 @@ def climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchange
 
 
 @kernel()
-def shake(
-    f, ft, design, fixed, blocked, w, v, inverse, state, depth, shakes, floor, replicates, max_exchanges
-):
+def shake(tableau, state, depth, shakes, floor, max_exchanges):
     """Iterated climbing: exchange `depth` random rows, climb, keep what is better; the gain in log|M|.
 
     A random exchange may lose at most the share -floor of |M|, so M stays regular (also when n = p).
     """
+    design, blocked, w, v, inverse = (
+        tableau.design,
+        tableau.blocked,
+        tableau.w,
+        tableau.v,
+        tableau.inverse,
+    )
     n, m = w.shape
     p = inverse.shape[0]
     old_design, old_blocked, old_v = np.empty_like(design), np.empty_like(v), np.empty_like(v)
@@ -185,7 +219,7 @@ def shake(
     for _ in range(shakes):
         change = 0.0
         for _ in range(depth):
-            k = fixed + below(state, design.size - fixed)
+            k = tableau.fixed + below(state, design.size - tableau.fixed)
             for _ in range(TRIALS):
                 j = below(state, v.size)
                 vi = v[design[k]]
@@ -193,11 +227,11 @@ def shake(
                     continue
                 if v[j] - vi - vi * v[j] + w[k, j] * w[k, j] < floor:
                     continue
-                gain = put(f, ft, design, blocked, w, v, inverse, wj, wi, k, j, floor, replicates)
+                gain = put(tableau, wj, wi, k, j, floor)
                 if gain > -1.0:
                     change += np.log1p(gain)
                     break
-        change += climb(f, ft, design, fixed, blocked, w, v, inverse, replicates, max_exchanges)
+        change += climb(tableau, max_exchanges)
         if change > SMALLEST:
             total += change
             copy(design, old_design)

@@ -26,7 +26,7 @@ from doe.criteria.regression import (
     moment_matrix,
 )
 from doe.optimal import _kernels_coordinates as kernels
-from doe.optimal.exchange import CRITERIA, Task
+from doe.optimal.row_search import CRITERIA, Task
 from doe.portable.linear import gram, product
 
 __all__ = ["Levels", "coordinate_exchange"]

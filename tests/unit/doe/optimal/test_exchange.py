@@ -6,7 +6,7 @@ import pytest
 import doe
 from doe.criteria.regression import model_matrix, moment_matrix
 from doe.optimal import _kernels_exchange as kernels
-from doe.optimal.exchange import Task, padded, row_search
+from doe.optimal.row_search import Task, padded, row_search
 
 # single precision proposes exchanges in the tableau: gains below this may be left
 LEFT = 1e-5
