@@ -1,0 +1,211 @@
+"""The discrete adjoint of trees against complex step through a plain twin of the scheme, and differences."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from tests.laws.engine.tree.test_equations import TINY, Complex, times_exponential
+from tests.sample_trees import random_tree
+from workbench.engine.integration.schemes import GeneralisedAlpha
+from workbench.engine.objectives.quantities import Slopes
+from workbench.engine.objectives.reductions import NodeWeight
+from workbench.engine.tree._kernels.forces import look_linearised
+from workbench.engine.tree._kernels.tables import tree_work
+from workbench.engine.tree.compiled import tree_compiled, tree_on_grid
+from workbench.engine.tree.runs import simulate_tree, tree_gradients, tree_parameter_gradient
+
+pytestmark = pytest.mark.slow
+
+EXACT = 1e-9  # relative to the largest entry; a complex step through 12 implicit steps
+DIFFERENCES = 1e-7
+SCHEME = GeneralisedAlpha(tolerance=1e-15)
+TIMES = np.linspace(0.0, 0.24, 13)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mixed:
+    """a . velocity + b . acceleration + c . state, weighted over two nodes: an objective and its quantity."""
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+
+    @property
+    def quantity(self):
+        return self
+
+    def of(self, v, w):
+        n = len(self.a)
+        return v[:n] @ self.a + v[n:] @ self.c + w[:n] @ self.b
+
+    def value(self, r):
+        return sum(
+            part.weight * self.of(r.run.velocity[part.node], r.run.rate[part.node])
+            for part in self.weights(r)
+        )
+
+    def weights(self, r):
+        last = len(r.times) - 1
+        return (NodeWeight(last, 2.0), NodeWeight(last // 2, 1.0))
+
+    def slopes(self, r, node):
+        return Slopes(velocity=self.a, acceleration=self.b, damage=self.c)
+
+    def rate_slopes(self, r, node):
+        return Slopes()
+
+
+def mixed(rng, parts):
+    n = len(parts.arrays["column"])
+    return Mixed(a=rng.normal(size=n), b=0.1 * rng.normal(size=n), c=rng.normal(size=len(parts.states)))
+
+
+def twin(parts, density, direction):
+    """Velocities and rates at all nodes for density + i tiny direction: the scheme in plain numpy."""
+    tables = tree_on_grid(parts, density, TIMES)
+    work, smooth = tree_work(tables, len(parts.states)), Complex(parts, tables)
+    alpha = (density + TINY * 1j * direction)[parts.order]
+    power = parts.power[parts.order]
+    smooth.tables = smooth.tables._replace(scale=alpha**power)
+    am, af, gamma, beta = SCHEME.numbers
+    c, h = (1.0 - af) / (1.0 - am), TIMES[1]
+    q, v = (np.asarray(x, complex) for x in parts.start)
+    n = len(v)
+
+    def solved(node, matrix, w, state):
+        for _ in range(60):
+            move = -np.linalg.solve(matrix, smooth.residual(node, *state(w), w))
+            w = w + move
+            if np.abs(move.real).max() < 1e-14 * np.abs(w.real).max() and (
+                np.abs(move.imag).max() <= 1e-13 * max(np.abs(w.imag).max(), 1e-40)
+            ):
+                break
+        return w
+
+    def slopes(node, q, v, w):
+        look_linearised(tables, work, node, q.real.copy(), v.real.copy(), w.real.copy())
+        return work.m.copy(), work.k.copy(), work.c.copy()
+
+    w = solved(0, slopes(0, q, v, 0 * v)[0], np.zeros(n, complex), lambda w: (q, v))
+    a, out = w, [(v, w)]
+    for node in range(1, len(TIMES)):
+        base = (af * w - am * a) / (1.0 - am)
+
+        def state(w1, q=q, v=v, a=a, base=base):
+            a1 = base + c * w1
+            d = h * v + h * h * ((0.5 - beta) * a + beta * a1)
+            return times_exponential(tables, q, d), v + h * ((1.0 - gamma) * a + gamma * a1)
+
+        q1, v1 = state(w)
+        m, k, d = slopes(node, q1, v1, w)
+        w1 = solved(node, m + h * gamma * c * d + h * h * beta * c * k, w, state)
+        q, v = state(w1)
+        a, w = base + c * w1, w1
+        out.append((v, w))
+    return out
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_gradient_by_density_is_exact(seed):
+    rng = np.random.default_rng(100 + seed)
+    parts = tree_compiled(random_tree(rng, count=4 + seed % 4, first=seed % 7))
+    density, direction = rng.uniform(0.2, 1.0, 12), rng.normal(size=12)
+    run = simulate_tree(parts.system, density, TIMES, SCHEME)
+    objective = mixed(rng, parts)
+    nodes = twin(parts, density, direction)
+    exact = sum(part.weight * objective.of(*nodes[part.node]) for part in objective.weights(run))
+    found = tree_gradients(run, (objective,))[0]
+    assert abs(objective.value(run) - exact.real) < 1e-10 * abs(exact.real)
+    scale = max(abs(exact.imag / TINY), np.abs(found * direction).max())
+    assert abs(found @ direction - exact.imag / TINY) < EXACT * scale
+
+
+def along(f, step):
+    """Derivative at 0 by central differences of fourth order."""
+    return (8.0 * (f(step) - f(-step)) - (f(2 * step) - f(-2 * step))) / (12.0 * step)
+
+
+def test_gradients_by_every_parameter_are_those_of_differences():
+    rng = np.random.default_rng(7)
+    system = random_tree(rng, count=6, first=0)
+    while not (system.couplings and system.spherical_springs and len(system.springs) > 1):
+        system = random_tree(rng, count=6, first=0)
+    parts, density = tree_compiled(system), rng.uniform(0.5, 1.0, 12)
+    objective = mixed(rng, parts)
+    found = tree_parameter_gradient(simulate_tree(system, density, TIMES, SCHEME), objective)
+    # given numbers in place of those taken from the start, so that one changes at a time
+    q = parts.start[0]
+    rests = [q[parts.coordinates[s.body].start + s.coordinate] for s in system.springs]
+    system = replace(
+        system, springs=tuple(replace(s, rest=r) for s, r in zip(system.springs, rests, strict=True))
+    )
+
+    def value(changed, start=None):
+        return objective.value(simulate_tree(changed, density, TIMES, SCHEME, keep=False, start=start))
+
+    def check(analytic, change, step):
+        expected = along(lambda e: value(change(e)), step)
+        assert analytic == pytest.approx(expected, rel=DIFFERENCES, abs=1e-9)
+
+    def with_one(name, index, **change):
+        parts = list(getattr(system, name))
+        parts[index] = replace(parts[index], **change)
+        return replace(system, **{name: tuple(parts)})
+
+    for i, parameter in ((0, "k"), (0, "c"), (1, "k1"), (1, "knee"), (2, "gap")):
+        law = system.members[i].law
+        row = law.names.index(parameter)
+        check(
+            found.law[row, i],
+            lambda e, i=i, law=law, p=parameter: with_one(
+                "members", i, law=replace(law, **{p: getattr(law, p) + e})
+            ),
+            1e-3,
+        )
+    check(found.natural_length[0], lambda e: with_one("members", 0, natural_length=1.0 + e), 1e-4)
+    for row, name in enumerate(("k", "c", "rest", "k_stop", "upper", "lower", "torque")):
+        check(
+            found.spring[row, 0],
+            lambda e, name=name: with_one("springs", 0, **{name: getattr(system.springs[0], name) + e}),
+            1e-4,
+        )
+    for row, name in enumerate(("k", "c")):
+        check(
+            found.spherical_spring[row, 0],
+            lambda e, name=name: with_one(
+                "spherical_springs", 0, **{name: getattr(system.spherical_springs[0], name) + e}
+            ),
+            1e-3,
+        )
+        check(
+            found.coupling[row, 0],
+            lambda e, name=name: with_one("couplings", 0, **{name: getattr(system.couplings[0], name) + e}),
+            1e-3,
+        )
+    for i, body in enumerate(system.bodies):
+        check(found.mass[i], lambda e, i=i, b=body: with_one("bodies", i, mass=b.mass + e), 1e-3)
+        turn = rng.normal(size=3)
+        check(
+            found.centre[i] @ turn,
+            lambda e, i=i, b=body, t=turn: with_one("bodies", i, centre=tuple(np.asarray(b.centre) + e * t)),
+            1e-4,
+        )
+        change = rng.normal(size=(3, 3))
+        change = change + change.T
+        check(
+            (found.inertia[i] * change).sum(),
+            lambda e, i=i, b=body, c=change: with_one("bodies", i, inertia=np.asarray(b.inertia) + e * c),
+            1e-4,
+        )
+    dv = rng.normal(size=parts.size)
+    by_start = np.concatenate([found.velocity, found.state])
+    expected = along(lambda e: value(system, (q, parts.start[1] + e * dv)), 1e-4)
+    assert by_start @ dv == pytest.approx(expected, rel=DIFFERENCES)
+    dq = np.zeros(parts.size)
+    dq[: len(found.position)] = rng.normal(size=len(found.position))
+    tables = tree_on_grid(parts, density, TIMES)
+    expected = along(
+        lambda e: value(system, (times_exponential(tables, q, e * dq).real, parts.start[1])), 1e-4
+    )
+    assert found.position @ dq[: len(found.position)] == pytest.approx(expected, rel=DIFFERENCES)

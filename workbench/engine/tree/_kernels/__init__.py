@@ -1,0 +1,1 @@
+"""Compiled kernels of trees: motion, tangents, elements, branch-sparse factors, time loops."""

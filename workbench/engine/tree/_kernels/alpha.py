@@ -1,0 +1,185 @@
+# mypy: ignore-errors
+"""Generalised-alpha on the group of a tree's joints, compiled (Bruels & Cardona 2010; Arnold, Bruels &
+Cardona 2015), with the states in the first-order form of the same family (Jansen, Whiting & Hulbert 2000).
+
+    (1 - am) a1 + am a = (1 - af) w1 + af w,     v1 = v + h ((1 - g) a + g a1)
+    d = h v + h^2 ((1/2 - b) a + b a1),          q1 = q exp(d)
+    r(q1, v1, w1) = 0;   Newton:  (M + h g c C + h^2 b c K T(d)) dw = -r,  c = (1 - af)/(1 - am)
+
+States stand behind the velocities and have no place of their own. Factors are used until the iteration
+contracts badly; where the tangents at the converged nodes are kept for the adjoint, their factors serve the
+next step.
+"""
+
+from numba import njit
+
+from ...compiler.options import CAREFUL, INNER
+from .elimination import factor, solve
+from .forces import linearised, residual
+from .rotations import tangent, turn
+
+SPHERICAL = 3
+FLOOR = 1e-9  # updates this small, and no longer shrinking, are rounding
+SLOW = 0.2  # contraction of the updates above which the factors are renewed
+LEAST = 1e-3  # m/s^2 or rad/s^2: accelerations below do not set the scale of convergence
+LOST = -2
+
+
+@njit(**INNER)
+def moved(T, q, d, out):
+    """out = q exp(d)."""
+    for l in range(T.link.shape[0]):
+        kind, first, count, at = T.link[l, 0], T.link[l, 2], T.link[l, 3], T.link[l, 4]
+        if kind == SPHERICAL:
+            turn(q, at, d, first, out)
+        else:
+            for k in range(count):
+                out[at + k] = q[at + k] + d[first + k]
+
+
+@njit(**INNER)
+def newton_matrix(T, W, d, by_v, by_q, out):
+    """out = M + by_v C + by_q K T(d)."""
+    n = W.m.shape[0]
+    for i in range(n):
+        for j in range(n):
+            out[i, j] = W.m[i, j] + by_v * W.c[i, j] + by_q * W.k[i, j]
+    t = W.small[0]
+    for l in range(T.link.shape[0]):
+        if T.link[l, 0] == SPHERICAL:
+            j = T.link[l, 2]
+            tangent(d, j, t)
+            for e in range(3):
+                t[e, e] -= 1.0
+            for i in range(n):
+                x, y, z = by_q * W.k[i, j], by_q * W.k[i, j + 1], by_q * W.k[i, j + 2]
+                for e in range(3):
+                    out[i, j + e] += x * t[0, e] + y * t[1, e] + z * t[2, e]
+
+
+@njit(**INNER)
+def start(T, W, P, R, lu, kept):
+    """Consistent rates at node 0; W.m's factors in lu."""
+    q, v, w = R.position[0], R.velocity[0], R.rate[0]
+    n = W.m.shape[0]
+    for i in range(n):
+        w[i] = 0.0
+    linearised(T, W, 0, q, v, w)
+    newton_matrix(T, W, w, 0.0, 0.0, lu)
+    if factor(P, lu, R.diagonal) != 0:
+        return False
+    for i in range(n):
+        R.right[i] = -W.force[i]
+    solve(P, lu, R.right)
+    for i in range(n):
+        w[i] = R.right[i]
+        R.a[i] = w[i]
+    if kept:
+        linearised(T, W, 0, q, v, w)
+        keep(W, R, 0)
+    return True
+
+
+@njit(**INNER)
+def keep(W, R, node):
+    """Store the tangents of a node."""
+    n = W.m.shape[0]
+    for i in range(n):
+        for j in range(n):
+            R.stiffness[node, i, j] = W.k[i, j]
+            R.damping[node, i, j] = W.c[i, j]
+
+
+@njit(**INNER)
+def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
+    """Solve for node; the factors to begin with are in R.lu. Returns the Newton steps, or -1."""
+    am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
+    c = (1.0 - af) / (1.0 - am)
+    by_v, by_q = h * gamma * c, h * h * beta * c
+    n, joints = W.m.shape[0], T.column.shape[0]
+    q0, v0, w0 = R.position[node - 1], R.velocity[node - 1], R.rate[node - 1]
+    q, v, w, d = R.position[node], R.velocity[node], R.rate[node], R.move[node]
+    for i in range(n):
+        w[i] = w0[i]
+        base = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w0[i]
+        v[i] = v0[i] + h * ((1.0 - gamma) * R.a[i] + gamma * base)
+        d[i] = h * v0[i] + h * h * ((0.5 - beta) * R.a[i] + beta * base)
+    moved(T, q0, d, q)
+    old, rate = -1.0, 1.0
+    for step in range(1, count + 1):
+        if fresh:
+            linearised(T, W, node, q, v, w)
+            newton_matrix(T, W, d, by_v, by_q, R.lu)
+            R.counts[1] += 1
+            if factor(P, R.lu, R.diagonal) != 0:
+                return LOST
+            fresh = False
+        else:
+            residual(T, W, node, q, v, w)
+        for i in range(n):
+            R.right[i] = -W.force[i]
+        solve(P, R.lu, R.right)
+        size = 0.0
+        for i in range(n):
+            x = R.right[i]
+            w[i] += x
+            v[i] += by_v * x
+            d[i] += by_q * x
+            level = R.level[0] if i < joints else R.level[1]
+            if i < joints and abs(w[i]) > R.level[0]:
+                R.level[0] = abs(w[i])
+            elif i >= joints and abs(w[i]) > R.level[1]:
+                R.level[1] = abs(w[i])
+            size = max(size, abs(x) / level)
+        moved(T, q0, d, q)
+        R.counts[0] += 1
+        if not size < 1e300:
+            return -1
+        if old >= 0.0:
+            rate = size / old if old > 0.0 else 0.0
+        if size == 0.0 or (rate < 1.0 and size * rate <= limit) or (size <= FLOOR and rate > 0.3):
+            for i in range(n):
+                R.a[i] = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
+            return step
+        if old >= 0.0 and rate > SLOW:
+            fresh = True
+            old = -1.0
+            rate = 1.0
+        else:
+            old = size
+    return -1
+
+
+@njit(**CAREFUL)
+def march(T, W, P, R, numbers, h, limit, count):
+    """All nodes from R.position[0], R.velocity[0]; the number of the node that failed (negative: for want
+    of a pivot), or 0. Tangents are kept where R has room for them.
+    """
+    kept = R.stiffness.shape[0] > 1
+    R.level[0] = LEAST
+    R.level[1] = LEAST
+    if not start(T, W, P, R, R.factors[0], kept):
+        return -1
+    n = W.m.shape[0]
+    am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
+    c = (1.0 - af) / (1.0 - am)
+    fresh = True
+    for node in range(1, R.position.shape[0]):
+        before = R.counts[0]
+        taken = one_step(T, W, P, R, numbers, h, node, limit, count, fresh)
+        if taken < 0:
+            return -node if taken == LOST else node
+        fresh = R.counts[0] - before > 5
+        if kept:
+            q, v, w = R.position[node], R.velocity[node], R.rate[node]
+            linearised(T, W, node, q, v, w)
+            newton_matrix(T, W, R.move[node], h * gamma * c, h * h * beta * c, R.lu)
+            R.counts[1] += 1
+            if factor(P, R.lu, R.diagonal) != 0:
+                return -node
+            keep(W, R, node)
+            for i in range(n):
+                for j in range(n):
+                    R.factors[node, i, j] = R.lu[i, j]
+            fresh = False
+    return 0

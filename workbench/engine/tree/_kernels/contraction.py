@@ -1,0 +1,208 @@
+# mypy: ignore-errors
+"""mu^T dr/dp summed over the nodes of a run, compiled; and the motions of all links for quantities.
+
+A row of adjoint multipliers mu moves the links with the virtual twists V = S mu. A member's tension works on
+the virtual rate of its length, so mu^T dr/dscale = f u . (virtual velocity of a's point less that of b's).
+"""
+
+from numba import njit
+
+from ...compiler.options import CAREFUL, INNER
+from ...elements._kernels_joint_forces import torsion_parameters
+from ...elements._kernels_laws import law_parameters
+from .members import measure_members
+from .motion import columns, inertia_times, link_wrenches, places, twists
+from .rotations import logarithm
+
+
+@njit(**INNER)
+def virtual_twists(T, W, mu, V):
+    """V (L + 1, 6) = S mu of every link; the ground's is zero."""
+    for l in range(T.link.shape[0]):
+        parent = T.link[l, 1]
+        for e in range(6):
+            V[l, e] = V[parent, e]
+        for k in range(T.link[l, 2], T.link[l, 2] + T.link[l, 3]):
+            for e in range(6):
+                V[l, e] += W.s[k, e] * mu[k]
+
+
+@njit(**INNER)
+def virtual_rate(line, A, B):
+    """Rate of a member's length under the virtual twists of its links."""
+    ax, ay, az, bx, by, bz = line[0], line[1], line[2], line[3], line[4], line[5]
+    x = A[3] + A[1] * az - A[2] * ay - (B[3] + B[1] * bz - B[2] * by)
+    y = A[4] + A[2] * ax - A[0] * az - (B[4] + B[2] * bx - B[0] * bz)
+    z = A[5] + A[0] * ay - A[1] * ax - (B[5] + B[0] * by - B[1] * bx)
+    return line[6] * x + line[7] * y + line[8] * z
+
+
+@njit(**CAREFUL)
+def contract(T, W, R, starts, mu, V, gradient):
+    """gradient (rows, N) += slopes by the scales."""
+    for node in range(starts[0] + 1):
+        places(T, W, node, R.position[node])
+        columns(T, W)
+        twists(T, W, node, R.velocity[node], R.rate[node])
+        measure_members(T, W, node)
+        for row in range(starts.shape[0]):
+            if starts[row] < node:
+                continue
+            virtual_twists(T, W, mu[node, row], V)
+            for g in range(T.segment.shape[0]):
+                pair = T.segment[g, 0]
+                A, B = V[T.pair[pair, 0]], V[T.pair[pair, 1]]
+                for i in range(T.segment[g, 2], T.segment[g, 3]):
+                    gradient[row, i] += W.f[i] * virtual_rate(W.line[i], A, B)
+
+
+@njit(**CAREFUL)
+def contract_parameters(T, W, R, last, mu, V, law, length, spring, ball, coupling, inertia, dp, six):
+    """Slopes of one row by laws (9, N), natural lengths, springs (8, T), ball springs (2, B), couplings
+    (3, C) and the links' inertias (10, L); dp (9,), six (3, 6) scratch.
+    """
+    for node in range(last + 1):
+        q, v = R.position[node], R.velocity[node]
+        places(T, W, node, q)
+        columns(T, W)
+        twists(T, W, node, v, R.rate[node])
+        measure_members(T, W, node)
+        m = mu[node]
+        virtual_twists(T, W, m, V)
+        for g in range(T.segment.shape[0]):
+            pair, code = T.segment[g, 0], T.segment[g, 1]
+            A, B = V[T.pair[pair, 0]], V[T.pair[pair, 1]]
+            for i in range(T.segment[g, 2], T.segment[g, 3]):
+                along = T.scale[i] * virtual_rate(W.line[i], A, B)
+                length[i] -= W.fd[i] * along
+                law_parameters(code, T.law, i, W.delta[i], W.rate[i], T.times[node], dp)
+                for j in range(9):
+                    law[j, i] += dp[j] * along
+        for t in range(T.spring_column.shape[0]):
+            j, at = T.spring_column[t, 0], T.spring_column[t, 1]
+            six[0, 2] = q[at]
+            six[0, 5] = v[j]
+            torsion_parameters(T.spring, t, six[0], dp)
+            for e in range(6):
+                spring[e, t] += dp[e] * m[j]
+            spring[7, t] -= m[j]
+        for t in range(T.ball_column.shape[0]):
+            j, at = T.ball_column[t, 0], T.ball_column[t, 1]
+            logarithm(q, at, T.ball_rest, t, six[0])
+            for e in range(3):
+                ball[0, t] += six[0, e] * m[j + e]
+                ball[1, t] += v[j + e] * m[j + e]
+        for t in range(T.coupling_column.shape[0]):
+            i, j = T.coupling_column[t, 0], T.coupling_column[t, 1]
+            a, b = T.coupling_column[t, 2], T.coupling_column[t, 3]
+            work = m[i] - m[j]
+            coupling[0, t] += (q[a] - q[b] - T.coupling[t, 2]) * work
+            coupling[1, t] += (v[i] - v[j]) * work
+            coupling[2, t] -= T.coupling[t, 0] * work
+        for l in range(T.link.shape[0]):
+            inertia_slopes(W, l, V[l], six, inertia)
+
+
+@njit(**INNER)
+def to_link(R, p, x, out):
+    """A twist about the origin in the axes and about the origin of a link at p."""
+    a = x[3] + x[1] * p[2] - x[2] * p[1]
+    b = x[4] + x[2] * p[0] - x[0] * p[2]
+    c = x[5] + x[0] * p[1] - x[1] * p[0]
+    out[0] = R[0] * x[0] + R[3] * x[1] + R[6] * x[2]
+    out[1] = R[1] * x[0] + R[4] * x[1] + R[7] * x[2]
+    out[2] = R[2] * x[0] + R[5] * x[1] + R[8] * x[2]
+    out[3] = R[0] * a + R[3] * b + R[6] * c
+    out[4] = R[1] * a + R[4] * b + R[7] * c
+    out[5] = R[2] * a + R[5] * b + R[8] * c
+
+
+@njit(**INNER)
+def inertia_slopes(W, l, virtual, six, inertia):
+    """inertia (10, L) += V . (I a + v x* I v) by m, m c and the inertia about the link's origin, link
+    axes."""
+    x, a, v = six[0], six[1], six[2]
+    to_link(W.turn[l], W.place[l], virtual, x)
+    to_link(W.turn[l], W.place[l], W.push[l], a)
+    to_link(W.turn[l], W.place[l], W.twist[l], v)
+    # linear acceleration of the link's origin: the spatial one plus w x u
+    a3 = a[3] + v[1] * v[5] - v[2] * v[4]
+    a4 = a[4] + v[2] * v[3] - v[0] * v[5]
+    a5 = a[5] + v[0] * v[4] - v[1] * v[3]
+    inertia[0, l] += x[3] * a3 + x[4] * a4 + x[5] * a5
+    # force w' x h + w x (w x h), moment h x a: coefficients of h
+    p0 = x[4] * a[2] - x[5] * a[1] + a4 * x[2] - a5 * x[1]
+    p1 = x[5] * a[0] - x[3] * a[2] + a5 * x[0] - a3 * x[2]
+    p2 = x[3] * a[1] - x[4] * a[0] + a3 * x[1] - a4 * x[0]
+    w0, w1, w2 = v[0], v[1], v[2]
+    along = x[3] * w0 + x[4] * w1 + x[5] * w2
+    square = w0 * w0 + w1 * w1 + w2 * w2
+    inertia[1, l] += p0 + along * w0 - square * x[3]
+    inertia[2, l] += p1 + along * w1 - square * x[4]
+    inertia[3, l] += p2 + along * w2 - square * x[5]
+    # moment I w' + w x I w; x . (w x I w) = (x x w) . I w
+    c0, c1, c2 = x[1] * w2 - x[2] * w1, x[2] * w0 - x[0] * w2, x[0] * w1 - x[1] * w0
+    inertia[4, l] += x[0] * a[0] + c0 * w0
+    inertia[5, l] += x[1] * a[1] + c1 * w1
+    inertia[6, l] += x[2] * a[2] + c2 * w2
+    inertia[7, l] += x[0] * a[1] + x[1] * a[0] + c0 * w1 + c1 * w0
+    inertia[8, l] += x[0] * a[2] + x[2] * a[0] + c0 * w2 + c2 * w0
+    inertia[9, l] += x[1] * a[2] + x[2] * a[1] + c1 * w2 + c2 * w1
+
+
+@njit(**CAREFUL)
+def link_histories(T, W, first, q, v, w, turn, place, twist, push):
+    """Rotations (nodes, L + 1, 9), places, twists and accelerations of the links' origins at all nodes,
+    gravity left out.
+    """
+    links = T.link.shape[0]
+    for node in range(q.shape[0]):
+        places(T, W, first + node, q[node])
+        columns(T, W)
+        twists(T, W, first + node, v[node], w[node])
+        for l in range(links + 1):
+            p, t, a = W.place[l], W.twist[l], W.push[l]
+            for e in range(9):
+                turn[node, l, e] = W.turn[l, e]
+            for e in range(3):
+                place[node, l, e] = p[e] + W.origin[e]
+                twist[node, l, e] = t[e]
+                push[node, l, e] = a[e]
+            u0 = t[3] + t[1] * p[2] - t[2] * p[1]
+            u1 = t[4] + t[2] * p[0] - t[0] * p[2]
+            u2 = t[5] + t[0] * p[1] - t[1] * p[0]
+            twist[node, l, 3] = u0
+            twist[node, l, 4] = u1
+            twist[node, l, 5] = u2
+            push[node, l, 3] = a[3] + T.gravity[0] + a[1] * p[2] - a[2] * p[1] + t[1] * u2 - t[2] * u1
+            push[node, l, 4] = a[4] + T.gravity[1] + a[2] * p[0] - a[0] * p[2] + t[2] * u0 - t[0] * u2
+            push[node, l, 5] = a[5] + T.gravity[2] + a[0] * p[1] - a[1] * p[0] + t[0] * u1 - t[1] * u0
+
+
+@njit(**CAREFUL)
+def node_columns(T, W, node, q, v, w):
+    """W.s, the twists, accelerations and inertias of one node."""
+    places(T, W, node, q)
+    columns(T, W)
+    twists(T, W, node, v, w)
+    link_wrenches(T, W)
+
+
+@njit(**CAREFUL)
+def momenta(T, W, first, q, v, w, out):
+    """out (nodes, 7): angular momentum about the global origin, linear momentum, kinetic energy."""
+    h = W.some[0]
+    for node in range(q.shape[0]):
+        places(T, W, first + node, q[node])
+        columns(T, W)
+        twists(T, W, first + node, v[node], w[node])
+        link_wrenches(T, W)
+        for l in range(T.link.shape[0]):
+            inertia_times(W.body[l], W.twist[l], h)
+            for e in range(6):
+                out[node, e] += h[e]
+                out[node, 6] += 0.5 * h[e] * W.twist[l, e]
+        o, p = W.origin, out[node]
+        p[0] += o[1] * p[5] - o[2] * p[4]
+        p[1] += o[2] * p[3] - o[0] * p[5]
+        p[2] += o[0] * p[4] - o[1] * p[3]
