@@ -4,6 +4,7 @@ import numpy as np
 
 from workbench.engine.elements.laws import Belt, Contact, Spring
 from workbench.engine.errors import InvalidSystem
+from workbench.engine.integration.schemes import GeneralisedAlpha
 from workbench.engine.tree.compiled import tree_compiled
 from workbench.engine.tree.joints import (
     Cylindrical,
@@ -15,6 +16,7 @@ from workbench.engine.tree.joints import (
     Universal,
     Welded,
 )
+from workbench.engine.tree.runs import run
 from workbench.engine.tree.system import (
     CoordinateSpring,
     Coupling,
@@ -25,6 +27,11 @@ from workbench.engine.tree.system import (
     SphericalSpring,
     TreeSystem,
 )
+
+
+def tree_run(system, density, times, scheme=None, **options):
+    """The run of a tree on a grid of its own."""
+    return run(system, density, times, GeneralisedAlpha() if scheme is None else scheme, **options)
 
 
 def _triple(rng):

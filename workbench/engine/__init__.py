@@ -48,6 +48,16 @@ _PUBLIC: dict[str, str] = {
         "simulation.steps": ("choose_steps",),
         "planar.system": ("Body", "Load", "System"),
         "planar.trajectory": ("Trajectory",),
+        "tree.joints": (
+            "Cylindrical", "Floating", "Planar", "Prescribed", "Prismatic", "Revolute", "SpatialMotion",
+            "Spherical", "Universal", "Welded",
+        ),
+        "tree.runs": ("TreeGradient",),
+        "tree.system": (
+            "CoordinateSpring", "Coupling", "SpatialBody", "SpatialBushing", "SpatialLoad", "SpatialMember",
+            "SphericalSpring", "TreeSystem",
+        ),
+        "tree.trajectory": ("TreeTrajectory",),
     }.items()
     for name in names
 }  # fmt: skip

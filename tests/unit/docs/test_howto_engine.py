@@ -9,7 +9,13 @@ HOWTO = Path(__file__).parents[3] / "docs" / "howto"
 
 
 @pytest.mark.parametrize(
-    "page", ["build-a-multibody-system.md", "optimise-a-layout.md", "simulate-a-spatial-mechanism.md"]
+    "page",
+    [
+        "build-a-multibody-system.md",
+        "optimise-a-layout.md",
+        "simulate-a-spatial-mechanism.md",
+        "build-a-spatial-system.md",
+    ],
 )
 def test_the_snippets_run(page, capsys):
     blocks = re.findall(r"```python\n(.*?)```", (HOWTO / page).read_text(), re.DOTALL)

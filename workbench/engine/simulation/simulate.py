@@ -13,13 +13,20 @@ from ..natural.system import NaturalSystem
 from ..planar import runs as planar
 from ..planar.system import System
 from ..planar.trajectory import Trajectory
+from ..tree import runs as tree
+from ..tree.system import TreeSystem
+from ..tree.trajectory import TreeTrajectory
 
 __all__ = ["KINDS", "simulate"]
 
 Array = np.ndarray[Any, Any]
 
 # kind of system -> run(system, density (N,), times (steps + 1,), scheme)
-KINDS: dict[type, Callable[..., AnyTrajectory]] = {System: planar.run, NaturalSystem: natural.run}
+KINDS: dict[type, Callable[..., AnyTrajectory]] = {
+    System: planar.run,
+    NaturalSystem: natural.run,
+    TreeSystem: tree.run,
+}
 
 
 def checked_density(system: AnySystem, density: Array) -> Array:
@@ -54,6 +61,12 @@ def simulate(
 
 @overload
 def simulate(
+    system: TreeSystem, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+) -> TreeTrajectory: ...
+
+
+@overload
+def simulate(
     system: AnySystem, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
 ) -> AnyTrajectory: ...
 
@@ -72,7 +85,7 @@ def simulate(
 
     Args:    density: (N,) alpha, one per member, >= 0    t_end: s    steps: number of steps
              scheme: GeneralisedAlpha(rho=0.8) unless given
-    Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`.
+    Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`, of a `TreeSystem` a `TreeTrajectory`.
     Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
     when a
     step cannot be solved, NotSupported when the scheme cannot treat the system.

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 __all__ = [
-    "Cylindrical", "Floating", "Joint", "Planar", "Prescribed", "Prismatic", "Revolute", "SpatialMotion",
-    "Spherical", "Universal", "Welded",
+    "FREEDOM", "Cylindrical", "Floating", "Joint", "Planar", "Prescribed", "Prismatic", "Revolute",
+    "SpatialMotion", "Spherical", "Universal", "Welded",
 ]  # fmt: skip
 
 Array = np.ndarray[Any, Any]
@@ -157,3 +157,9 @@ class Prescribed:
 Joint = (
     Floating | Spherical | Universal | Revolute | Prismatic | Cylindrical | Planar | Welded | Prescribed
 )  # fmt: skip
+
+# velocities per joint
+FREEDOM: dict[type, int] = {
+    Floating: 6, Spherical: 3, Universal: 2, Revolute: 1, Prismatic: 1, Cylindrical: 2, Planar: 3, Welded: 0,
+    Prescribed: 0,
+}  # fmt: skip

@@ -1,14 +1,17 @@
 """Runs of trees, and the gradients of what was computed."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import NotConverged, NotSupported
+from ..integration.kinds import Adjoints
+from ..integration.outcome import Diagnosis
 from ..integration.schemes import GeneralisedAlpha, Scheme
-from ._kernels.alpha import march
+from ..integration.seeds import NodeSeeds
+from ._kernels.alpha import march, tangents_again
 from ._kernels.alpha_adjoint import sweep
 from ._kernels.contraction import contract, contract_parameters
 from ._kernels.tables import tree_run, tree_work
@@ -16,43 +19,39 @@ from .compiled import tree_compiled, tree_on_grid
 from .system import TreeSystem
 from .trajectory import TreeTrajectory
 
-__all__ = ["TreeGradient", "simulate_tree", "tree_gradients", "tree_parameter_gradient"]
+__all__ = ["TreeGradient", "run"]
 
 Array = np.ndarray[Any, Any]
 
-MEMORY = 2e9  # bytes of tangents that a run may keep
+MEMORY = 1e9  # bytes of tangents that a run keeps; beyond, the adjoint evaluates them again
+STRETCH = 1e7  # bytes of tangents that are evaluated again at a time
 
 
-def simulate_tree(
+def run(
     system: TreeSystem,
     density: Array,
     times: Array,
-    scheme: Scheme | None = None,
+    scheme: Scheme,
     *,
     keep: bool = True,
     start: tuple[Array, Array] | None = None,
 ) -> TreeTrajectory:
     """Run a tree on the time grid `times` with generalised-alpha on the group of its joints.
 
-    keep: keep the tangents for gradients.  start: q and v (states behind the velocities) in place of those of
+    keep: keep the tangents for gradients, where they are not too many; without them a gradient takes half
+    again as long and a run a third less.  start: q and v (states behind the velocities) in place of those of
     the joints. Raises NotConverged, NotSupported for other schemes, ValueError for a wrong number of
     densities.
     """
-    scheme = GeneralisedAlpha() if scheme is None else scheme
     if not isinstance(scheme, GeneralisedAlpha):
         raise NotSupported(f"trees run with GeneralisedAlpha, not {type(scheme).__name__}")
     parts = tree_compiled(system)
     tables = tree_on_grid(parts, density, times)
     work = tree_work(tables, len(parts.states))
-    size = 3 * 8 * len(times) * parts.size**2
-    if keep and size > MEMORY:
-        raise NotSupported(
-            f"the tangents of {len(times) - 1} steps with {parts.size} unknowns take {size / 1e9:.1f} GB, "
-            f"more than {MEMORY / 1e9:.0f}; run with keep=False, or in parts"
-        )
-    run = tree_run(parts.start if start is None else start, len(times), keep=keep)
+    keep = keep and 24 * len(times) * parts.size**2 <= MEMORY
+    nodes = tree_run(parts.start if start is None else start, len(times), keep=keep)
     h = float(times[1] - times[0])
-    failed = march(tables, work, parts.pattern, run, scheme.numbers, h, scheme.tolerance, scheme.iterations)
+    failed = march(tables, work, parts.pattern, nodes, scheme.numbers, h, scheme.tolerance, scheme.iterations)
     if failed:
         time = float(times[abs(failed) % len(times)])
         why = (
@@ -63,86 +62,56 @@ def simulate_tree(
         )
         raise NotConverged(f"generalised-alpha stopped at t = {time:.6g} s: {why}", time)
     return TreeTrajectory(
-        system=system, density=np.asarray(density, float), scheme=scheme, times=times, tables=tables, run=run,
-        newton=int(run.counts[0]), factorisations=int(run.counts[1]),
+        system=system, density=np.asarray(density, float), scheme=scheme, times=times, tables=tables,
+        nodes=nodes, adjoints=Adjoints(by_density=by_density, by_parameter=by_parameter),
+        diagnosis=Diagnosis(
+            newton_iterations=int(nodes.counts[0]), factorisations=int(nodes.counts[1]), redundant_rows=(),
+            reason="joint coordinates, generalised-alpha on the group of the joints",
+        ),
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Seeds:
-    """Seeds of R objectives, latest node first; objectives in the order of their latest nodes."""
-
-    order: Array
-    starts: Array
-    at: Array
-    position: Array
-    velocity: Array
-    rate: Array
-    density: Array
-
-
-def _seeds(trajectory: TreeTrajectory, objectives: Sequence[Any]) -> _Seeds:
-    r, full, joints = trajectory, trajectory.parts.size, trajectory.size
-    weights = [sorted(objective.weights(r), reverse=True) for objective in objectives]
-    starts = np.array([part[0].node if part else 0 for part in weights], np.int64)
-    order = np.argsort(-starts, kind="stable")
-    entries = sorted(
-        ((part.node, row, part) for row, index in enumerate(order) for part in weights[index]), reverse=True
-    )
-    at = np.array([(node, row) for node, row, _ in entries], np.int64).reshape(-1, 2)
-    position, velocity, rate = (np.zeros((len(entries), full)) for _ in range(3))
-    density = np.zeros((len(objectives), len(r.density)))
-    for entry, (node, row, part) in enumerate(entries):
-        quantity = objectives[order[row]].quantity
-        for weight, found in ((part.weight, quantity.slopes), (part.rate_weight, quantity.rate_slopes)):
-            if weight:
-                slopes = found(r, node)
-                for table, name in ((position, "position"), (velocity, "velocity"), (rate, "acceleration")):
-                    slope = getattr(slopes, name)
-                    if slope is not None:
-                        table[entry, :joints] += weight * slope
-                if slopes.damage is not None:
-                    velocity[entry, joints:] += weight * slopes.damage
-                if slopes.density is not None:
-                    density[row] += weight * slopes.density
-    return _Seeds(
-        order=order, starts=starts[order], at=at, position=position, velocity=velocity, rate=rate,
-        density=density,
-    )  # fmt: skip
+def _stretches(trajectory: TreeTrajectory, last: int) -> Iterator[tuple[int, tuple[Array, Array, Array]]]:
+    """First node and tangents of stretches of nodes up to `last`, the latest first: kept, or evaluated
+    again."""
+    r, n = trajectory, trajectory.parts.size
+    if len(r.nodes.stiffness) == len(r.times):
+        yield 0, (r.nodes.stiffness, r.nodes.damping, r.nodes.factors)
+        return
+    assert isinstance(r.scheme, GeneralisedAlpha)
+    size = max(1, min(last + 1, int(STRETCH // (24 * n * n))))
+    room = np.empty((3, size, n, n))
+    for end in range(last + 1, 0, -size):
+        first = max(0, end - size)
+        part = room[0, : end - first], room[1, : end - first], room[2, : end - first]
+        tangents_again(r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, r.step, first, *part)
+        yield first, part
 
 
-def _sweep(trajectory: TreeTrajectory, seeds: _Seeds) -> tuple[Array, Array]:
+def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> tuple[Array, Array]:
     """mu (nodes, rows, n) and the costates at node 0."""
     r, n, rows = trajectory, trajectory.parts.size, len(seeds.starts)
-    if len(r.run.stiffness) < len(r.times):
-        raise NotSupported("this run kept no tangents; simulate with keep=True for gradients")
     assert isinstance(r.scheme, GeneralisedAlpha)
-    mu, costate = np.empty((int(seeds.starts[0]) + 1, rows, n)), np.zeros((rows, 4, n))
-    sweep(
-        r.tables, r.work, r.parts.pattern, r.run, r.scheme.numbers, r.step, seeds.starts, seeds.at,
-        seeds.position, seeds.velocity, seeds.rate, costate, np.empty((1, n)), mu,
-    )  # fmt: skip
+    entries = np.zeros((len(seeds.at), 3, n))
+    entries[:, 0, : r.size], entries[:, 2, : r.size] = seeds.position, seeds.acceleration
+    entries[:, 1, : r.size], entries[:, 1, r.size :] = seeds.velocity, seeds.states
+    last = int(seeds.starts.max(initial=0))
+    mu, costate = np.empty((last + 1, rows, n)), np.zeros((rows, 4, n))
+    for first, tangents in _stretches(r, last):
+        sweep(
+            r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, r.step, first, *tangents,
+            seeds.starts, seeds.at, entries, costate, np.empty((1, n)), mu,
+        )  # fmt: skip
     return mu, costate
 
 
-def _by_density(trajectory: TreeTrajectory, by_scale: Array) -> Array:
-    """Slopes by scale in segment order as slopes by density in member order."""
-    parts = trajectory.parts
-    power, alpha = parts.power, trajectory.density
-    slope = np.where(power == 1.0, 1.0, power * np.where(power == 1.0, 1.0, alpha) ** (power - 1.0))
-    return np.asarray(by_scale[..., np.argsort(parts.order)] * slope)
-
-
-def tree_gradients(trajectory: TreeTrajectory, objectives: Sequence[Any]) -> Array:
-    """(R, N) dG/dalpha of several objectives of one run, exact for the computed values."""
-    r = trajectory
-    seeds = _seeds(r, objectives)
+def by_density(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Array:
+    """(R, N) implicit gradients by density in the order of the rows: exact for the computed run."""
+    r, links = trajectory, len(trajectory.tables.link)
     mu, _ = _sweep(r, seeds)
-    found = np.zeros((len(objectives), len(r.density)))
-    contract(r.tables, r.work, r.run, seeds.starts, mu, np.zeros((len(r.tables.link) + 1, 6)), found)
-    out = np.empty_like(found)
-    out[seeds.order] = _by_density(r, found) + seeds.density
-    return out
+    found = np.zeros((len(seeds.starts), len(r.density)))
+    contract(r.tables, r.work, r.nodes, seeds.starts, mu, np.zeros((links + 1, 6)), found)
+    return r.by_density(found)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,30 +140,29 @@ class TreeGradient:
     state: Array
 
 
-def tree_parameter_gradient(trajectory: TreeTrajectory, objective: Any) -> TreeGradient:
+def by_parameter(trajectory: TreeTrajectory, seeds: NodeSeeds) -> TreeGradient:
     """One sweep, contracted with every parameter; the objective's own dependence on parameters other than
     density is not included. Natural lengths and rests that were taken from the start count as given numbers.
     """
     r, tables = trajectory, trajectory.tables
-    seeds = _seeds(r, (objective,))
     mu, costate = _sweep(r, seeds)
     count, links = len(r.density), len(tables.link)
     virtual, density = np.zeros((links + 1, 6)), np.zeros((1, count))
-    contract(tables, r.work, r.run, seeds.starts, mu, virtual, density)
+    contract(tables, r.work, r.nodes, seeds.starts, mu, virtual, density)
     law, length = np.zeros((9, count)), np.zeros(count)
     spring, ball = np.zeros(tables.spring.shape), np.zeros((2, len(tables.ball)))
     coupling, inertia = np.zeros((3, len(tables.coupling))), np.zeros((10, links))
     contract_parameters(
-        tables, r.work, r.run, int(seeds.starts[0]), np.ascontiguousarray(mu[:, 0]), virtual, law, length,
+        tables, r.work, r.nodes, int(seeds.starts[0]), np.ascontiguousarray(mu[:, 0]), virtual, law, length,
         spring, ball, coupling, inertia, np.zeros(9), np.zeros((3, 6)),
     )  # fmt: skip
     order = np.argsort(r.parts.order)
     mass, centre, matrix = _by_body(r, inertia)
     return TreeGradient(
-        density=_by_density(r, density)[0] + seeds.density[0], law=law[:, order],
-        natural_length=length[order], spring=spring[[0, 1, 2, 3, 4, 5, 7]], spherical_spring=ball,
-        coupling=coupling, mass=mass, centre=centre, inertia=matrix, position=costate[0, 0, : r.size],
-        velocity=costate[0, 1, : r.size], state=costate[0, 1, r.size :],
+        density=r.by_density(density)[0] + seeds.density[0], law=law[:, order], natural_length=length[order],
+        spring=spring[[0, 1, 2, 3, 4, 5, 7]], spherical_spring=ball, coupling=coupling, mass=mass,
+        centre=centre, inertia=matrix, position=costate[0, 0, : r.size], velocity=costate[0, 1, : r.size],
+        state=costate[0, 1, r.size :],
     )  # fmt: skip
 
 

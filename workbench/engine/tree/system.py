@@ -13,7 +13,9 @@ import numpy as np
 
 from ..elements.laws import Law, UserLaw
 from ..errors import InvalidSystem, NotSupported
+from ..integration.kinds import MemberEnds
 from .joints import (
+    FREEDOM,
     ZERO,
     Cylindrical,
     Floating,
@@ -25,6 +27,7 @@ from .joints import (
     Triple,
     Universal,
 )
+from .start import start_frames
 
 __all__ = [
     "GROUND",
@@ -292,6 +295,35 @@ class TreeSystem:
             _coordinate(f"couplings[{i}]", coupling.b, coupling.coordinate_b, by_name)
         for i, load in enumerate(self.loads):
             _known(f"loads[{i}]", (load.body,), by_name, ground=False)
+
+    @property
+    def size(self) -> int:
+        """Number of velocities."""
+        return sum(FREEDOM[type(body.joint)] for body in self.bodies)
+
+    @property
+    def in_python(self) -> bool:
+        """No law written in Python is called during a run."""
+        return False
+
+    def member_ends(self) -> MemberEnds:
+        """The ends of all members at the start; bodies numbered as given, the ground last."""
+        frames = start_frames(self.bodies)
+        number = {name: i for i, name in enumerate([*(body.name for body in self.bodies), GROUND])}
+        ends = []
+        for end in "ab":
+            names = [getattr(member, end) for member in self.members]
+            points = [getattr(member, f"point_{end}") for member in self.members]
+            ends.append(np.array([number[name] for name in names], np.int64))
+            ends.append(
+                np.array(
+                    [
+                        frames[n][1] + frames[n][0] @ np.asarray(x, float)
+                        for n, x in zip(names, points, strict=True)
+                    ]
+                ).reshape(-1, 3)
+            )
+        return MemberEnds(body_a=ends[0], point_a=ends[1], body_b=ends[2], point_b=ends[3])
 
 
 def _check_body(body: SpatialBody, by_name: dict[str, SpatialBody]) -> None:

@@ -7,11 +7,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import NotSupported
+from ..integration.kinds import (
+    Adjoints,
+    Linearised,
+    MemberPower,
+    StateSensitivities,
+    Widths,
+    read_only,
+)
+from ..integration.outcome import Diagnosis, Status
 from ..integration.schemes import Scheme
-from ._kernels.contraction import link_histories, momenta
+from ..integration.seeds import NodeSeeds
+from ._kernels.contraction import link_histories, member_states, momenta, node_columns
 from ._kernels.tables import TreeRun, TreeTables, TreeWork, tree_work
 from .compiled import Place, TreeCompiled, tree_compiled
+from .slopes import NodeMotion, crossed
 from .system import TreeSystem
+from .view import SpatialView
 
 __all__ = ["Frames", "TreeTrajectory"]
 
@@ -33,9 +46,10 @@ class Frames(NamedTuple):
 class TreeTrajectory:
     """States of a tree at the nodes of the time grid.
 
-    times: (steps + 1,).  position: (steps + 1, nq), unit quaternions for spherical and floating joints.
-    velocity, acceleration: (steps + 1, n), spins in the bodies' frames.  state, state_rate: (steps + 1, x)
-    first-order states in the order of `state_names`.  Where a body's joint stands: `columns`, `coordinates`.
+    times: (steps + 1,).  position: (steps + 1, nq), unit quaternions (w, x, y, z) for spherical and floating
+    joints.  velocity, acceleration: (steps + 1, n), spins in the bodies' frames.  states, state_rates:
+    (steps + 1, x) of first order, in the order of `state_names`.  `columns` and `coordinate` say where a
+    body's joint stands.  multiplier: (steps + 1, 0), a tree has no conditions.
     """
 
     system: TreeSystem
@@ -43,9 +57,10 @@ class TreeTrajectory:
     scheme: Scheme
     times: Array
     tables: TreeTables
-    run: TreeRun
-    newton: int
-    factorisations: int
+    nodes: TreeRun
+    diagnosis: Diagnosis
+    adjoints: Adjoints
+    status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @property
@@ -64,29 +79,40 @@ class TreeTrajectory:
         return len(self.tables.column)
 
     @property
+    def widths(self) -> Widths:
+        """Lengths of slopes and seeds; by position those of small motions, one per velocity."""
+        n = self.size
+        return Widths(n, n, n, 0, len(self.parts.states))
+
+    @property
     def position(self) -> Array:
         """(steps + 1, nq)."""
-        return self.run.position
+        return read_only(self.nodes.position)
 
     @property
     def velocity(self) -> Array:
         """(steps + 1, n)."""
-        return self.run.velocity[:, : self.size]
+        return read_only(self.nodes.velocity[:, : self.size])
 
     @property
     def acceleration(self) -> Array:
         """(steps + 1, n)."""
-        return self.run.rate[:, : self.size]
+        return read_only(self.nodes.rate[:, : self.size])
 
     @property
-    def state(self) -> Array:
-        """(steps + 1, x) first-order states."""
-        return self.run.velocity[:, self.size :]
+    def multiplier(self) -> Array:
+        """(steps + 1, 0)."""
+        return np.zeros((len(self.times), 0))
 
     @property
-    def state_rate(self) -> Array:
+    def states(self) -> Array:
+        """(steps + 1, x) states of first order."""
+        return read_only(self.nodes.velocity[:, self.size :])
+
+    @property
+    def state_rates(self) -> Array:
         """(steps + 1, x) their rates."""
-        return self.run.rate[:, self.size :]
+        return read_only(self.nodes.rate[:, self.size :])
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -102,9 +128,10 @@ class TreeTrajectory:
         """Where a body's joint stands in velocity and acceleration; raises ValueError for a stranger."""
         return self.parts.columns[self._known(body)]
 
-    def coordinates(self, body: str) -> slice:
-        """Where a body's joint stands in position."""
-        return self.parts.coordinates[self._known(body)]
+    def coordinate(self, name: str) -> slice | None:
+        """Where a body's joint stands in position; None where it has no freedom."""
+        part = self.parts.coordinates[self._known(name)]
+        return None if part.start == part.stop else part
 
     def _known(self, body: str) -> str:
         if body not in self.parts.columns:
@@ -124,7 +151,7 @@ class TreeTrajectory:
         some = np.arange(len(self.times)) if nodes is None else np.asarray(nodes, int)
         count, links = len(some), len(self.tables.link) + 1
         out = tuple(np.empty((count, links, k)) for k in (9, 3, 6, 6))
-        run = self.run
+        run = self.nodes
         if nodes is None:
             link_histories(self.tables, self.work, 0, run.position, run.velocity, run.rate, *out)
             self.memo["links"] = out
@@ -143,9 +170,9 @@ class TreeTrajectory:
         turn, origin, twist, push = (x[:, place.link] for x in self.links())
         return moved_frames(place, turn.reshape(-1, 3, 3), origin, twist, push)
 
-    def of(self, body: str, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
+    def of(self, name: str, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
         """(steps + 1, 3) place of a body's point in global axes."""
-        frames = self.frames(body)
+        frames = self.frames(name)
         return np.asarray(frames.origin + frames.axes @ np.asarray(point, float))
 
     def momentum(self) -> Array:
@@ -159,7 +186,7 @@ class TreeTrajectory:
     def _momenta(self) -> Array:
         if "momenta" not in self.memo:
             out = np.zeros((len(self.times), 7))
-            momenta(self.tables, self.work, 0, self.run.position, self.run.velocity, self.run.rate, out)
+            momenta(self.tables, self.work, 0, self.nodes.position, self.nodes.velocity, self.nodes.rate, out)
             self.memo["momenta"] = out
         return np.asarray(self.memo["momenta"])
 
@@ -170,6 +197,103 @@ class TreeTrajectory:
         moment = np.einsum("tlij,lj->ti", turn[:, :-1].reshape(-1, len(mass), 3, 3), first)
         moment += np.einsum("tli,l->ti", origin[:, :-1], mass)
         return np.asarray(-moment @ self.tables.gravity)
+
+    def stored_energy(self) -> Array:
+        """(steps + 1,) energy stored in the members, J."""
+        if "stored" not in self.memo:
+            energy = np.zeros((len(self.times), len(self.density)))
+            self._member_states(np.arange(len(self.times)), energy)
+            self.memo["stored"] = energy @ self.tables.scale
+        return np.asarray(self.memo["stored"])
+
+    def _member_states(self, nodes: Array, energy: Array) -> None:
+        run, zero = self.nodes, np.zeros(len(self.density))
+        member_states(
+            self.tables, self.work, nodes, run.position, run.velocity, run.rate, zero, energy
+        )  # fmt: skip
+
+    def motion(self, node: int) -> NodeMotion:
+        """How the links move with the coordinates at a node."""
+        run, tables, work = self.nodes, self.tables, self.work
+        node_columns(tables, work, node, run.position[node], run.velocity[node], run.rate[node])
+        links, own = len(tables.link), tables.column[:, 0]
+        moves = np.zeros((links + 1, self.size), bool)
+        for link, (_, parent, first, count, _, _) in enumerate(tables.link):
+            moves[link] = moves[parent] if parent < links else False
+            moves[link, first : first + count] = True
+        return NodeMotion(
+            origin=work.origin.copy(), turn=work.turn.reshape(-1, 3, 3).copy(), place=work.place.copy(),
+            columns=work.s.copy(), twist=work.twist.copy(), push=work.push.copy(), gravity=tables.gravity,
+            parent=tables.link[own, 1], own=own, moves=moves,
+        )  # fmt: skip
+
+    def member_power(self, nodes: Sequence[int]) -> list[MemberPower]:
+        """Rate and slopes of the energy stored in the members, at some nodes."""
+        return [self._power(int(node)) for node in nodes]
+
+    def _power(self, node: int) -> MemberPower:
+        motion, tables, work = self.motion(node), self.tables, self.work
+        energy = np.zeros((1, len(self.density)))
+        self._member_states(np.array([node]), energy)
+        a, b, u = (work.line[:, 3 * i : 3 * i + 3] for i in range(3))
+        rows = np.repeat(tables.segment[:, 0], tables.segment[:, 3] - tables.segment[:, 2])
+        first, second = tables.pair[rows, 0], tables.pair[rows, 1]
+        sign = motion.moves[first].astype(float) - motion.moves[second]
+        wrench = np.concatenate([np.cross(a, u), u], axis=1)  # of a unit pull
+        along = sign * (wrench @ motion.columns.T)  # (N, n) length by q
+        speed = crossed(motion.columns, motion.twist[first][:, None]) + crossed(
+            motion.twist[motion.parent], motion.columns
+        )
+        va, vb = motion.twist[first], motion.twist[second]
+        g = va[:, 3:] + np.cross(va[:, :3], a) - vb[:, 3:] - np.cross(vb[:, :3], b)
+        length = work.delta + tables.geometry[6]
+        h = (g - work.rate[:, None] * u) / length[:, None] + np.cross(u, va[:, :3])
+        lever = np.concatenate([np.cross(a, h), h], axis=1)
+        rate_q = sign * (lever @ motion.columns.T + np.einsum("ie,ije->ij", wrench, speed))
+        pull = tables.scale * work.f
+        return MemberPower(
+            rate=float(pull @ work.rate), force=pull @ along,
+            drift=(tables.scale * work.fd * work.rate) @ along + pull @ rate_q,
+            explicit=np.array([energy[0], work.f * work.rate]),
+        )  # fmt: skip
+
+    def by_density(self, by_scale: Array) -> Array:
+        """From slopes by scale in segment order to slopes by density in member order."""
+        power, alpha = self.parts.power, self.density
+        slope = np.where(power == 1.0, 1.0, power * np.where(power == 1.0, 1.0, alpha) ** (power - 1.0))
+        return np.asarray(by_scale[..., np.argsort(self.parts.order)] * slope)
+
+    def adjoint(self, seeds: NodeSeeds) -> Array:
+        """(R, N) gradients by density of the implicit parts, in the order of the rows: exact for the run."""
+        return self.adjoints.by_density(self, seeds)
+
+    def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
+        """One row of seeds contracted with every parameter: a `TreeGradient`."""
+        return self.adjoints.by_parameter(self, seeds)
+
+    def view(self, *, bodies: tuple[str, ...], reference: str, shares: tuple[float, ...]) -> SpatialView:
+        """The mean of some bodies' centres of mass, weighted by shares, in the frame of a reference."""
+        centres = {body.name: body.centre for body in self.system.bodies}
+        for name in (*bodies, reference):
+            self.place(name)
+        total = sum(shares)
+        return SpatialView(
+            trajectory=self, reference=reference,
+            points=tuple((n, centres[n], s / total) for n, s in zip(bodies, shares, strict=True)),
+        )  # fmt: skip
+
+    def linearised(self, *, method: str, times: Array | None = None) -> Linearised:
+        """Raises NotSupported: the forward methods are written for planar systems."""
+        raise NotSupported(f"{method} is written for planar systems; use method='discrete_adjoint'")
+
+    @property
+    def goes_forward(self) -> bool:
+        """No: only the adjoint is known here."""
+        return False
+
+    def state_sensitivities(self, *, with_rates: bool) -> StateSensitivities:
+        """Raises NotSupported: only the adjoint is known here."""
+        raise NotSupported("forward sensitivities are written for planar systems; use the adjoint")
 
 
 def moved_frames(place: Place, turn: Array, origin: Array, twist: Array, push: Array) -> Frames:

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from tests.laws.engine.tree.test_equations import TINY, Complex, times_exponential
-from tests.sample_trees import random_tree
+from tests.sample_trees import random_tree, tree_run
 from workbench.engine.integration.schemes import GeneralisedAlpha
-from workbench.engine.objectives.quantities import Slopes
+from workbench.engine.objectives.quantities import Coordinate, Deviation, Slopes, StoredEnergy
 from workbench.engine.objectives.reductions import NodeWeight
+from workbench.engine.sensitivity.discrete_adjoint import discrete_adjoint, parameter_gradient
 from workbench.engine.tree._kernels.forces import look_linearised
 from workbench.engine.tree._kernels.tables import tree_work
 from workbench.engine.tree.compiled import tree_compiled, tree_on_grid
-from workbench.engine.tree.runs import simulate_tree, tree_gradients, tree_parameter_gradient
 
 pytestmark = pytest.mark.slow
 
@@ -41,7 +41,7 @@ class Mixed:
 
     def value(self, r):
         return sum(
-            part.weight * self.of(r.run.velocity[part.node], r.run.rate[part.node])
+            part.weight * self.of(r.nodes.velocity[part.node], r.nodes.rate[part.node])
             for part in self.weights(r)
         )
 
@@ -50,7 +50,7 @@ class Mixed:
         return (NodeWeight(last, 2.0), NodeWeight(last // 2, 1.0))
 
     def slopes(self, r, node):
-        return Slopes(velocity=self.a, acceleration=self.b, damage=self.c)
+        return Slopes(velocity=self.a, acceleration=self.b, states=self.c)
 
     def rate_slopes(self, r, node):
         return Slopes()
@@ -111,11 +111,11 @@ def test_the_gradient_by_density_is_exact(seed):
     rng = np.random.default_rng(100 + seed)
     parts = tree_compiled(random_tree(rng, count=4 + seed % 4, first=seed % 7))
     density, direction = rng.uniform(0.2, 1.0, 12), rng.normal(size=12)
-    run = simulate_tree(parts.system, density, TIMES, SCHEME)
+    run = tree_run(parts.system, density, TIMES, SCHEME)
     objective = mixed(rng, parts)
     nodes = twin(parts, density, direction)
     exact = sum(part.weight * objective.of(*nodes[part.node]) for part in objective.weights(run))
-    found = tree_gradients(run, (objective,))[0]
+    found = discrete_adjoint(run, objective)
     assert abs(objective.value(run) - exact.real) < 1e-10 * abs(exact.real)
     scale = max(abs(exact.imag / TINY), np.abs(found * direction).max())
     assert abs(found @ direction - exact.imag / TINY) < EXACT * scale
@@ -133,7 +133,7 @@ def test_gradients_by_every_parameter_are_those_of_differences():
         system = random_tree(rng, count=6, first=0)
     parts, density = tree_compiled(system), rng.uniform(0.5, 1.0, 12)
     objective = mixed(rng, parts)
-    found = tree_parameter_gradient(simulate_tree(system, density, TIMES, SCHEME), objective)
+    found = parameter_gradient(tree_run(system, density, TIMES, SCHEME), objective)
     # given numbers in place of those taken from the start, so that one changes at a time
     q = parts.start[0]
     rests = [q[parts.coordinates[s.body].start + s.coordinate] for s in system.springs]
@@ -142,7 +142,7 @@ def test_gradients_by_every_parameter_are_those_of_differences():
     )
 
     def value(changed, start=None):
-        return objective.value(simulate_tree(changed, density, TIMES, SCHEME, keep=False, start=start))
+        return objective.value(tree_run(changed, density, TIMES, SCHEME, keep=False, start=start))
 
     def check(analytic, change, step):
         expected = along(lambda e: value(change(e)), step)
@@ -209,3 +209,55 @@ def test_gradients_by_every_parameter_are_those_of_differences():
         lambda e: value(system, (times_exponential(tables, q, e * dq).real, parts.start[1])), 1e-4
     )
     assert found.position @ dq[: len(found.position)] == pytest.approx(expected, rel=DIFFERENCES)
+
+
+def test_tangents_evaluated_again_give_the_same_gradient():
+    rng = np.random.default_rng(3)
+    parts = tree_compiled(random_tree(rng, count=5))
+    density, objective = rng.uniform(0.5, 1.0, 12), mixed(rng, parts)
+    kept, lean = (
+        discrete_adjoint(tree_run(parts.system, density, TIMES, SCHEME, keep=keep), objective)
+        for keep in (True, False)
+    )
+    assert lean == pytest.approx(kept, rel=1e-9, abs=1e-12 * np.abs(kept).max())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_views_and_stored_energy_have_exact_slopes(seed):
+    """Deviation, Coordinate and StoredEnergy: rates along the run, slopes by small motions and velocities."""
+    rng = np.random.default_rng(20 + seed)
+    system = random_tree(rng, count=6, first=seed)
+    parts, density = tree_compiled(system), rng.uniform(0.5, 1.0, 12)
+    run = tree_run(system, density, TIMES, SCHEME)
+    moving = [body.name for body in system.bodies]
+    quantities = (
+        Deviation(
+            bodies=(moving[2], moving[4]), reference=moving[1], shares=(1.0, 2.0), weights=(1.0, 2.0, 3.0)
+        ),
+        Coordinate(bodies=(moving[3],), direction=(0.3, -0.5, 0.8)),
+        StoredEnergy(),
+    )
+    node, tables = 5, run.tables
+    q, v, zero = run.nodes.position[node], run.nodes.velocity[node], np.zeros(parts.size)
+    for quantity in quantities:
+        slopes, turning = quantity.slopes(run, node), quantity.rate_slopes(run, node)
+        direction = np.zeros(parts.size)
+        direction[: run.size] = rng.normal(size=run.size)
+
+        def at(e, dq, dv, quantity=quantity):
+            """Value and rate at a state moved from that of the node, on a grid with the same start."""
+            moved = replace(run, nodes=run.nodes._replace(
+                position=run.nodes.position.copy(), velocity=run.nodes.velocity.copy()), memo={})  # fmt: skip
+            moved.nodes.position[node] = times_exponential(tables, q, e * dq).real
+            moved.nodes.velocity[node] = v + e * dv
+            return np.array([quantity.values(moved)[node], quantity.rates(moved, np.array([node]))[0]])
+
+        by_q = along(lambda e, f=at, d=direction: f(e, d, zero), 1e-4)
+        by_v = along(lambda e, f=at, d=direction: f(e, zero, d), 1e-4)
+        by_t = along(lambda e, f=at: f(e, v * (np.arange(parts.size) < run.size), zero), 1e-4)
+        d = direction[: run.size]
+        scale = 1.0 + abs(by_q[1])
+        assert slopes.position @ d == pytest.approx(by_q[0], rel=1e-8, abs=1e-8)
+        assert turning.position @ d == pytest.approx(by_q[1], rel=1e-8, abs=1e-8 * scale)
+        assert turning.velocity @ d == pytest.approx(by_v[1], rel=1e-8, abs=1e-8 * scale)
+        assert quantity.rates(run, np.array([node]))[0] == pytest.approx(by_t[0], rel=1e-8, abs=1e-8)

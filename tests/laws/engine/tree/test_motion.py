@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sample_trees import random_bodies, random_tree
+from tests.sample_trees import random_bodies, random_tree, tree_run
 from workbench.engine.integration.schemes import GeneralisedAlpha
 from workbench.engine.tree.joints import Floating, Revolute, Spherical
-from workbench.engine.tree.runs import simulate_tree
 from workbench.engine.tree.system import SpatialBody, TreeSystem
 
 # Arnold, Bruels & Cardona's heavy top at 0.2 s, unit quaternion, from independent integrations to 8 digits
@@ -30,7 +29,7 @@ def heavy_top():
 def test_the_heavy_top_arrives_with_order_two():
     scheme = GeneralisedAlpha(rho=0.9)
     runs = [
-        simulate_tree(heavy_top(), np.zeros(0), np.linspace(0.0, 0.2, n + 1), scheme, keep=False)
+        tree_run(heavy_top(), np.zeros(0), np.linspace(0.0, 0.2, n + 1), scheme, keep=False)
         for n in (500, 1000, 2000)
     ]
     q = np.array([run.position[-1] for run in runs])
@@ -49,12 +48,12 @@ def test_momenta_of_a_falling_tree():
     system = TreeSystem(bodies=bodies, gravity=(0.0, 0.0, 0.0))
     errors = []
     for steps in (400, 800):
-        run = simulate_tree(system, np.zeros(0), np.linspace(0.0, 0.4, steps + 1), keep=False)
+        run = tree_run(system, np.zeros(0), np.linspace(0.0, 0.4, steps + 1), keep=False)
         moved = run.momentum() - run.momentum()[0]
         errors.append([np.abs(moved).max(), np.abs(np.ptp(run.kinetic_energy()))])
     order = np.log2(np.array(errors[0]) / errors[1])
     assert (order > 1.9).all()
-    run = simulate_tree(replace(system, gravity=(0.0, 0.0, -9.81)), np.zeros(0), np.linspace(0.0, 0.1, 101))
+    run = tree_run(replace(system, gravity=(0.0, 0.0, -9.81)), np.zeros(0), np.linspace(0.0, 0.1, 101))
     mass = sum(body.mass for body in bodies)
     force = np.gradient(run.momentum()[:, 5], run.times)[5:-5]
     assert force == pytest.approx(-9.81 * mass, rel=1e-3)
@@ -73,7 +72,7 @@ def test_energy_of_a_swinging_chain_converges():
     )  # fmt: skip
     drift = []
     for steps in (400, 800):
-        run = simulate_tree(
+        run = tree_run(
             TreeSystem(bodies=links), np.zeros(0), np.linspace(0.0, 1.0, steps + 1),
             GeneralisedAlpha(rho=1.0), keep=False,
         )  # fmt: skip
@@ -87,7 +86,7 @@ def test_the_order_of_declaration_leaves_no_trace():
     system = random_tree(rng, count=7)
     shuffled = replace(system, bodies=tuple(rng.permutation(np.array(system.bodies, object))))
     times, density = np.linspace(0.0, 0.1, 21), np.full(12, 0.5)
-    one, two = (simulate_tree(s, density, times, keep=False) for s in (system, shuffled))
+    one, two = (tree_run(s, density, times, keep=False) for s in (system, shuffled))
     for body in system.bodies:
         assert np.array_equal(one.of(body.name, (0.1, 0.2, 0.3)), two.of(body.name, (0.1, 0.2, 0.3)))
 
@@ -98,8 +97,8 @@ def test_several_trees_fall_alike():
         name="ball", joint=Floating(velocity=(1.0, 0.0, 2.0)), mass=2.0, inertia=(1.0, 2.0, 3.0)
     )
     times = np.linspace(0.0, 0.5, 51)
-    alone = simulate_tree(TreeSystem(bodies=(ball,)), np.zeros(0), times)
-    both = simulate_tree(TreeSystem(bodies=(ball, *heavy_top().bodies)), np.zeros(0), times)
+    alone = tree_run(TreeSystem(bodies=(ball,)), np.zeros(0), times)
+    both = tree_run(TreeSystem(bodies=(ball, *heavy_top().bodies)), np.zeros(0), times)
     assert both.of("ball") == pytest.approx(alone.of("ball"), abs=1e-12)
     closed = np.outer(times, (1.0, 0.0, 2.0)) + np.outer(times**2, (0.0, 0.0, -4.905))
     assert alone.of("ball") == pytest.approx(closed, abs=1e-10)

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.sample_trees import tree_run
 from workbench.engine.elements.laws import Spring, UserLaw
 from workbench.engine.errors import InvalidSystem, NotConverged, NotSupported
 from workbench.engine.integration.schemes import BDF2
-from workbench.engine.objectives.quantities import Slopes
-from workbench.engine.objectives.reductions import Terminal
 from workbench.engine.tree.compiled import tree_compiled
 from workbench.engine.tree.joints import (
     Planar,
@@ -18,7 +17,6 @@ from workbench.engine.tree.joints import (
     Spherical,
     Welded,
 )
-from workbench.engine.tree.runs import simulate_tree, tree_gradients
 from workbench.engine.tree.system import (
     CoordinateSpring,
     Coupling,
@@ -128,32 +126,22 @@ def test_what_trees_do_not_do_yet():
     with pytest.raises(NotSupported, match="UserLaw, which trees do not take"):
         TreeSystem(bodies=(ARM,), members=(SpatialMember(a="arm", law=law),))
     with pytest.raises(NotSupported, match="not BDF2"):
-        simulate_tree(TreeSystem(bodies=(ARM,)), np.zeros(0), np.linspace(0, 1, 3), BDF2())
+        tree_run(TreeSystem(bodies=(ARM,)), np.zeros(0), np.linspace(0, 1, 3), BDF2())
 
 
 def test_runs_say_what_they_lack():
     times = np.linspace(0.0, 0.1, 11)
     system = TreeSystem(bodies=(ARM,))
     with pytest.raises(ValueError, match="0 members but density has 2"):
-        simulate_tree(system, np.ones(2), times)
-    run = simulate_tree(system, np.zeros(0), times, keep=False)
+        tree_run(system, np.ones(2), times)
+    run = tree_run(system, np.zeros(0), times, keep=False)
     with pytest.raises(ValueError, match="no body 'leg'; it has arm"):
         run.columns("leg")
     with pytest.raises(ValueError, match="no body 'leg'; it has ground, arm"):
         run.frames("leg")
-    objective = Terminal(quantity=_Nothing())
-    with pytest.raises(NotSupported, match="kept no tangents"):
-        tree_gradients(run, (objective,))
     empty = SpatialBody(name="empty", parent="arm", joint=Revolute())
     with pytest.raises(NotConverged, match="moves nothing that has mass"):
-        simulate_tree(TreeSystem(bodies=(ARM, empty)), np.zeros(0), times)
-
-
-class _Nothing:
-    def slopes(self, trajectory, node):
-        return Slopes()
-
-    rate_slopes = slopes
+        tree_run(TreeSystem(bodies=(ARM, empty)), np.zeros(0), times)
 
 
 def test_a_driven_body_carries_its_load():
@@ -166,7 +154,7 @@ def test_a_driven_body_carries_its_load():
     system = TreeSystem(
         bodies=(load, plate), springs=(CoordinateSpring(body="load", k=k),), gravity=(0.0, 0.0, 0.0)
     )
-    run = simulate_tree(system, np.zeros(0), np.linspace(0.0, 1.0, 8001), keep=False)
+    run = tree_run(system, np.zeros(0), np.linspace(0.0, 1.0, 8001), keep=False)
     w = np.sqrt(k / m)
     # m (z + a sin rt)'' = -k z with z(0) = z'(0) = 0
     share = amplitude * rate**2 / (w**2 - rate**2)
@@ -192,7 +180,7 @@ def test_a_turning_platform_drives_as_its_matrix_says():
     rider = SpatialBody(
         name="rider", parent="table", joint=Revolute(), at=(0.5, 0.0, 0.0), mass=1.0, inertia=(1, 1, 1)
     )
-    run = simulate_tree(TreeSystem(bodies=(table, rider)), np.zeros(0), np.linspace(0.0, 0.5, 501))
+    run = tree_run(TreeSystem(bodies=(table, rider)), np.zeros(0), np.linspace(0.0, 0.5, 501))
     frames = run.frames("table")
     assert frames.spin[:, 2] == pytest.approx(6.0 * run.times, abs=1e-8)
     assert frames.spin_rate[:, 2] == pytest.approx(6.0, abs=1e-4)

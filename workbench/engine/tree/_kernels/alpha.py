@@ -183,3 +183,27 @@ def march(T, W, P, R, numbers, h, limit, count):
                     R.factors[node, i, j] = R.lu[i, j]
             fresh = False
     return 0
+
+
+@njit(**CAREFUL)
+def tangents_again(T, W, P, R, numbers, h, first, stiffness, damping, factors):
+    """Tangents and factors of the nodes first, first + 1, ... of a run that did not keep them; 0, or the node
+    whose factors are lost.
+    """
+    am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
+    c = (1.0 - af) / (1.0 - am)
+    n = W.m.shape[0]
+    for i in range(stiffness.shape[0]):
+        node = first + i
+        linearised(T, W, node, R.position[node], R.velocity[node], R.rate[node])
+        if node:
+            newton_matrix(T, W, R.move[node], h * gamma * c, h * h * beta * c, factors[i])
+        else:
+            newton_matrix(T, W, R.move[0], 0.0, 0.0, factors[i])
+        if factor(P, factors[i], R.diagonal) != 0:
+            return node
+        for a in range(n):
+            for b in range(n):
+                stiffness[i, a, b] = W.k[a, b]
+                damping[i, a, b] = W.c[a, b]
+    return 0

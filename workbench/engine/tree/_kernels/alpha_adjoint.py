@@ -51,8 +51,10 @@ def carried_back(T, W, d, x):
 
 
 @njit(**CAREFUL)
-def sweep(T, W, P, R, numbers, h, starts, at, seed_q, seed_v, seed_w, costate, some, mu):
-    """Fill mu (nodes, rows, n) from seeds of rows; `at` (E, 2) node and row of each seed, latest first.
+def sweep(T, W, P, R, numbers, h, first, K, C, LU, starts, at, seeds, costate, some, mu):
+    """Fill mu (nodes, rows, n) over the nodes first..first + len(K) - 1, whose tangents are K, C, LU.
+
+    seeds (E, 3, n) by places, velocities and rates; `at` (E, 2) their node and row, latest first.
 
     costate (rows, 4, n): lq, lv, la, lw, zero on entry, at node 0 on return: then lq, lv are the gradients by
     the initial places and velocities.  some (1, n).
@@ -62,15 +64,18 @@ def sweep(T, W, P, R, numbers, h, starts, at, seed_q, seed_v, seed_w, costate, s
     n = W.m.shape[0]
     entry, rows = 0, starts.shape[0]
     moved = some[0]
-    for node in range(starts[0], -1, -1):
+    last = min(starts[0], first + K.shape[0] - 1)
+    while entry < at.shape[0] and at[entry, 0] > last:
+        entry += 1
+    for node in range(last, first - 1, -1):
         while entry < at.shape[0] and at[entry, 0] == node:
             l = costate[at[entry, 1]]
             for i in range(n):
-                l[0, i] += seed_q[entry, i]
-                l[1, i] += seed_v[entry, i]
-                l[3, i] += seed_w[entry, i]
+                l[0, i] += seeds[entry, 0, i]
+                l[1, i] += seeds[entry, 1, i]
+                l[3, i] += seeds[entry, 2, i]
             entry += 1
-        K, C, lu, d = R.stiffness[node], R.damping[node], R.factors[node], R.move[node]
+        k, g, lu, d = K[node - first], C[node - first], LU[node - first], R.move[node]
         for row in range(rows):
             m = mu[node, row]
             if starts[row] < node:
@@ -90,8 +95,8 @@ def sweep(T, W, P, R, numbers, h, starts, at, seed_q, seed_v, seed_w, costate, s
                 x = m[i]
                 if x != 0.0:
                     for j in range(n):
-                        lq[j] += K[i, j] * x
-                        lv[j] += C[i, j] * x
+                        lq[j] += k[i, j] * x
+                        lv[j] += g[i, j] * x
             if not node:
                 continue
             by_move(T, W, d, lq, moved)

@@ -9,7 +9,7 @@ from numba import njit
 
 from ...compiler.options import CAREFUL, INNER
 from ...elements._kernels_joint_forces import torsion_parameters
-from ...elements._kernels_laws import law_parameters
+from ...elements._kernels_laws import energies, law_parameters, laws
 from .members import measure_members
 from .motion import columns, inertia_times, link_wrenches, places, twists
 from .rotations import logarithm
@@ -177,6 +177,23 @@ def link_histories(T, W, first, q, v, w, turn, place, twist, push):
             push[node, l, 3] = a[3] + T.gravity[0] + a[1] * p[2] - a[2] * p[1] + t[1] * u2 - t[2] * u1
             push[node, l, 4] = a[4] + T.gravity[1] + a[2] * p[0] - a[0] * p[2] + t[2] * u0 - t[0] * u2
             push[node, l, 5] = a[5] + T.gravity[2] + a[0] * p[1] - a[1] * p[0] + t[0] * u1 - t[1] * u0
+
+
+@njit(**CAREFUL)
+def member_states(T, W, nodes, q, v, w, zero, energy):
+    """energy (nodes, N) stored at unit density at some nodes; of the last one W.line, W.delta, W.rate and the
+    elastic force and its slope, W.f and W.fd.  zero (N,): the rate of an elastic force.
+    """
+    for a in range(nodes.shape[0]):
+        node = nodes[a]
+        places(T, W, node, q[node])
+        columns(T, W)
+        twists(T, W, node, v[node], w[node])
+        measure_members(T, W, node)
+        for g in range(T.segment.shape[0]):
+            code, first, last = T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+            laws(code, T.law, first, last, W.delta, zero, T.times[node], W.f, W.fd, W.fv)
+            energies(code, T.law, first, last, W.delta, T.times[node], energy[a])
 
 
 @njit(**CAREFUL)

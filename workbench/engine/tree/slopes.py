@@ -1,0 +1,98 @@
+"""How points and frames of a tree move with its coordinates at one node, for objectives.
+
+A small motion along column S_j, a turn e and a velocity s at the origin, moves what stands behind it:
+
+    dr = s + e x r,   dv_q = S_j x v + psi1_j,   da_q = S_j x a + psi2_j - v x psi1_j
+    dv_v = S_j,       da_v = psi1_j + S'_j - v x S_j,                       da_w = S_j      (spatial vectors)
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .compiled import Place
+
+__all__ = ["NodeMotion", "PointMotion"]
+
+Array = np.ndarray[Any, Any]
+
+
+def crossed(a: Array, b: Array) -> Array:
+    """a x b of spatial motion vectors, (..., 6)."""
+    turn = np.cross(a[..., :3], b[..., :3])
+    return np.concatenate(
+        [turn, np.cross(a[..., :3], b[..., 3:]) + np.cross(a[..., 3:], b[..., :3])], axis=-1
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointMotion:
+    """A point of a body at one node, global axes; slopes are (n, 3).
+
+    place_q is also the slope of the velocity by v and of the acceleration by the joints' accelerations.
+    """
+
+    place: Array
+    velocity: Array
+    acceleration: Array
+    place_q: Array
+    velocity_q: Array
+    acceleration_q: Array
+    acceleration_v: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NodeMotion:
+    """Columns, twists and accelerations of all links at one node, about the origin of spatial vectors."""
+
+    origin: Array  # (3,)
+    turn: Array  # (L + 1, 3, 3)
+    place: Array  # (L + 1, 3) less the origin
+    columns: Array  # (n, 6)
+    twist: Array  # (L + 1, 6)
+    push: Array  # (L + 1, 6), gravity as an acceleration of the ground
+    gravity: Array  # (3,)
+    parent: Array  # (n,) link before the column's
+    own: Array  # (n,) link of the column
+    moves: Array  # (L + 1, n) whether a column moves a link
+
+    def frame(self, place: Place) -> tuple[Array, Array, Array, Array]:
+        """Axes (3, 3) and spin (3,) of a frame on a link, the turns e of its columns (n, 3), and spin_q
+        (n, 3)."""
+        link = place.link
+        turns = np.where(self.moves[link][:, None], self.columns[:, :3], 0.0)
+        spin_q = np.where(self.moves[link][:, None], self._twist_q(link)[:, :3], 0.0)
+        return self.turn[link] @ place.turn, self.twist[link, :3], turns, spin_q
+
+    def _twist_q(self, link: int) -> Array:
+        psi1 = crossed(self.twist[self.parent], self.columns)
+        return np.asarray(crossed(self.columns, self.twist[link]) + psi1)
+
+    def point(self, place: Place, point: Array) -> PointMotion:
+        """A point given in a frame on a link."""
+        link = place.link
+        r = self.place[link] + self.turn[link] @ (place.at + place.turn @ point)
+        twist, push = self.twist[link], self.push[link]
+        s, mine = self.columns, self.moves[link][:, None]
+        psi1 = crossed(self.twist[self.parent], s)
+        psi2 = crossed(self.push[self.parent], s) + crossed(self.twist[self.parent], psi1)
+        rate = crossed(self.twist[self.own], s)
+        twist_q, push_q = crossed(s, twist) + psi1, crossed(s, push) + psi2 - crossed(twist, psi1)
+        push_v = psi1 + rate - crossed(twist, s)
+        w, velocity = twist[:3], twist[3:] + np.cross(twist[:3], r)
+        dr = s[:, 3:] + np.cross(s[:, :3], r)
+        dv = twist_q[:, 3:] + np.cross(twist_q[:, :3], r) + np.cross(w, dr)
+        acceleration = push[3:] + self.gravity + np.cross(push[:3], r) + np.cross(w, velocity)
+        da = (
+            push_q[:, 3:] + np.cross(push_q[:, :3], r) + np.cross(push[:3], dr)
+            + np.cross(twist_q[:, :3], velocity) + np.cross(w, dv)
+        )  # fmt: skip
+        da_v = (
+            push_v[:, 3:] + np.cross(push_v[:, :3], r) + np.cross(s[:, :3], velocity) + np.cross(w, dr)
+        )  # fmt: skip
+        return PointMotion(
+            place=self.origin + r, velocity=velocity, acceleration=acceleration,
+            place_q=np.where(mine, dr, 0.0), velocity_q=np.where(mine, dv, 0.0),
+            acceleration_q=np.where(mine, da, 0.0), acceleration_v=np.where(mine, da_v, 0.0),
+        )  # fmt: skip

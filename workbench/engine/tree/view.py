@@ -1,0 +1,74 @@
+"""The mean of some bodies' points seen from another body's frame, along the run of a tree."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+__all__ = ["SpatialView"]
+
+Array = np.ndarray[Any, Any]
+Point = tuple[str, tuple[float, ...], float]
+
+
+class _Seen(NamedTuple):
+    """Place and rate in the reference's axes at one node, and what their slopes need."""
+
+    place: tuple[float, ...]
+    rate: tuple[float, ...]
+    node: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpatialView:
+    """sum of share A^T (p - o): points p of bodies in the frame A, o of a reference.
+
+    points: (body, point in its frame, share) with shares that add to 1; trajectory: a `TreeTrajectory`.
+    """
+
+    trajectory: Any
+    points: tuple[Point, ...]
+    reference: str
+
+    def series(self) -> Array:
+        """(steps + 1, 3) at every node."""
+        frames = self.trajectory.frames(self.reference)
+        mean = sum(share * self.trajectory.of(body, point) for body, point, share in self.points)
+        return np.asarray(np.einsum("tji,tj->ti", frames.axes, mean - frames.origin))
+
+    def _at(self, node: int) -> tuple[Any, ...]:
+        """Axes, spin, turns of columns, spin_q, and d, d', d_q, d'_q of the mean less the origin."""
+        motion = self.trajectory.motion(node)
+        where = self.trajectory.place(self.reference)
+        base = motion.point(where, np.zeros(3))
+        d, rate, d_q, rate_q = -base.place, -base.velocity, -base.place_q, -base.velocity_q
+        for body, point, share in self.points:
+            p = motion.point(self.trajectory.place(body), np.asarray(point, float))
+            d, rate = d + share * p.place, rate + share * p.velocity
+            d_q, rate_q = d_q + share * p.place_q, rate_q + share * p.velocity_q
+        return (*motion.frame(where), d, rate, d_q, rate_q)
+
+    def seen(self, node: int) -> _Seen:
+        """The view and its rate A^T (d' - w x d) at a node."""
+        axes, spin, _, _, d, rate, _, _ = self._at(node)
+        place, speed = axes.T @ d, axes.T @ (rate - np.cross(spin, d))
+        return _Seen(tuple(place.tolist()), tuple(speed.tolist()), node)
+
+    def chain(self, seen: _Seen, by_place: Sequence[float], by_rate: Sequence[float]) -> tuple[Array, Array]:
+        """(n,) slopes by position and velocity of a scalar with the given slopes by place and rate."""
+        axes, spin, turns, spin_q, d, rate, d_q, rate_q = self._at(seen.node)
+        p, r = axes @ np.asarray(by_place, float), axes @ np.asarray(by_rate, float)
+        speed = rate - np.cross(spin, d)
+        speed_q = rate_q - np.cross(spin_q, d) - np.cross(spin, d_q)
+        by_q = (d_q - np.cross(turns, d)) @ p + (speed_q - np.cross(turns, speed)) @ r
+        by_v = (d_q - np.cross(turns, d)) @ r
+        return by_q, by_v
+
+    def jacobian(self) -> Array:
+        """(steps + 1, 3, n) derivatives of the series by the coordinates."""
+        out = []
+        for node in range(len(self.trajectory.times)):
+            axes, _, turns, _, d, _, d_q, _ = self._at(node)
+            out.append(((d_q - np.cross(turns, d)) @ axes).T)
+        return np.array(out)
