@@ -169,7 +169,7 @@ MOVED = {
     "rescreening": "screening.rescreening",
     "robust": "robust.re_evaluation",
     "robust_failures": "robust.failures",
-    "robust_layout": "robust_layout.loop",
+    "robust_layout": "robust_layout.loop robust_layout.record",
     "robust_layout_stage": "stages.robust_layout",
     "robust_record": "robust.record",
     "robust_scenarios": "space.common_ground",

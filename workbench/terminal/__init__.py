@@ -1,1 +1,1 @@
-"""What a person types and reads: commands, console, summaries, doctor, watching."""
+"""What a person types and reads: commands, progress, doctor, watching."""
