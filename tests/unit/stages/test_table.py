@@ -3,7 +3,8 @@
 import pytest
 
 from workbench.report.contents import DOCUMENTS, ENTRIES
-from workbench.stages.table import STAGES, Work, asked_stages, stage_named
+from workbench.stages.table import STAGES, asked_stages, stage_named
+from workbench.stages.work import Work
 from workbench.study.loading import parse_study
 from workbench.study.record import TABLES, Study
 
