@@ -47,7 +47,7 @@ def add_greedily(f, design, used, kept, inverse, v, replicates):
             v[j] -= scale * t * t
 
 
-@kernel()
+@kernel(allocates=False)
 def update_inverse(inverse, g, h, a, b, c):
     """Inverse -= a h h' + b (h g' + g h') + c g g'."""
     p = g.size

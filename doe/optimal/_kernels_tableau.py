@@ -47,21 +47,32 @@ class Tableau(NamedTuple):
     replicates: bool
 
 
-@kernel()
+class Scratch(NamedTuple):
+    """Room for an exchange: wj, wi, gains (N,) float32, gains as bits, and g, h (P,)."""
+
+    wj: np.ndarray
+    wi: np.ndarray
+    gains: np.ndarray
+    bits: np.ndarray
+    g: np.ndarray
+    h: np.ndarray
+
+
+@kernel(allocates=False)
 def copy(source, target):
     """Target = source; a loop compiles in a tenth of the time of a slice assignment."""
     for k in range(source.size):
         target[k] = source[k]
 
 
-@kernel()
+@kernel(allocates=False)
 def copy_table(source, target):
     for r in range(source.shape[0]):
         for k in range(source.shape[1]):
             target[r, k] = source[r, k]
 
 
-@kernel()
+@kernel(allocates=False)
 def lift(ft, h, out):
     """out = ft' h for ft of shape (terms, candidates), four terms at a time."""
     for x in range(out.size):
@@ -105,9 +116,10 @@ def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
             v[x] += factor * wj[x] * wj[x]
 
 
-@kernel()
-def best_pair(tableau, gains, bits):
-    """Design row and candidate with the largest gain; (-1, -1) when none is positive. bits views gains."""
+@kernel(allocates=False)
+def best_pair(tableau, scratch):
+    """Design row and candidate with the largest gain; (-1, -1) when none is positive."""
+    gains, bits = scratch.gains, scratch.bits
     design, blocked, w, v = tableau.design, tableau.blocked, tableau.w, tableau.v
     top, row = np.int32(0), -1
     for r in range(tableau.fixed, design.size):
@@ -134,15 +146,11 @@ def best_pair(tableau, gains, bits):
     return row, column
 
 
-@kernel()
-def put(tableau, wj, wi, k, j, least):
-    """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused.
-
-    wj, wi: scratch (N,)
-    """
+@kernel(allocates=False)
+def put(tableau, scratch, k, j, least):
+    """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused."""
+    wj, wi, g, h = scratch.wj, scratch.wi, scratch.g, scratch.h
     f, design, w, v, inverse = tableau.f, tableau.design, tableau.w, tableau.v, tableau.inverse
-    p = f.shape[1]
-    g, h = np.empty(p), np.empty(p)
     i = design[k]
     times(inverse, f[j], h)
     times(inverse, f[i], g)
@@ -174,18 +182,15 @@ def put(tableau, wj, wi, k, j, least):
     return gain
 
 
-@kernel()
-def climb(tableau, max_exchanges):
+@kernel(allocates=False)
+def climb(tableau, scratch, max_exchanges):
     """Take the best pair until none gains: the gain in log|M|."""
-    v = tableau.v
-    gains, wj, wi = np.empty_like(v), np.empty_like(v), np.empty_like(v)
-    bits = gains.view(np.int32)
     total = 0.0
     for _ in range(max_exchanges):
-        k, j = best_pair(tableau, gains, bits)
+        k, j = best_pair(tableau, scratch)
         if j < 0:
             break
-        gain = put(tableau, wj, wi, k, j, SMALLEST)
+        gain = put(tableau, scratch, k, j, SMALLEST)
         if gain < 0.0:
             break
         total += np.log1p(gain)
@@ -193,7 +198,7 @@ def climb(tableau, max_exchanges):
 
 
 @kernel()
-def shake(tableau, state, depth, shakes, floor, max_exchanges):
+def shake(tableau, scratch, state, depth, shakes, floor, max_exchanges):
     """Iterated climbing: exchange `depth` random rows, climb, keep what is better; the gain in log|M|.
 
     A random exchange may lose at most the share -floor of |M|, so M stays regular (also when n = p).
@@ -214,7 +219,6 @@ def shake(tableau, state, depth, shakes, floor, max_exchanges):
     copy(v, old_v)
     copy_table(w, old_w)
     copy_table(inverse, old_inverse)
-    wj, wi = np.empty_like(v), np.empty_like(v)
     total = 0.0
     for _ in range(shakes):
         change = 0.0
@@ -227,11 +231,11 @@ def shake(tableau, state, depth, shakes, floor, max_exchanges):
                     continue
                 if v[j] - vi - vi * v[j] + w[k, j] * w[k, j] < floor:
                     continue
-                gain = put(tableau, wj, wi, k, j, floor)
+                gain = put(tableau, scratch, k, j, floor)
                 if gain > -1.0:
                     change += np.log1p(gain)
                     break
-        change += climb(tableau, max_exchanges)
+        change += climb(tableau, scratch, max_exchanges)
         if change > SMALLEST:
             total += change
             copy(design, old_design)

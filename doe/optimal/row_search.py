@@ -120,6 +120,18 @@ def _first(f: Floats, light: NDArray[np.float32], task: Task, rng: np.random.Gen
     return design
 
 
+def _scratch(candidates: int, columns: int) -> tableau.Scratch:
+    gains = np.empty(candidates, np.float32)
+    return tableau.Scratch(
+        wj=np.empty(candidates, np.float32),
+        wi=np.empty(candidates, np.float32),
+        gains=gains,
+        bits=gains.view(np.int32),
+        g=np.empty(columns),
+        h=np.empty(columns),
+    )
+
+
 def _climb_pairs(
     f: Floats, light: NDArray[np.float32], design: Integers, task: Task, shakes: int, rng: np.random.Generator
 ) -> tuple[Integers, float]:
@@ -127,6 +139,7 @@ def _climb_pairs(
     state = splitmix_at(int(rng.integers(0, 2**64, dtype=np.uint64)))
     limit = PATIENCE * task.n
     depth = max(2, round(DEPTH * task.n))
+    scratch = _scratch(*f.shape)
     best, score = design.copy(), -np.inf
     left = shakes if task.n > len(task.fixed) else 0
     while True:
@@ -152,10 +165,10 @@ def _climb_pairs(
             inverse=inverse,
             replicates=task.replicates,
         )
-        tableau.climb(given, limit)
+        tableau.climb(given, scratch, limit)
         turn = min(left, REFRESH)
         if turn > 0:
-            tableau.shake(given, state, depth, turn, FLOOR, limit)
+            tableau.shake(given, scratch, state, depth, turn, FLOOR, limit)
         left = left - turn if left > turn else -1
 
 

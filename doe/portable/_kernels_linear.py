@@ -13,7 +13,7 @@ from doe._kernel_cache import kernel
 LANES = 64
 
 
-@kernel()
+@kernel(allocates=False)
 def dot(a, b):
     """Inner product in four partial sums."""
     s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
@@ -28,7 +28,7 @@ def dot(a, b):
     return (s0 + s2) + (s1 + s3)
 
 
-@kernel()
+@kernel(allocates=False)
 def times(matrix, vector, out):
     """out = matrix @ vector."""
     for r in range(matrix.shape[0]):
