@@ -1,7 +1,20 @@
 """Shared set-up: one BLAS thread, so that timings and rounding do not depend on the machine's load."""
 
 import os
+from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+LONG = Path(__file__).parent / "long.txt"
+
+
+def pytest_collection_modifyitems(config, items):
+    """Mark what `make fast` leaves out: the tests that `tests/long.txt` lists, by file and function."""
+    long = set(LONG.read_text().split())
+    root = config.rootpath
+    for item in items:
+        function = getattr(item, "originalname", item.name)
+        if f"{item.path.relative_to(root).as_posix()}::{function}" in long:
+            item.add_marker("long")

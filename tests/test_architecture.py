@@ -192,10 +192,22 @@ def homeless_tests(root: Path) -> list[str]:
     return found
 
 
+def lost_long_tests(root: Path) -> list[str]:
+    """Lines of tests/long.txt, which `make fast` leaves out, that name no test."""
+    listed = root / "tests/long.txt"
+    found = []
+    for line in listed.read_text().split() if listed.exists() else ():
+        file, _, function = line.partition("::")
+        if not (root / file).exists() or f"def {function}(" not in (root / file).read_text():
+            found.append(line)
+    return found
+
+
 CHECKS: dict[str, Callable[[Path], list[str]]] = {
     check.__name__: check
     for check in (
         upward, in_circles, strangers, unplaced, like_functions, faces, crowded, long_files, homeless_tests,
+        lost_long_tests,
     )
 }  # fmt: skip
 
@@ -280,6 +292,7 @@ SEEDS = {
     ),
     "a test without a room": ("tests/unit/attic/test_box.py", "", "homeless_tests"),
     "a test of a package's lost room": ("tests/laws/doe/attic/test_box.py", "", "homeless_tests"),
+    "a lost long test": ("tests/long.txt", "tests/unit/doe/test_box.py::test_it", "lost_long_tests"),
     "a long file": ("workbench/space/box.py", "\n" * 401, "long_files"),
 }  # fmt: skip
 
