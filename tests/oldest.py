@@ -15,6 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 OLDEST, NEWEST = (3, 11), ((3, 14), (3, 13), (3, 12))
 TOOLS = ("pytest>=8.3", "pytest-timeout>=2.3", "pytest-xdist>=3.6", "hypothesis>=6.120")
+PATIENCE = 600  # s for one environment
 SELECTED = "not slow and not peer and not bench and not browser and not long"
 
 
@@ -38,8 +39,15 @@ def try_with(python: str, constraints: str, title: str, *warnings: str) -> bool:
         env = Path(away, "env")
         subprocess.run([python, "-m", "venv", env], check=True)
         install = [env / "bin/python", "-m", "pip", "install", "-q", "-c", ROOT / constraints]
-        done = subprocess.run([*install, f"{ROOT}[netcdf]", *TOOLS], capture_output=True, text=True)
-        if done.returncode != 0:
+        try:
+            subprocess.run(
+                [*install, f"{ROOT}[netcdf]", *TOOLS],
+                capture_output=True, text=True, check=True, timeout=PATIENCE,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            print(f"skipped: {title}: the package index did not serve it within {PATIENCE} s")
+            return True
+        except subprocess.CalledProcessError as done:
             (reason,) = re.findall(r"^ERROR: (.*)$", done.stderr, re.MULTILINE)[:1] or [done.stderr[-300:]]
             print(f"skipped: {title}: the package index does not serve it ({reason})")
             return True
