@@ -7,6 +7,8 @@ Public names are loaded on first use.
 from importlib import import_module
 from typing import Any
 
+from .elements.table import LAWS
+
 __distribution__ = "holdfast"
 
 _ROOM = "workbench.engine."
@@ -23,9 +25,8 @@ _PUBLIC: dict[str, str] = {
             "AngleJoint", "DistanceJoint", "DrivenJoint", "FixedJoint", "PointOnLine", "PrismaticJoint",
             "RevoluteJoint",
         ),
-        "elements.laws": (
-            "Airbag", "Belt", "Contact", "Impulse", "Retractor", "Spring", "UserLaw",
-        ),
+        "elements.impulse": ("Retractor",),
+        "elements.laws": ("UserLaw",),
         "elements.prescribed_motion": ("Motion", "motion_from_acceleration"),
         "natural.system": (
             "Angle", "Distance", "NaturalPoint", "NaturalSystem", "PointMember", "PointOnLine3",
@@ -60,7 +61,7 @@ _PUBLIC: dict[str, str] = {
         "tree.trajectory": ("TreeTrajectory",),
     }.items()
     for name in names
-}  # fmt: skip
+} | {name: f"{_ROOM}elements.{file}" for name, file in LAWS.items()}  # fmt: skip
 
 __all__ = sorted(_PUBLIC)
 

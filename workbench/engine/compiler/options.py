@@ -5,9 +5,14 @@ No kernel allocates (`_nrt`: no reference counts in the code), division follows 
 member loops), and only kernels that Python calls carry wrappers and a place in the cache on disk.
 """
 
+from numba import njit
+
+from . import cache
 from .passes import InnerCompiler, KernelCompiler
 
-__all__ = ["CAREFUL", "ENTRY", "INNER"]
+__all__ = ["CAREFUL", "ENTRY", "INNER", "inner"]
+
+cache.count_all_kernels()
 
 INNER = {
     "fastmath": True,
@@ -17,7 +22,7 @@ INNER = {
     "no_cfunc_wrapper": True,
     "pipeline_class": InnerCompiler,
 }
-# nogil: load cases are simulated in threads (engine/layout/side_by_side.py)
+# nogil: load cases are simulated in threads (layout/formulation/load_cases.py)
 CAREFUL = {
     "error_model": "numpy",
     "_nrt": False,
@@ -27,3 +32,8 @@ CAREFUL = {
     "pipeline_class": KernelCompiler,
 }  # sees NaN
 ENTRY = {"fastmath": True, **CAREFUL}
+
+
+def inner(function):
+    """Compile a function that only kernels call, as `njit(**INNER)` does."""
+    return njit(**INNER)(function)

@@ -1,25 +1,15 @@
 # mypy: ignore-errors
 """Joint springs with stops and breakable bushings, compiled.
 
-Pair coordinates X, U as in `_kernels_members`. Every element adds F (3,), K = dF/dX and C = dF/dU of its
-pair; `_kernels_pairs` maps their sums to the bodies once per pair.
+Pair coordinates X, U as in `planar/_kernels/members`. Every element adds F (3,), K = dF/dX and C = dF/dU of
+its pair; `planar/_kernels/pairs` maps their sums to the bodies once per pair.
 """
 
 from numba import njit
-from numpy import cos, exp, log, sin, sqrt, tanh
+from numpy import cos, exp, sin, sqrt, tanh
 
 from ..compiler.options import INNER
-from ._kernels_laws import softplus
-
-
-@njit(**INNER)
-def smoothstep(s):
-    """0 below 0, 1 above 1, s^3 (10 - 15 s + 6 s^2) between (C2); value and slope."""
-    if s.real <= 0.0:
-        return 0.0 * s, 0.0 * s
-    if s.real >= 1.0:
-        return 0.0 * s + 1.0, 0.0 * s
-    return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s)
+from ._kernels_rounding import smoothstep, softplus, softplus_integral
 
 
 @njit(**INNER)
@@ -61,43 +51,6 @@ def torsion_energy(p, t, big):
             softplus_integral(phi - p[4, t], p[6, t]) + softplus_integral(-phi - p[5, t], p[6, t])
         )
     return total
-
-
-@njit(**INNER)
-def softplus_integral(x, w):
-    """Integral of w log(1 + exp(x/w)) from minus infinity: -w^2 Li2(-exp(x/w))."""
-    s = x / w
-    total = 0.0 * s
-    if s.real > 0.0:  # inversion formula of the dilogarithm
-        total += s * s / 2.0 + 1.6449340668482264365
-        z = exp(-s)
-        sign = -1.0
-    else:
-        z = exp(s)
-        sign = 1.0
-    # -Li2(-z) = sum (-1)^(k+1) z^k / k^2 converges slowly at z = 1: use u = log(1 + z) (Bernoulli series)
-    u = log(1.0 + z)
-    u2 = u * u
-    # -Li2(-z) = u + u^2/4 + sum B_2k u^(2k+1)/(2k+1)!
-    series = (
-        u
-        + u2 / 4.0
-        + u
-        * u2
-        * (
-            1.0 / 36.0
-            + u2
-            * (
-                -1.0 / 3600.0
-                + u2
-                * (
-                    1.0 / 211680.0
-                    + u2 * (-1.0 / 10886400.0 + u2 * (1.0 / 526901760.0 - u2 * 4.0647616451442255e-11))
-                )
-            )
-        )
-    )
-    return w * w * (total + sign * series)
 
 
 @njit(**INNER)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import _slope
+from ..elements.table import PARAMETERS
 from ..errors import InvalidSystem
 from ..integration.chart import Rates
 from .rigid_elements import (
@@ -258,7 +259,7 @@ def _members(
         if isinstance(member.law, UserLaw):
             raise InvalidSystem(f"members[{i}]: spatial systems take the engine's own laws, not a UserLaw")
     order = np.array(sorted(range(count), key=lambda i: (system.members[i].law.code, i)), np.int64)
-    ends, length, law = np.zeros((count, 2), np.int64), np.zeros(count), np.zeros((9, count))
+    ends, length, law = np.zeros((count, 2), np.int64), np.zeros(count), np.zeros((PARAMETERS, count))
     codes = []
     for place, i in enumerate(order):
         member = system.members[i]

@@ -29,7 +29,7 @@ class NaturalTables(NamedTuple):
     segment: Array  # (S, 3) law code, first, last member
     ends: Array  # (N, 2) first coordinate of either end
     length: Array  # (N,) natural length
-    law: Array  # (9, N)
+    law: Array  # (PARAMETERS, N)
     scale: Array  # (N,) alpha^power
     times: Array  # (samples,)
     drive: Array  # (samples, m)

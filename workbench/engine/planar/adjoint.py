@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..elements.table import PARAMETERS
 from ..errors import NotSupported
 from ..integration.kinds import Adjoints, no_parameters
 from ..integration.loops import alpha_adjoint_loop, bdf2_adjoint_loop
@@ -37,9 +38,9 @@ STRETCH = 4e5  # bytes of tangents that are evaluated again at a time: they stay
 class ByParameter:
     """Gradient with respect to everything that has a number.
 
-    density: (N,).  law: (9, N) by the law's parameters, row j as in `law.names`.  natural_length: (N,).
-    spring: (6, joint springs) by k, c, rest, k_stop, upper, lower.  bushing: (4, bushings) by k, c, cap,
-    hold.
+    density: (N,).  law: (PARAMETERS, N) by the law's parameters, row j as in `law.names`.
+    natural_length: (N,).  spring: (6, joint springs) by k, c, rest, k_stop, upper, lower.
+    bushing: (4, bushings) by k, c, cap, hold.
     mass, inertia: (free bodies,).
     """
 
@@ -180,11 +181,12 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
     )  # fmt: skip
     if not detailed:
         return gradient, ()
-    law, length = np.zeros((9, count)), np.zeros(count)
+    law, length = np.zeros((PARAMETERS, count)), np.zeros(count)
     spring = np.zeros((6, len(tables.torsion_pair)))
     bushing, mass = np.zeros((5, bushings)), np.zeros(n)
     contract_parameter_history(
         tables, work, nodes - 1, r.position, r.velocity, r.acceleration, r.damage,
-        np.ascontiguousarray(mu[:, 0]), law, length, spring, bushing, mass, np.zeros(9), np.zeros((5, 3)),
+        np.ascontiguousarray(mu[:, 0]), law, length, spring, bushing, mass,
+        np.zeros(PARAMETERS), np.zeros((5, 3)),
     )  # fmt: skip
     return gradient, (law, length, spring, bushing, mass)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import Motion, _slope
+from ..elements.table import PARAMETERS, code_of
 from ..errors import InvalidSystem
 from ._kernels.equations import FUSED
 from ._kernels.row_kinds import ANGLE, COINCIDENT_Y, DISTANCE, LINE
@@ -160,13 +161,13 @@ def _segments(
         a, b = (member.b, member.a) if swap else (member.a, member.b)
         ends.append((member.point_b, member.point_a) if swap else (member.point_a, member.point_b))
         code = member.law.code
-        if code == 0 and member.law.parameters[1] == 0.0:  # type: ignore[index]
+        if code == code_of("Spring") and member.law.parameters[1] == 0.0:
             code = FUSED
         keys.append((pairs(a, b), code, id(member.law) if code == UserLaw.code else 0))
     order = np.array(sorted(range(count), key=lambda i: (keys[i], i)), np.int64)
 
     geometry = np.zeros((6, count))
-    law = np.zeros((9, count))
+    law = np.zeros((PARAMETERS, count))
     pair_list = list(pairs.numbers)
     for at, i in enumerate(order):
         member, (s1, s2) = members[i], ends[i]

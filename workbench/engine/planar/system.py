@@ -140,8 +140,8 @@ class System:
     @property
     def smooth(self) -> bool:
         """Whether every force is smooth (C-infinity): no contact, belt, airbag or breakable bushing."""
-        rough = any(member.law.code not in (0, 2, 9) for member in self.members)
-        return not rough and not any(b.breakable for b in self.bushings)
+        smooth = all(member.law.smooth for member in self.members)
+        return smooth and not any(b.breakable for b in self.bushings)
 
     @property
     def in_python(self) -> bool:

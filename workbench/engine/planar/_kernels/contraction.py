@@ -11,6 +11,7 @@ from numpy import cos, sin
 from ...compiler.options import ENTRY, INNER
 from ...elements._kernels_joint_forces import bushing_parameters, torsion_parameters
 from ...elements._kernels_laws import USER, law_parameters, laws
+from ...elements.table import code_of
 from .equations import FUSED, set_state, unit_forces
 from .members import (
     measure,
@@ -20,6 +21,7 @@ from .members import (
 )
 from .pairs import pair_covector
 
+SPRING = code_of("Spring")
 BLOCK = 512  # members: the eight arrays of a spring fill 32 kB
 
 
@@ -91,8 +93,8 @@ def contract_parameter_history(
 
 @njit(**INNER)
 def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq):
-    """Add (dr/dparameter)^T mu: laws (9, N), natural lengths (N,), joint springs (6, T), bushings (5, B),
-    masses (n,)."""
+    """Add (dr/dparameter)^T mu: laws (PARAMETERS, N), natural lengths (N,), joint springs (6, T),
+    bushings (5, B), masses (n,)."""
     n = mu.shape[0]
     free = n // 3
     t = T.times[step]
@@ -103,7 +105,7 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by
             continue
         X = W.big[p]
         pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
-        law_code = 0 if code == FUSED else code
+        law_code = SPRING if code == FUSED else code
         measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
         laws(law_code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
         project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.f)

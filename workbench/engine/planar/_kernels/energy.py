@@ -12,8 +12,8 @@ from numba.extending import overload
 from ...compiler.options import ENTRY, INNER
 from ...elements._kernels_joint_forces import torsion_energy
 from ...elements._kernels_laws import (
-    IMPULSE,
     USER,
+    elastic,
     energies,
     laws,
 )
@@ -46,7 +46,7 @@ def _law_power(T, W, step, p, code, first, last, explicit):
         W.rate[i] = 0.0
     laws(code, T.law, first, last, W.delta, W.rate, T.times[step], W.f, W.fd, W.fv)
     for i in range(first, last):
-        if code == IMPULSE:
+        if not elastic(code):
             W.f[i] = 0.0
         W.fv[i] = 0.0
         explicit[1, i] *= W.f[i]

@@ -17,6 +17,7 @@ from numpy import cos, sin
 from ...compiler.options import ENTRY, INNER
 from ...elements._kernels_joint_forces import bushing, torsion
 from ...elements._kernels_laws import USER, laws
+from ...elements.table import code_of
 from .joint_rows import pair_row
 from .members import (
     gather,
@@ -37,6 +38,7 @@ from .pairs import (
 from .row_kinds import COINCIDENT_Y
 from .tables import SpringTables
 
+SPRING = code_of("Spring")
 FUSED = -1  # segment code of undamped linear springs
 
 
@@ -154,7 +156,9 @@ def _spring_forces(T, W, first, last):
 
 @njit(**INNER)
 def _law_forces(T, W, step, code, first, last):
-    laws(0 if code == FUSED else code, T.law, first, last, W.delta, W.rate, T.times[step], W.f, W.fd, W.fv)
+    laws(
+        SPRING if code == FUSED else code, T.law, first, last, W.delta, W.rate, T.times[step], W.f, W.fd, W.fv
+    )
 
 
 def unit_forces(T, W, step, code, first, last):

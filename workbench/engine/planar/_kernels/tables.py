@@ -25,7 +25,7 @@ class Tables(NamedTuple):
     pair: Array  # (P, 2) body 1, body 2
     segment: Array  # (S, 4) pair, law code, first, last member
     geometry: Array  # (6, N) s1x, s1y, s2x, s2y, offset^2, natural length
-    law: Array  # (9, N) parameters of the laws
+    law: Array  # (PARAMETERS, N) parameters of the laws
     scale: Array  # (N,) alpha^power
     torsion_pair: Array  # (T,)
     torsion: Array  # (7, T)
