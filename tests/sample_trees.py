@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.engine.elements.laws import Belt, Contact, Spring
+from workbench.engine import Belt, Contact, Spring
 from workbench.engine.errors import InvalidSystem
 from workbench.engine.integration.schemes import GeneralisedAlpha
 from workbench.engine.tree.compiled import tree_compiled

@@ -28,6 +28,7 @@ from tests.house import (
     sentence,
 )
 from tests.imports import arrows, circles, files_of, named_modules, opens_by_name
+from workbench.engine.elements.table import LAWS
 from workbench.models.opening import KINDS
 from workbench.stages.table import STAGES
 
@@ -226,6 +227,9 @@ def test_the_page_shows_the_house():
 FACES = {"doe", "surrogates", "workbench", "workbench.engine", "workbench._moved"}
 OPENERS = {
     "workbench.stages.table": {f"workbench.stages.{stage.name}" for stage in STAGES},
+    "workbench.engine.elements._kernels_laws": {
+        f"workbench.engine.elements.{file}" for file in LAWS.values()
+    },
     "workbench.models.opening": {place.partition(":")[0] for place in KINDS.values()},
 }
 """Modules that open others by names in a table, and those others."""

@@ -72,7 +72,10 @@ MOVED = {
     "engine.multibody.equations": "engine.planar.equations engine.integration.equations",
     "engine.multibody.independent": "engine.integration.independent engine.integration.equations",
     "engine.multibody.joints": "engine.planar.joints",
-    "engine.multibody.members": "engine.elements.laws engine.planar.members",
+    "engine.multibody.members": (
+        "engine.elements.laws engine.elements.spring engine.elements.contact engine.elements.impulse "
+        "engine.elements.belt engine.elements.airbag engine.planar.members"
+    ),
     "engine.multibody.motion": "engine.elements.prescribed_motion",
     "engine.multibody.natural": "engine.natural.system",
     "engine.multibody.natural_compiled": "engine.natural.compiled",
@@ -92,7 +95,7 @@ MOVED = {
     "engine.multibody.steps": "engine.simulation.steps",
     "engine.multibody.system": "engine.planar.system",
     "engine.multibody.tables": "engine.planar._kernels.tables",
-    "engine.multibody.trajectory": "engine.planar.trajectory",
+    "engine.multibody.trajectory": "engine.planar.trajectory engine.integration.outcome",
     "evaluator": "models.evaluator",
     "exports": "campaign.exports",
     "expression": "space.expression",

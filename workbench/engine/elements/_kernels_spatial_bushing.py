@@ -13,7 +13,7 @@ from numba import njit
 from numpy import exp, sqrt, tanh
 
 from ..compiler.options import INNER
-from ._kernels_laws import smoothstep
+from ._kernels_rounding import smoothstep
 
 
 @njit(**INNER)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.sample_trees import tree_run
-from workbench.engine.elements.laws import Spring, UserLaw
+from workbench.engine.elements.laws import UserLaw
+from workbench.engine.elements.spring import Spring
 from workbench.engine.errors import InvalidSystem, NotConverged, NotSupported
 from workbench.engine.integration.schemes import BDF2
 from workbench.engine.tree.compiled import tree_compiled
