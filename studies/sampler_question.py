@@ -31,10 +31,10 @@ from scipy.stats import qmc
 import doe
 from studies.screening_functions import FUNCTIONS
 from surrogates import KrigingScreener, wilson_interval
+from surrogates.screening.partitions.canonical import canonical_runs
+from surrogates.screening.partitions.landscape import landscape_of
 from surrogates.screening.sets.backward import alone
-from surrogates.screening.sets.canonical import canonical_runs
 from surrogates.screening.sets.forward import split
-from surrogates.screening.sets.landscape import landscape_of
 from workbench.space.streams import stream
 
 __all__ = ["METHODS", "SAMPLERS", "SETTINGS", "Trial", "figures", "run", "summarise", "trial"]

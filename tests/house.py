@@ -68,7 +68,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     "workbench/engine/tree": ("*", "_kernels"),
     "doe": ("*", "optimal", "latin", "criteria portable", "_kernel_cache"),
     "surrogates": ("screening", "analysis", "kriging", "likelihood", "errors _kernel_cache"),
-    "surrogates/screening": ("*", "sets"),
+    "surrogates/screening": ("*", "sets", "partitions"),
 }
 
 # folders of like things, which may be long: folder -> what each file is

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .partitions.canonical import CanonicalRuns
+from .partitions.landscape import landscape_of
+from .partitions.optimum import Optimum
 from .sets.ard import ard_screening
-from .sets.canonical import CanonicalRuns
 from .sets.forward import forward_path
-from .sets.landscape import Optimum, landscape_of
 from .sets.rules import Rules
 from .sets.welch import welch_path
 

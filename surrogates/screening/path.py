@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .methods import Found
-from .sets.canonical import CanonicalRuns
+from .partitions.canonical import CanonicalRuns
 
 __all__ = ["ScreeningStep", "screening_path", "told"]
 

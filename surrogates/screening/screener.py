@@ -27,9 +27,10 @@ from ..kriging.given_runs import (
     refuse_text,
 )
 from .methods import METHODS, Found, find_sets
+from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs
+from .partitions.landscape import landscape_of
+from .partitions.optimum import left_out_q2, standard_scores
 from .path import ScreeningStep, screening_path, told
-from .sets.canonical import CanonicalRuns, about_unit_wide, canonical_runs
-from .sets.landscape import landscape_of, left_out_q2, standard_scores
 from .sets.rules import Rules, threshold_for
 from .verdict import ScreeningDiagnosis, judge
 

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.utils.validation import check_is_fitted
 
+from .partitions.canonical import CanonicalRuns
+from .partitions.landscape import PACKED_RUNS, landscape_of
+from .partitions.optimum import Optimum
 from .screener import KrigingScreener
 from .sets.backward import shorten
-from .sets.canonical import CanonicalRuns
 from .sets.forward import forward_path
-from .sets.landscape import PACKED_RUNS, Optimum, landscape_of
 
 __all__ = ["selection_stability"]
 

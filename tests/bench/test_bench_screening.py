@@ -15,9 +15,10 @@ from threadpoolctl import threadpool_limits
 
 from studies.screening_functions import FUNCTIONS
 from surrogates import KrigingScreener, morris_effects, morris_points, profiled_log_likelihood
+from surrogates.screening.partitions.canonical import canonical_runs
+from surrogates.screening.partitions.landscape import landscape_of
+from surrogates.screening.partitions.optimum import HIGHEST, LOWEST
 from surrogates.screening.sets.backward import alone
-from surrogates.screening.sets.canonical import canonical_runs
-from surrogates.screening.sets.landscape import HIGHEST, LOWEST, landscape_of
 from surrogates.screening.sets.multi_start import ALIVE
 
 pytestmark = pytest.mark.bench

@@ -10,16 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..partitions.canonical import CanonicalRuns
+from ..partitions.landscape import landscape_of
+from ..partitions.optimum import HIGHEST, LOWEST, Landscape, Optimum
 from .backward import Chain, shorten
-from .canonical import CanonicalRuns
 from .exchange import ENTERING, take_in
-from .landscape import (
-    HIGHEST,
-    LOWEST,
-    Landscape,
-    Optimum,
-    landscape_of,
-)
 from .rules import Rules
 
 __all__ = ["on_all_runs"]

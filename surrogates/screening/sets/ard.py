@@ -20,19 +20,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..partitions.canonical import CanonicalRuns
+from ..partitions.landscape import PACKED_RUNS, landscape_of
+from ..partitions.optimum import Landscape, Optimum, left_out_q2
 from .all_runs import on_all_runs
 from .ard_search import CONVINCING, search_maxima
 from .backward import Chain, most_active, shorten
-from .canonical import CanonicalRuns
 from .exchange import exchange
 from .joint_effect_of_the_rest import rest_gain
-from .landscape import (
-    PACKED_RUNS,
-    Landscape,
-    Optimum,
-    landscape_of,
-    left_out_q2,
-)
 from .multi_start import Maxima, n_alive
 from .rival_sets import entering, ranked, rivals
 from .rules import Rules

@@ -7,7 +7,8 @@ predicts poorly.
 import numpy as np
 from numpy.typing import NDArray
 
-from .landscape import Landscape, PackedLandscape, left_out_q2
+from ..partitions.optimum import Landscape, left_out_q2
+from ..partitions.packed import PackedLandscape
 from .multi_start import Maxima, merged, multi_start
 from .narrowing import (
     WIDE,

@@ -12,12 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .landscape import (
-    Landscape,
-    Optimum,
-    Partition,
-    log_reach,
-)
+from ..partitions.optimum import Landscape, Optimum, Partition, log_reach
 from .multi_start import ALIVE
 
 __all__ = ["Chain", "alone", "most_active", "shorten"]

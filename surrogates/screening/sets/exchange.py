@@ -8,8 +8,8 @@ kept, and the exchange goes on from there.
 
 import numpy as np
 
+from ..partitions.optimum import Landscape, Optimum, standard_scores
 from .backward import Chain, alone, shorten
-from .landscape import Landscape, Optimum, standard_scores
 
 __all__ = ["exchange", "take_in"]
 

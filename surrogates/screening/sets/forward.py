@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .landscape import Landscape, Optimum
+from ..partitions.optimum import Landscape, Optimum
 
 __all__ = ["ForwardStep", "forward_path"]
 

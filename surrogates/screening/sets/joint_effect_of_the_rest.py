@@ -6,8 +6,8 @@ theta, as in the published screening; how far l rises is what the selection leav
 
 import numpy as np
 
+from ..partitions.optimum import Landscape, Optimum
 from .forward import split
-from .landscape import Landscape, Optimum
 
 __all__ = ["rest_gain"]
 

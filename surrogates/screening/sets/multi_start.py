@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .landscape import Landscape, Optimum
+from ..partitions.optimum import Landscape, Optimum
 
 __all__ = ["Maxima", "merged", "multi_start", "n_alive"]
 

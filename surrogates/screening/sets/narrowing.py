@@ -11,12 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .landscape import (
-    Landscape,
-    Optimum,
-    PackedLandscape,
-    standard_scores,
-)
+from ..partitions.optimum import Landscape, Optimum, standard_scores
+from ..partitions.packed import PackedLandscape
 from .multi_start import ALIVE, Maxima
 
 __all__ = ["WIDE", "narrowed", "promising", "widened"]

@@ -7,7 +7,7 @@ inputs shows a parabola. So this names units worth a look, and is no screening.
 import numpy as np
 from numpy.typing import NDArray
 
-from .canonical import CanonicalRuns
+from ..partitions.canonical import CanonicalRuns
 
 __all__ = ["margins"]
 

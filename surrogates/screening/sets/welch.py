@@ -10,9 +10,10 @@ continuous unknowns.
 import numpy as np
 from numpy.typing import NDArray
 
-from .canonical import CanonicalRuns
+from ..partitions.canonical import CanonicalRuns
+from ..partitions.optimum import Optimum
+from ..partitions.packed import PackedLandscape, packed_distances
 from .forward import ForwardStep, common_theta, split
-from .landscape import Optimum, PackedLandscape, packed_distances
 
 __all__ = ["ETAS", "welch_path"]
 

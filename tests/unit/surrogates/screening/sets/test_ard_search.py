@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from surrogates.screening.partitions.canonical import canonical_runs
+from surrogates.screening.partitions.landscape import landscape_of
+from surrogates.screening.partitions.optimum import left_out_q2
 from surrogates.screening.sets import ard_search
-from surrogates.screening.sets.canonical import canonical_runs
-from surrogates.screening.sets.landscape import landscape_of, left_out_q2
 from surrogates.screening.sets.narrowing import WIDE
 from surrogates.screening.sets.rules import Rules, threshold_for
 from surrogates.screening.sets.single_input_fits import margins

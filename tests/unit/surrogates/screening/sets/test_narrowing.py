@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener, restricted_log_likelihood
-from surrogates.screening.sets.canonical import canonical_runs
-from surrogates.screening.sets.landscape import landscape_of
+from surrogates.screening.partitions.canonical import canonical_runs
+from surrogates.screening.partitions.landscape import landscape_of
 from surrogates.screening.sets.multi_start import merged, multi_start
 from surrogates.screening.sets.narrowing import (
     MOST,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener
+from surrogates.screening.partitions.optimum import Optimum
 from surrogates.screening.sets.backward import Chain, alone
-from surrogates.screening.sets.landscape import Optimum
 from surrogates.screening.sets.rival_sets import entering, ranked, rivals
 
 PRICE = 2.0

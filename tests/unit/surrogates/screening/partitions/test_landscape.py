@@ -6,15 +6,11 @@ import pytest
 from surrogates import restricted_log_likelihood
 from surrogates.likelihood._kernels_likelihood import likelihood
 from surrogates.likelihood._kernels_matrix import exp_minus
-from surrogates.screening.sets.canonical import canonical_runs
-from surrogates.screening.sets.landscape import (
-    DenseLandscape,
-    PackedLandscape,
-    landscape_of,
-    left_out_q2,
-    packed_distances,
-    standard_scores,
-)
+from surrogates.screening.partitions.canonical import canonical_runs
+from surrogates.screening.partitions.dense import DenseLandscape
+from surrogates.screening.partitions.landscape import landscape_of
+from surrogates.screening.partitions.optimum import left_out_q2, standard_scores
+from surrogates.screening.partitions.packed import PackedLandscape, packed_distances
 
 SAME = 1e-9  # fastmath reorders sums
 
@@ -85,7 +81,7 @@ def test_kernel_reports_a_matrix_that_is_not_positive_definite():
 def test_both_landscapes_are_the_same_ground(labels, monkeypatch):
     data = runs(labels=labels)
     packed = landscape_of(data)
-    monkeypatch.setattr("surrogates.screening.sets.landscape.PACKED_RUNS", 0)
+    monkeypatch.setattr("surrogates.screening.partitions.landscape.PACKED_RUNS", 0)
     dense = landscape_of(data)
     assert isinstance(packed, PackedLandscape)
     assert isinstance(dense, DenseLandscape)
@@ -107,7 +103,7 @@ def check_same_ground(packed, dense, partition, start):
 
 def test_gradient_of_units_in_any_order(monkeypatch):
     """Selected inputs stand in the order of their activity, the columns of x in another."""
-    monkeypatch.setattr("surrogates.screening.sets.landscape.PACKED_RUNS", 0)
+    monkeypatch.setattr("surrogates.screening.partitions.landscape.PACKED_RUNS", 0)
     dense = landscape_of(runs())
     surface = dense._likelihood(((2,), (0,), (3,)), None)
     phi = np.array([-2.0, 0.5, -3.0, -4.0])
