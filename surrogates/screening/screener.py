@@ -43,6 +43,7 @@ FEWEST_RUNS = 3
 FORWARD_THRESHOLD = 1.92
 DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
 FORWARD_NUGGET = 1e-8
+NOTHING_FOUND = Found(sets=[], optima=[], accepted=0, etas=[])  # where there was nothing to screen
 
 
 class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
@@ -163,55 +164,68 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         x: Array,
         constant: bool,
     ) -> None:
-        n, d = x.shape
-        q2, margin, base = float("nan"), float("inf"), float("nan")
+        """Set the fitted attributes; `found` is None where there was nothing to screen."""
+        d = x.shape[1]
         steps: list[ScreeningStep] = []
-        order: list[int] = []
+        base = q2 = float("nan")
+        scores = np.zeros(0)
         if found is not None:
-            steps, base = screening_path(
-                runs,
-                found,
-                n_features=d,
-                eta=self.eta,
-                restricted=self.criterion == "reml" and self.method != "welch",
-            )
-            for u in found.ranked:
-                order += [k for k in runs.given(u) if k not in order]
-            order += [k for step in steps for k in step.added if k not in order]
+            restricted = self.criterion == "reml" and self.method != "welch"
+            steps, base = screening_path(runs, found, n_features=d, eta=self.eta, restricted=restricted)
             best = found.optima[found.accepted]
             landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
-            q2 = left_out_q2(landscape, best)
-            margin = found.margin
-            scores = standard_scores(landscape, best)
-            # the inputs beyond the path, by how much l would rise with a theta of their own
-            for u in np.argsort(-scores, kind="stable"):
-                order += [k for k in runs.given(int(u)) if k not in order]
-        order += [k for k in range(d) if k not in order]
+            q2, scores = left_out_q2(landscape, best), standard_scores(landscape, best)
         accepted = [s for s in steps if s.accepted]
-        self.path_ = told(steps) if self.method == "default" else steps
-        self.selected_ = np.array(accepted[-1].selected if accepted else (), dtype=np.intp)
-        self.ranking_ = np.array(order, dtype=np.intp)
         last = accepted[-1] if accepted else None
+        self.path_ = told(steps) if self.method == "default" else steps
+        self.selected_ = np.array(last.selected if last else (), dtype=np.intp)
+        self.ranking_ = _ranking(runs, () if found is None else found.ranked, steps, scores, d)
         self.theta_ = last.theta if last else np.zeros(d)
         self.sigma2_ = last.sigma2 if last else runs.scale**2
         self.nugget_ = last.nugget if last else bounds[0]
         self.log_likelihood_ = last.log_likelihood if last else base
+        self.diagnosis_ = self._diagnosed(
+            runs,
+            found or NOTHING_FOUND,
+            threshold,
+            bounds,
+            x,
+            constant,
+            base=base,
+            q2=q2,
+            n_selected=len(accepted),
+        )
+
+    def _diagnosed(
+        self,
+        runs: CanonicalRuns,
+        found: Found,
+        threshold: float,
+        bounds: tuple[float, float],
+        x: Array,
+        constant: bool,
+        *,
+        base: float,
+        q2: float,
+        n_selected: int,
+    ) -> ScreeningDiagnosis:
+        n, d = x.shape
         repeated = tuple(p for p in runs.repeated if set(p) & set(self.selected_.tolist()))
         resolved, verdict, advice = judge(
             n_runs=n,
             n_inputs=len(runs.units),
-            n_selected=len(accepted),
+            n_selected=n_selected,
             constant_response=constant,
-            pool_gain=found.pool_gain if found else float("nan"),
-            margin=margin if self.method == "default" else None,
-            rest_gain=found.rest_gain if found else float("nan"),
+            pool_gain=found.pool_gain,
+            margin=found.margin if self.method == "default" else None,
+            rest_gain=found.rest_gain,
             q2=q2,
-            starts_at_best=found.starts_at_best if found else 0,
+            starts_at_best=found.starts_at_best,
             repeated=repeated,
         )
         low, high = x.min(axis=0), x.max(axis=0)
         equal, near = close_pairs((x - low) / np.where(high > low, high - low, 1.0))
-        self.diagnosis_ = ScreeningDiagnosis(
+        return ScreeningDiagnosis(
             n_runs=n,
             n_inputs=d,
             method=self.method,
@@ -221,15 +235,13 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             base_log_likelihood=base,
             nugget=self.nugget_,
             nugget_bounds=bounds,
-            starts=found.starts if found else 0,
-            starts_at_best=found.starts_at_best if found else 0,
-            search_runs=found.search_runs if found and found.search_runs else n,
-            evaluations=found.evaluations if found else 0,
-            rivals=tuple((tuple(sorted(k for u in s for k in runs.given(u))), gap) for s, gap in found.rivals)
-            if found
-            else (),
-            margin=margin,
-            rest_gain=found.rest_gain if found else float("nan"),
+            starts=found.starts,
+            starts_at_best=found.starts_at_best,
+            search_runs=found.search_runs or n,
+            evaluations=found.evaluations,
+            rivals=tuple((_inputs(runs, members), gap) for members, gap in found.rivals),
+            margin=found.margin,
+            rest_gain=found.rest_gain,
             q2=q2,
             duplicates=tuple(equal),
             near_duplicates=tuple(near),
@@ -326,6 +338,24 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         twice = [k for k in set(flat) if flat.count(k) > 1]
         if twice:
             raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
+
+
+def _ranking(
+    runs: CanonicalRuns, ranked: Sequence[int], steps: Sequence[ScreeningStep], scores: Array, d: int
+) -> NDArray[np.intp]:
+    """All d inputs: of the ranked units, of the path, by the scores (u,) of units, then what never varies.
+
+    A score is how much l would rise with a theta of the unit's own.
+    """
+    order = [k for u in ranked for k in runs.given(u)]
+    order += [k for step in steps for k in step.added]
+    order += [k for u in np.argsort(-scores, kind="stable") for k in runs.given(int(u))]
+    return np.array(list(dict.fromkeys([*order, *range(d)])), dtype=np.intp)
+
+
+def _inputs(runs: CanonicalRuns, members: Sequence[int]) -> tuple[int, ...]:
+    """The inputs of a set of units, ascending."""
+    return tuple(sorted(k for u in members for k in runs.given(u)))
 
 
 def _criterion(name: str) -> str:
