@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from studies import oscillator, two_body
+from tests.papers.engine.reverse_compatibility import reverse_compatibility
 from workbench.engine import RungeKutta8, gradient, parameter_gradient, simulate
-from workbench.engine.sensitivity.reverse_compatibility import reverse_compatibility
 
 
 @pytest.mark.parametrize("mass", [1.0, 2.5])

@@ -54,9 +54,9 @@ class NodeSeeds:
 
     def of_objectives(self, first: int, last: int) -> tuple[Array, "NodeSeeds"]:
         """The rows of the objectives first..last-1, and their seeds."""
+        if first <= 0 and last >= len(self.order):
+            return np.arange(len(self.order)), self
         rows = np.flatnonzero((self.order >= first) & (self.order < last))
-        if len(rows) == len(self.order):
-            return rows, self
         place = np.full(len(self.order), -1)
         place[rows] = np.arange(len(rows))
         own = place[self.at[:, 1]] >= 0

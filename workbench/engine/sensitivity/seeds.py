@@ -24,7 +24,9 @@ def node_seeds(trajectory: AnyTrajectory, objectives: Sequence[Objective]) -> No
         ((part.node, row, part) for row, index in enumerate(order) for part in parts[index]), reverse=True
     )
     at = np.array([(node, row) for node, row, _ in entries], np.int64).reshape(-1, 2)
-    found = {name: np.zeros((len(entries), getattr(trajectory.widths, name))) for name in PARTS}
+    found = {
+        name: np.zeros((len(entries), width)) for name, width in zip(PARTS, trajectory.widths, strict=True)
+    }
     density = np.zeros((len(objectives), len(trajectory.density)))
     for entry, (node, row, part) in enumerate(entries):
         quantity = objectives[order[row]].quantity

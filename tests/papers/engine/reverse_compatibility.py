@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ..planar._kernels.equations import place, unit_rows
-from ..planar._kernels.tables import work_space
-from ..planar.compiled import compiled
-from ..planar.trajectory import Trajectory
+from workbench.engine.planar._kernels.equations import place, unit_rows
+from workbench.engine.planar._kernels.tables import work_space
+from workbench.engine.planar.compiled import compiled
+from workbench.engine.planar.trajectory import Trajectory
 
 __all__ = ["ReverseCompatibility", "reverse_compatibility"]
 
