@@ -90,8 +90,8 @@ JOINTS: Mapping[str, Joint] = MappingProxyType(
             at=(0.2760, 1.3810),
             stiffness=25.4778,
             damping=JOINT_DAMPING,
-            up=0.785,
-            down=1.083,
+            up=1.083,
+            down=0.785,
         ),
         "elbow": Joint(
             a="forearms",
@@ -99,8 +99,8 @@ JOINTS: Mapping[str, Joint] = MappingProxyType(
             at=(0.0220, 1.2459),
             stiffness=60.0,
             damping=JOINT_DAMPING,
-            up=1.657,
-            down=0.523,
+            up=0.523,
+            down=1.657,
         ),
         "wrist TX": Joint(
             a="hands",
@@ -108,11 +108,11 @@ JOINTS: Mapping[str, Joint] = MappingProxyType(
             at=(-0.2506, 1.2794),
             stiffness=40.0,
             damping=JOINT_DAMPING,
-            up=1.378,
-            down=0.523,
+            up=0.523,
+            down=1.378,
         ),
         "hip TX": Joint(
-            a="thighs", b="lower torso", at=HIP, stiffness=120.0, damping=JOINT_DAMPING, up=0.488, down=0.872
+            a="thighs", b="lower torso", at=HIP, stiffness=120.0, damping=JOINT_DAMPING, up=0.872, down=0.488
         ),
         "knee": Joint(
             a="shanks",
@@ -129,8 +129,8 @@ JOINTS: Mapping[str, Joint] = MappingProxyType(
             at=(-0.0289, 0.1169),
             stiffness=600.0,
             damping=JOINT_DAMPING,
-            up=0.349,
-            down=0.872,
+            up=0.872,
+            down=0.349,
         ),
     }
 )

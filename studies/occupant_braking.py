@@ -64,7 +64,7 @@ def braking_occupant(**uncertain: Any) -> dict[str, float]:
 
     >>> found = braking_occupant(**NOMINAL)
     >>> round(found["peak_deviation"], 3), found["grip_lost"]
-    (0.1, 0.0)
+    (0.12, 0.0)
     """
     body = system(case_of(uncertain))
     return responses_of(simulate(body, body.density(0.0), t_end=T_END, steps=STEPS))

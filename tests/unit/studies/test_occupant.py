@@ -42,6 +42,47 @@ def test_the_vehicle_brakes_smoothly_until_it_stands(deceleration):
     np.testing.assert_allclose(np.gradient(x, t)[1:-1], v[1:-1], atol=2e-3)
 
 
+ANATOMY = {  # degrees the distal segment may turn from the reference posture: (forward or flexed, back)
+    # flexion of all but the knee turns the distal segment clockwise, seen with x rearward to the right
+    "shoulder TX": {"raise the arm": -45.0, "let the arm hang back": 62.0},
+    "elbow": {"flex": -95.0, "extend": 30.0},
+    "wrist TX": {"flex": -79.0, "extend": 30.0},
+    "hip TX": {"raise the thigh": -28.0, "extend": 50.0},
+    "knee": {"flex": 85.0, "extend": -50.0},
+    "ankle": {"raise the toes": -20.0, "point the toes": 50.0},
+}
+
+
+@pytest.mark.parametrize("name", ANATOMY)
+def test_the_stops_let_a_joint_turn_as_far_as_a_body_does(name):
+    """Each stop stands on its own side: a hanging segment swings back by the + stop of Table 8.6."""
+    allowed = ANATOMY[name].values()
+    assert np.degrees(JOINTS[name].up) == pytest.approx(max(allowed), abs=0.6)
+    assert -np.degrees(JOINTS[name].down) == pytest.approx(min(allowed), abs=0.6)
+
+
+def test_an_elbow_that_extends_draws_the_hand_away_from_the_shoulder():
+    """The sign rule itself, by geometry: the elbow's + stop is on the side on which the arm gets longer."""
+    shoulder, elbow = np.array(JOINTS["shoulder TX"].at), np.array(JOINTS["elbow"].at)
+    wrist = np.array(JOINTS["wrist TX"].at)
+
+    def reach(degrees: float) -> float:
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        forearm = np.array([[c, -s], [s, c]]) @ (wrist - elbow)
+        return float(np.linalg.norm(elbow + forearm - shoulder))
+
+    assert reach(np.degrees(JOINTS["elbow"].up)) > reach(0.0) > reach(-np.degrees(JOINTS["elbow"].down))
+
+
+def test_his_arms_fold_in_braking_and_the_elbow_never_bends_backwards():
+    body = system(Case())
+    run = simulate(body, body.density(0.0), t_end=2.0, steps=1000)
+    forearm, upper_arm = (run.position[:, body.coordinate(n)][:, 2] for n in ("forearms", "upper arms"))
+    turned = np.degrees(forearm - upper_arm)
+    assert turned.min() < -35.0  # the stop on the wrong side held it at 30
+    assert turned.max() < 35.0
+
+
 def deviation(case: Case) -> np.ndarray:
     """Distance of the occupant's mass centre from its start in the vehicle frame, m."""
     body = system(case)

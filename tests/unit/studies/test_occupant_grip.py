@@ -19,8 +19,15 @@ def test_one_hand_holds_from_a_grip_inside_the_range_on():
     assert found.value == pytest.approx(truth.deviation.max(), rel=1e-3)
 
 
-def test_with_both_hands_or_none_the_profile_is_said_to_be_flat():
-    for hands in ("both", "none"):
-        truth = profile({**CASE, "hands": hands})
+def test_without_hands_or_in_mild_braking_with_both_the_profile_is_said_to_be_flat():
+    for case in ({"hands": "none"}, {"hands": "both", "deceleration": 7.0, "mass": 77.0}):
+        truth = profile({**CASE, **case})
         assert truth.is_flat
         assert truth.threshold is None
+
+
+def test_in_hard_braking_both_hands_need_some_grip_too():
+    """He folds his arms up to their stops, and the stops push weak hands off."""
+    truth = profile({**CASE, "hands": "both", "deceleration": 9.0})
+    assert not truth.is_flat
+    assert 350.0 < truth.threshold < 420.0
