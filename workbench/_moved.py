@@ -1,6 +1,5 @@
-"""Modules of the time before the rooms: where each went. Old dotted names go on working, with a warning.
-
-    from workbench.design import make_design      DeprecationWarning: ... now in workbench.sampling.plan
+"""Modules of the time before the rooms: where each went. Old dotted names go on working, with a
+DeprecationWarning that names the new place.
 
 A module that is gone is found by `MovedFinder`, which Python asks last. A room that bears the name of an old
 module, such as `workbench.space`, hands out that module's names by `moved_name` from its `__getattr__`.
