@@ -12,13 +12,17 @@ from types import TracebackType
 from typing import Any, Self
 
 from workbench.campaign.lock import check_lock, write_lock
+from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress, Silent
+from workbench.campaign.read_rows import former_keys, present_reading, run_again
+from workbench.campaign.rereading import Rereading, kept_archive, reread
 from workbench.campaign.store import Store, run_key
 from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
 from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
 from workbench.models.evaluation import FAILED, Evaluation
 from workbench.models.evaluator import Outcome
 from workbench.models.histories import Reduction
+from workbench.models.kept_files import ARCHIVE
 from workbench.models.opening import open_model
 from workbench.models.protocol import Answer, settle
 from workbench.study.record import Study
@@ -49,12 +53,13 @@ class CampaignRuns:
         *,
         folder: Path | None = None,
         function: Callable[..., Any] | None = None,
-        keep_runs: bool = False,
+        permissions: Permissions | None = None,
         progress: Progress | None = None,
     ) -> None:
         self.study = study
         self.folder = study.campaign_folder if folder is None else Path(folder)
         self.progress: Progress = Silent() if progress is None else progress
+        self.permissions = Permissions() if permissions is None else permissions
         self._function = function
         self._engine: Engine | None = None
         self.spec = study.spec(version=self._version())
@@ -67,12 +72,18 @@ class CampaignRuns:
         self.store = Store.opened(self.folder / "runs.sqlite")
         try:
             for text in check_lock(
-                self.folder, self.spec, runs=self.store.counts().get("ok", 0), keep_runs=keep_runs
+                self.folder,
+                self.spec,
+                runs=self.store.counts().get("ok", 0),
+                keep_runs=self.permissions.same_model,
             ):
                 self.progress.note(text)
             if study.text:
                 write_text(self.folder / "study.toml", study.text)
             write_lock(self.folder, study, self.spec)
+            self._rename_former_files()
+            present_reading(self.store, study.readings)
+            self.reread()
         except BaseException:
             self.store.close()
             raise
@@ -95,6 +106,31 @@ class CampaignRuns:
     def key(self, row: Mapping[str, Any]) -> str:
         """The name of the run with these parameters."""
         return run_key(self.spec.identity, self.spec.version, row)
+
+    def reread(self, *, every: bool = False) -> Rereading:
+        """Read responses again from what stored runs left, where they are read otherwise now.
+
+        A campaign does this by itself when it is opened; nothing is run. `every`: of all runs, though they
+        were read in the present way, as after a change in what a reader calls.
+
+        Raises:
+            StudyError: a response cannot be read from some runs; nothing has changed then.
+        """
+        found = reread(self.store, self.folder, self.spec, self.study.readings, every=every)
+        if found.missing and (self.permissions.run_again or self.study.model["kind"] == "table"):
+            run_again(self.store, found.missing, reason="other reading")
+            if self.study.model["kind"] != "table":
+                self.progress.note(f"{len(found.missing)} runs are made anew: {found.reason}")
+            return self.reread(every=every)
+        if found.missing:
+            raise StudyError(
+                f"response {found.response!r} cannot be read from {len(found.missing)} stored runs of "
+                f"{self.folder.name}: {found.reason}. --run-again makes these "
+                f"{len(found.missing)} runs anew; or give it back the name and the reading that it had"
+            )
+        if found.read:
+            self.progress.note(f"the responses of {found.read} stored runs were read again; nothing was run")
+        return found
 
     def evaluate(
         self, rows: Sequence[Mapping[str, Any]], *, batch: str = "design", quiet: bool = False
@@ -222,24 +258,44 @@ class CampaignRuns:
                 policy=policy,
                 watcher=watch,
                 workdir=self._workdir if self.study.model["kind"] == "command" else None,
-                keep=self._keep if any(self.study.reductions.values()) else None,
+                keep=self._keep if self._keeps_something else None,
             )
         except HoldfastError:
             self._engine.close()
             self._engine = None
             raise
 
+    def _rename_former_files(self) -> None:
+        """Give files of runs that an older schema knew by another key the present one."""
+        former = former_keys(self.store)
+        for place in ("histories", "work") if former else ():
+            for path in (self.folder / place).glob("*"):
+                if path.stem in former and not path.with_stem(former[path.stem]).exists():
+                    path.rename(path.with_stem(former[path.stem]))
+
     def _workdir(self, key: str) -> Path:
         """Where a run of a command stands."""
         return (self.folder / "work" / key).resolve()
 
+    @property
+    def _keeps_something(self) -> bool:
+        model = self.study.model
+        return any(self.study.reductions.values()) or bool(model.get("keep")) or model["kind"] == "command"
+
     def _keep(self, key: str, answer: Answer) -> None:
-        """Write the time histories of a run."""
+        """Write the time histories of a run, and put the files that it left where they are kept."""
         if answer.histories:
             from workbench.campaign.histories import write_histories
 
-            units = {r.name: r.unit for r in self.study.responses}
+            units = {name: "1" for name in answer.histories} | {r.name: r.unit for r in self.study.responses}
             write_histories(self.folder, key, answer.histories, units)
+        if self.study.model["kind"] == "command" and answer.status == "ok":
+            left = self._workdir(key) / ARCHIVE
+            if left.exists():
+                archive = kept_archive(self.folder, key)
+                archive.parent.mkdir(exist_ok=True)
+                left.replace(archive)
+                left.parent.rmdir()
 
     def _opened_engine(self) -> Engine:
         options = self.study.evaluate

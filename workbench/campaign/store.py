@@ -10,12 +10,11 @@ import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
 from workbench.campaign.database import NETWORK, connected, explained, file_system, tables, take_lock
-from workbench.campaign.store_schema import SCHEMA, VERSION, migrate
+from workbench.campaign.store_schema import SCHEMA, VERSION, migrate, run_key
 from workbench.errors import StoreError
 from workbench.models.evaluation import COLUMNS, Evaluation, evaluation_of
 from workbench.models.protocol import Answer
@@ -27,18 +26,15 @@ SLOPES = "(SELECT slopes FROM gradient WHERE gradient.key = evaluation.key)"
 CHUNK = 500  # keys per statement
 
 
-def run_key(model: str, version: str, inputs: Mapping[str, Any]) -> str:
-    """The name of a run: a digest of model identity, version and inputs (in any order).
-
-    >>> run_key("m", "1", {"a": 1.0, "b": 2.0}) == run_key("m", "1", {"b": 2.0, "a": 1.0})
-    True
-    """
-    text = json.dumps([model, version, dict(sorted(inputs.items()))], separators=(",", ":"), allow_nan=False)
-    return blake2b(text.encode(), digest_size=16).hexdigest()
-
-
 class Store:
-    """The database of a campaign. Open it with `Store.opened`."""
+    """The database of a campaign. Open it with `Store.opened`.
+
+    reading_now, state_now: numbers of the way of reading and of the model's state that answers belong to
+    which are stored from now on (tables `reading` and `model_state`); None where nobody said.
+    """
+
+    reading_now: int | None = None
+    state_now: int | None = None
 
     def __init__(self, path: Path, connection: sqlite3.Connection, lock: int | None) -> None:
         self.path = path
@@ -113,6 +109,16 @@ class Store:
             finally:
                 self._depth -= 1
 
+    def select(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
+        """Rows of a query, for the other tables of a campaign."""
+        with explained(self.path):
+            return self._db.execute(query, values).fetchall()
+
+    def write(self, statement: str, values: Sequence[Any] = ()) -> None:
+        """One statement that writes, for the other tables of a campaign."""
+        with self.transaction():
+            self._db.execute(statement, values)
+
     def enqueue(
         self,
         rows: Iterable[tuple[str, Mapping[str, Any]]],
@@ -153,6 +159,7 @@ class Store:
         with self.transaction():
             changed = self._db.execute(
                 "UPDATE evaluation SET status = ?, attempt = ?, outputs = ?, error = ?, log = ?, "
+                "kept = ?, reading = ?, state = ?, "
                 "started = COALESCE(started, ?), finished = ?, wall = ?, cpu = ?, host = ?, owner = NULL "
                 "WHERE key = ? AND status IN ('queued', 'running')",
                 (
@@ -161,6 +168,9 @@ class Store:
                     outputs,
                     _clean(answer.error),
                     _clean(answer.log),
+                    json.dumps(dict(answer.kept)) if answer.kept else None,
+                    self.reading_now,
+                    self.state_now,
                     now - answer.wall,
                     now,
                     answer.wall,

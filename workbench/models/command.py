@@ -1,8 +1,9 @@
 """A solver behind a command line: decks from templates, an argument list without a shell, results from files.
 
-Every run has a folder of its own, `work/<key>`, with the decks, the copied files and `output.log`; it is
-removed when the run succeeded and kept when it failed. In arguments `{study}` stands for the study's folder,
-`{python}` for this interpreter, and a parameter's name in braces for its value.
+Every run has a folder of its own, `work/<key>`, with the decks, the copied files and `output.log`. It is
+removed when the run succeeded, but for an archive of the files that are kept, and kept whole when it failed.
+In arguments `{study}` stands for the study's folder, `{python}` for this interpreter, and a parameter's name
+in braces for its value.
 """
 
 import os
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import EvaluationFailed, StudyError
+from workbench.models.kept_files import LIMIT_UNASKED, leave_kept
 from workbench.models.protocol import Answer, ModelSpec, settle
 from workbench.models.readers import read_response
 from workbench.models.template import Render, compiled, format_value
@@ -81,7 +83,8 @@ class CommandModel:
             deck.write_text(render(row), encoding="utf-8")
         answer = self._commands_run(row, workdir) or self._read(workdir)
         if answer.status == "ok":
-            shutil.rmtree(workdir, ignore_errors=True)
+            options = self.spec.options
+            leave_kept(workdir, options.get("keep", ()), limit=options.get("keep_limit", LIMIT_UNASKED))
             return answer
         error = f"{answer.error} (kept in {workdir.parent.name}/{workdir.name})"
         return Answer(status=answer.status, error=error, log=_tail(workdir / LOG))

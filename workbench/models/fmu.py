@@ -54,7 +54,8 @@ class FmuModel:
                 raise StudyError(f"FMU {name} has no usable model description: {exc}") from None
             known = [v.name for v in description.modelVariables]
             variables = {n: spec.options.get("variables", {}).get(n, n) for n in spec.names}
-            outputs = {n: spec.options.get("outputs", {}).get(n, n) for n in spec.responses}
+            named = dict.fromkeys((*spec.responses, *spec.options.get("keep", ())))
+            outputs = {n: spec.options.get("outputs", {}).get(n, n) for n in named}
             for variable in (*variables.values(), *outputs.values()):
                 if variable not in known:
                     shown = ", ".join(known[:12])
@@ -65,7 +66,7 @@ class FmuModel:
         return cls(folder=folder, description=description, variables=variables, outputs=outputs, spec=spec)
 
     def run(self, row: Mapping[str, Any], workdir: Path | None) -> dict[str, Any]:
-        """Simulate; every response as a history, or its last value when it has no reduction."""
+        """Simulate; every response and kept output as a history, or its last value without a reduction."""
         from fmpy import simulate_fmu
 
         options = self.spec.options
@@ -81,7 +82,8 @@ class FmuModel:
         found: dict[str, Any] = {}
         for name, variable in self.outputs.items():
             values = [float(v) for v in result[variable]]
-            found[name] = values[-1] if self.spec.responses[name] is None else History(time, values)
+            is_number = name in self.spec.responses and self.spec.responses[name] is None
+            found[name] = values[-1] if is_number else History(time, values)
         return found
 
     def close(self) -> None:

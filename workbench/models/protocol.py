@@ -8,10 +8,10 @@ the model does, short of taking the process down, becomes an `Answer`.
 import math
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, SupportsFloat
 
 from workbench.errors import EvaluationFailed
 from workbench.models.gradients import checked_gradients, parted
@@ -20,6 +20,7 @@ from workbench.models.histories import History, Reduction
 __all__ = ["Answer", "Model", "ModelSpec", "call", "settle"]
 
 LONGEST_ERROR = 4000  # characters of a message that are kept
+MOST_KEPT = 200  # numbers beside the responses of a run
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,12 +28,15 @@ class Answer:
     """One evaluation as it ended: ok, failed, timeout, killed, nonfinite or skipped.
 
     `gradients`: response -> parameter -> derivative, where the model gives them.
+    `kept`: finite numbers that the model returned beside its responses, from which others may be read later;
+    a number returned without a name stands under "".
     """
 
     status: str
     outputs: Mapping[str, float] = field(default_factory=dict)
     gradients: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     histories: Mapping[str, History] = field(default_factory=dict)
+    kept: Mapping[str, float] = field(default_factory=dict)
     error: str = ""
     log: str = ""
     wall: float = 0.0
@@ -108,7 +112,10 @@ def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path
 def _settled(raw: Any, spec: ModelSpec) -> Answer:
     """The answer with its gradients, where the model returned a pair; those never cost a run its values."""
     values, slopes = parted(raw)
-    answer = settle(values, spec.responses)
+    try:
+        answer = settle(values, spec.responses, keep=spec.options.get("keep", ()))
+    except EvaluationFailed as exc:  # the model gave something: responses declared later may be in it
+        return Answer(status="failed", error=str(exc)[:LONGEST_ERROR], kept=_numbers(values))
     if slopes is None or answer.status != "ok":
         return answer
     try:
@@ -117,12 +124,15 @@ def _settled(raw: Any, spec: ModelSpec) -> Answer:
         return replace(answer, error=f"no gradient: {exc}"[:LONGEST_ERROR])
 
 
-def settle(raw: Any, responses: Mapping[str, Reduction | None]) -> Answer:
+def settle(raw: Any, responses: Mapping[str, Reduction | None], *, keep: Collection[str] = ()) -> Answer:
     """The answer in what a model returned: declared responses as finite floats, histories reduced.
+
+    Other finite numbers are kept beside them, and the histories named in `keep`.
 
     Raises:
         EvaluationFailed: a response is missing, is no number, or is a history without a reduction.
     """
+    kept = _numbers(raw)
     if not isinstance(raw, Mapping):
         if len(responses) != 1:
             names = ", ".join(responses)
@@ -140,12 +150,39 @@ def settle(raw: Any, responses: Mapping[str, Reduction | None]) -> Answer:
             outputs[name] = reduction.of(histories[name])
         else:
             outputs[name] = _number(name, value)
+    for name in keep:
+        if name not in responses and name in raw and name not in kept:
+            histories[name] = _history(name, raw[name])
     wrong = [f"{name} = {value}" for name, value in outputs.items() if not math.isfinite(value)]
     if wrong:
         return Answer(
-            status="nonfinite", histories=histories, error=f"not a finite number: {', '.join(wrong)}"
+            status="nonfinite",
+            histories=histories,
+            kept=kept,
+            error=f"not a finite number: {', '.join(wrong)}",
         )
-    return Answer(status="ok", outputs=outputs, histories=histories)
+    beside = {name: value for name, value in kept.items() if name not in outputs}
+    return Answer(status="ok", outputs=outputs, histories=histories, kept=beside)
+
+
+def _numbers(raw: Any) -> dict[str, float]:
+    """The finite numbers among what a model returned, MOST_KEPT at most."""
+    given = raw if isinstance(raw, Mapping) else {"": raw}
+    found: dict[str, float] = {}
+    for name, value in given.items():
+        if (
+            not isinstance(name, str)
+            or not isinstance(value, SupportsFloat)
+            or len(getattr(value, "shape", "")) > 0
+        ):
+            continue
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):
+            continue
+        if math.isfinite(number) and len(found) < MOST_KEPT:
+            found[name] = number
+    return found
 
 
 def _number(name: str, value: Any) -> float:

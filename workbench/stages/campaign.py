@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Self, final
 
 from workbench.campaign.exports import dataset, frame
 from workbench.campaign.histories import read_histories
+from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress
 from workbench.campaign.runs import CampaignRuns
 from workbench.space.box import Response, Space
@@ -42,9 +43,12 @@ class Campaign(CampaignRuns):
         workers: int | None = None,
         dask: str | None = None,
         keep_runs: bool = False,
+        permissions: Permissions | None = None,
         progress: Progress | None = None,
     ) -> Self:
         """Open or continue the campaign of a study file, in `folder` or beside the file.
+
+        `permissions`: what is allowed where the study changed under its runs; `keep_runs` is same_model.
 
         Raises:
             StudyError: the file is not usable, or its model changed since runs were stored.
@@ -56,7 +60,9 @@ class Campaign(CampaignRuns):
         if dask is not None:
             study = replace(study, evaluate={**study.evaluate, "engine": "dask", "address": dask})
         place = None if folder is None else Path(folder)
-        return cls(study, folder=place, keep_runs=keep_runs, progress=progress)
+        allowed = Permissions() if permissions is None else permissions
+        allowed = replace(allowed, same_model=allowed.same_model or keep_runs)
+        return cls(study, folder=place, permissions=allowed, progress=progress)
 
     @classmethod
     def of(

@@ -9,10 +9,11 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.histories import Reduction
+from workbench.models.kept_files import LIMIT_ASKED, LIMIT_UNASKED, files_read
 from workbench.models.protocol import ModelSpec
 from workbench.space.box import Response, Space
 
-__all__ = ["TABLES", "Study"]
+__all__ = ["TABLES", "Study", "bytes_in"]
 
 # tables of the file that a study keeps as mappings, in the order in which a resolved study lists them
 TABLES = (
@@ -74,17 +75,17 @@ class Study:
 
     def spec(self, *, version: str) -> ModelSpec:
         """The model's description for workers. Where the study stands does not enter the identity of runs."""
-        options = {k: v for k, v in self.model.items() if k not in ("kind", "version")}
-        if self.reads:
+        options = {k: v for k, v in self.model.items() if k not in ("kind", "version", "state")}
+        if self.model["kind"] == "command":
             options["read"] = {name: dict(rule) for name, rule in self.reads.items()}
+            asked, limit = options.get("keep"), options.get("keep_limit")
+            options["keep"] = files_read(self.reads) if asked is None else list(asked)
+            unsaid = LIMIT_UNASKED if asked is None else LIMIT_ASKED
+            options["keep_limit"] = unsaid if limit is None else bytes_in(limit)
         words = [p.name for p in self.space.parameters if not p.is_numeric]
         if self.model["kind"] == "table" and words:
             options["words"] = words
-        how = {name: found for name in self.reductions if (found := _how(self, name))}
-        identity = json.dumps(
-            {"kind": self.model["kind"], **_identifying(self.model), **({"responses": how} if how else {})},
-            sort_keys=True,
-        )
+        identity = json.dumps({"kind": self.model["kind"], **_identifying(self.model)}, sort_keys=True)
         return ModelSpec(
             kind=self.model["kind"],
             options=options,
@@ -96,6 +97,16 @@ class Study:
         )
 
     @property
+    def readings(self) -> dict[str, dict[str, Any]]:
+        """Response -> how it is read and reduced: a run is a simulation, and this is how it is read."""
+        found = {name: _how(self, name) for name in self.reductions}
+        if self.model["kind"] == "fmu":
+            for name, variable in self.model.get("outputs", {}).items():
+                if name in found:
+                    found[name]["variable"] = variable
+        return found
+
+    @property
     def has_points(self) -> bool:
         """Whether the study says where to run the model, by a design or as a table of runs."""
         return self.design is not None or self.model["kind"] == "table"
@@ -104,10 +115,7 @@ class Study:
     def memory_bytes(self) -> int | None:
         """The memory limit of one evaluation."""
         text = self.evaluate.get("memory")
-        if text is None:
-            return None
-        number = text.rstrip("BkMGTi ")
-        return int(float(number) * MEMORY[text[len(number) :].strip()[:-1]])
+        return None if text is None else bytes_in(text)
 
     @property
     def hash(self) -> str:
@@ -127,6 +135,16 @@ class Study:
         }
 
 
+def bytes_in(text: str) -> int:
+    """Bytes of a size such as "2 GB" or "512 MiB".
+
+    >>> bytes_in("2 kB"), bytes_in("0.5MiB")
+    (2000, 524288)
+    """
+    number = text.rstrip("BkMGTi ")
+    return int(float(number) * MEMORY[text[len(number) :].strip()[:-1]])
+
+
 def _how(study: Study, name: str) -> dict[str, Any]:
     """How a response is read and reduced, for the resolved study."""
     rule, read = study.reductions[name], study.reads.get(name)
@@ -135,5 +153,7 @@ def _how(study: Study, name: str) -> dict[str, Any]:
 
 
 def _identifying(model: Mapping[str, Any]) -> dict[str, Any]:
-    # a gradient changes no response: runs made without it stay what they are
-    return {k: v for k, v in model.items() if k not in ("kind", "version", "gradient")}
+    # a gradient changes no response, and what is read, kept or watched no simulation: runs stay what they are
+    reading = ("outputs",) if model["kind"] == "fmu" else ()
+    apart = ("kind", "version", "gradient", "keep", "keep_limit", "state", *reading)
+    return {k: v for k, v in model.items() if k not in apart}

@@ -20,6 +20,7 @@ __all__ = ["StudySchema"]
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
+Size = Annotated[str, Field(pattern=r"^[0-9]+(\.[0-9]+)? ?[kMGT]i?B$")]
 
 
 def _number(limit: float) -> float:
@@ -51,12 +52,24 @@ class StudyTable(Table):
     title: Text | None = None
 
 
+class StateTable(Table):
+    """`[model.state]`: what belongs to the state of the model beside what is found by itself: `include` and
+    `exclude` are patterns of files beside the study file, `environment` names of variables."""
+
+    include: list[Text] = Field(default_factory=list)
+    exclude: list[Text] = Field(default_factory=list)
+    environment: list[Text] = Field(default_factory=list)
+
+
 class PythonTable(Table):
-    """`[model] kind = "python"`; `gradient` names a function that returns the derivatives."""
+    """`[model] kind = "python"`; `gradient` names a function that returns the derivatives; `keep` histories
+    that are no response and are kept, so that one may be read from them later."""
 
     kind: Literal["python"]
     function: Text
     gradient: Text | None = None
+    keep: list[Text] | None = None
+    state: StateTable | None = None
     version: Text = "1"
 
 
@@ -69,13 +82,17 @@ class TemplateTable(Table):
 
 
 class CommandTable(Table):
-    """`[model] kind = "command"`: an argument list, or several that run one after the other."""
+    """`[model] kind = "command"`: an argument list, or several that run one after the other. `keep` names
+    files of a run that are kept, `keep_limit` how much of them, compressed."""
 
     kind: Literal["command"]
     command: Annotated[list[Text] | list[Annotated[list[Text], Field(min_length=1)]], Field(min_length=1)]
     templates: list[TemplateTable] = Field(default_factory=list)
     files: list[Text] = Field(default_factory=list)
     environment: dict[str, str] = Field(default_factory=dict)
+    keep: list[Text] | None = None
+    keep_limit: Size | None = None
+    state: StateTable | None = None
     version: Text = "1"
 
 
@@ -88,6 +105,8 @@ class FmuTable(Table):
     step: Positive | None = None
     variables: dict[str, str] = Field(default_factory=dict)
     outputs: dict[str, str] = Field(default_factory=dict)
+    keep: list[Text] | None = None
+    state: StateTable | None = None
     version: Text = "1"
 
 
@@ -180,7 +199,7 @@ class EvaluateTable(Table):
     workers: Annotated[int, Field(ge=1, le=1024)] = 1
     timeout: Positive | None = None
     retries: Annotated[int, Field(ge=0, le=100)] = 0
-    memory: Annotated[str, Field(pattern=r"^[0-9]+(\.[0-9]+)? ?[kMGT]i?B$")] | None = None
+    memory: Size | None = None
 
 
 class ScreenTable(Table):

@@ -16,14 +16,16 @@ import typer
 from workbench.errors import Interrupted
 
 if TYPE_CHECKING:
+    from workbench.campaign.permissions import Permissions
     from workbench.stages.campaign import Campaign
 
 __all__ = [
     "Dask",
     "Folder",
     "Json",
-    "KeepRuns",
     "Retry",
+    "RunAgain",
+    "SameModel",
     "StudyFile",
     "Workers",
     "finish",
@@ -35,7 +37,15 @@ Folder = Annotated[Path | None, typer.Option(help="The campaign's folder [defaul
 Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: the study's].")]
 Dask = Annotated[str | None, typer.Option(help="Run on the Dask cluster at this address, tcp://...")]
-KeepRuns = Annotated[bool, typer.Option(help="Keep stored runs although the model's source changed.")]
+SameModel = Annotated[
+    bool,
+    typer.Option(
+        "--same-model", "--keep-runs", help="The changed model gives the same results: stored runs serve on."
+    ),
+]
+RunAgain = Annotated[
+    bool, typer.Option("--run-again", help="Make runs anew from which a response cannot be read.")
+]
 Retry = Annotated[bool, typer.Option(help="Try failed runs again.")]
 
 FAILED_RUNS = 3  # the exit code of work that is done, with runs that failed
@@ -48,7 +58,7 @@ def opened_campaign(
     *,
     workers: int | None = None,
     dask: str | None = None,
-    keep_runs: bool = False,
+    permissions: "Permissions | None" = None,
 ) -> Iterator["Campaign"]:
     """The campaign of a study with progress on standard error."""
     from workbench.stages.campaign import Campaign
@@ -57,7 +67,7 @@ def opened_campaign(
     progress = progress_for(sys.stderr)
     try:
         with Campaign.from_file(
-            study, folder=folder, workers=workers, dask=dask, keep_runs=keep_runs, progress=progress
+            study, folder=folder, workers=workers, dask=dask, permissions=permissions, progress=progress
         ) as campaign:
             yield campaign
     except Interrupted:

@@ -12,8 +12,9 @@ from workbench.terminal.shared import (
     Dask,
     Folder,
     Json,
-    KeepRuns,
     Retry,
+    RunAgain,
+    SameModel,
     StudyFile,
     Workers,
     finish,
@@ -31,14 +32,17 @@ def run(
     folder: Folder = None,
     workers: Workers = None,
     dask: Dask = None,
-    keep_runs: KeepRuns = False,
+    same_model: SameModel = False,
+    run_again: RunAgain = False,
     retry_failed: Retry = False,
     json_: Json = False,
 ) -> None:
     """Walk all stages of a study; run it again to continue where it stopped."""
+    from workbench.campaign.permissions import Permissions
     from workbench.stages.run_all import run_lines
 
-    with opened_campaign(study, folder, workers=workers, dask=dask, keep_runs=keep_runs) as campaign:
+    allowed = Permissions(same_model=same_model, run_again=run_again)
+    with opened_campaign(study, folder, workers=workers, dask=dask, permissions=allowed) as campaign:
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
         found = campaign.run()
@@ -116,6 +120,15 @@ def tell(
     )
     line += f"; {left} still wait"
     finish(document, [line], as_json=json_)
+
+
+@commands.command()
+def reread(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Read the responses again from what all stored runs left; nothing is run."""
+    with opened_campaign(study, folder) as campaign:
+        found = campaign.reread(every=True)
+    document = {"read": found.read, "stored": found.looked_at}
+    finish(document, [f"{found.read} of {found.looked_at} stored runs read again"], as_json=json_)
 
 
 @commands.command(help=stage_named("screen").help)

@@ -48,6 +48,7 @@ def answer_to_dict(answer: Answer) -> dict[str, Any]:
         "histories": {name: [list(h.time), list(h.values)] for name, h in answer.histories.items()}
         if answer.status == "ok"
         else {},
+        "kept": dict(answer.kept),
         "error": answer.error,
         "log": answer.log,
         "wall": answer.wall,

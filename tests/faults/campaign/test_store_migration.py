@@ -1,12 +1,13 @@
 """A store of an older version opens after a migration, keeps a copy, and loses nothing."""
 
+import json
 import sqlite3
 from pathlib import Path
 
 import pytest
 
 from workbench.campaign import store_schema
-from workbench.campaign.store import Store
+from workbench.campaign.store import Store, run_key
 from workbench.campaign.store_schema import VERSION
 from workbench.errors import StoreError
 from workbench.models.protocol import Answer
@@ -90,6 +91,41 @@ def test_version_2_gains_a_place_for_gradients(tmp_path):
     assert store.rows(keys=[waiting.key])[0].gradients == slopes
     assert store.rows(keys=[first.key])[0].gradients == {}
     store.close()
+
+
+def test_version_3_parts_simulations_from_their_reading(tmp_path):
+    path = written_by(3, tmp_path)
+    store = Store.opened(path)
+    rows = store.rows()
+    assert [(row.status, row.inputs["a"]) for row in rows] == [
+        ("ok", 0.75),
+        ("failed", 0.95),
+        ("ok", 0.25),  # of two that were read in two ways the later
+        ("queued", 0.5),
+    ]
+    assert rows[2].outputs == {"force": -7.0, "end": 0.75}
+    assert [a[2] for a in store.attempts(rows[2].key)] == ["other reading"]
+    ((model,),) = store.select("SELECT DISTINCT model FROM evaluation")
+    assert all(row.key == run_key(model, "1", row.inputs) for row in rows)
+    former = [key for (key,) in store.select("SELECT former FROM evaluation ORDER BY id")]
+    assert former[1] == "68d0763dec0e2e1b3697598a9fda8b12"
+    ((kept,),) = store.select("SELECT kept FROM evaluation WHERE key = ?", [rows[2].key])
+    assert sorted(json.loads(kept).values()) == [-7.0, 0.0, 0.75], "what was read from either twin"
+    store.close()
+
+
+def test_a_migration_that_fails_leaves_the_old_database(tmp_path, monkeypatch):
+    path = written_by(3, tmp_path)
+    before = dump(path)
+
+    def fails(db):
+        db.execute("DELETE FROM evaluation")
+        raise sqlite3.OperationalError("disk I/O error")
+
+    monkeypatch.setitem(store_schema.ROWS, 3, fails)
+    with pytest.raises(StoreError, match="disk I/O error"):
+        Store.opened(path)
+    assert dump(path) == before
 
 
 def test_every_version_has_its_step():

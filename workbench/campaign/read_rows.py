@@ -1,0 +1,101 @@
+"""What was read from stored runs and how: the table `reading`, and rows that are read, or run, again.
+
+A run is a simulation and a reading of it. The simulation names the row; the reading is a mapping of every
+response to how it is read and reduced, kept once per way in the table `reading`.
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.campaign.store import Store
+from workbench.models.protocol import Answer
+
+__all__ = ["ReadRow", "former_keys", "present_reading", "read_again", "read_otherwise", "run_again"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadRow:
+    """What was read from a run, how (response -> definition), and the numbers kept beside it."""
+
+    key: str
+    status: str
+    outputs: Mapping[str, float]
+    kept: Mapping[str, float]
+    definition: Mapping[str, Mapping[str, Any]]
+
+
+def present_reading(store: Store, definition: Mapping[str, Any]) -> None:
+    """From now on answers are read in this way, response -> how."""
+    text = json.dumps(definition, sort_keys=True)
+    find = "SELECT id FROM reading WHERE definition = ?"
+    if not store.select(find, [text]):
+        store.write("INSERT INTO reading (definition) VALUES (?)", [text])
+    ((store.reading_now,),) = store.select(find, [text])
+
+
+def read_otherwise(store: Store, *, model: str, version: str, every: bool = False) -> list[ReadRow]:
+    """Finished runs of a model not read in the present way, or `every` one, in the order asked for."""
+    found = store.select(
+        "SELECT key, status, outputs, kept, reading.definition FROM evaluation "
+        "LEFT JOIN reading ON reading.id = evaluation.reading "
+        "WHERE model = ? AND version = ? AND status IN ('ok', 'failed', 'nonfinite') "
+        "AND (? OR evaluation.reading IS NOT ?) ORDER BY evaluation.id",
+        [model, version, every, store.reading_now],
+    )
+    return [
+        ReadRow(
+            key=key,
+            status=status,
+            outputs=json.loads(outputs) if outputs else {},
+            kept=json.loads(kept) if kept else {},
+            definition=json.loads(definition) if definition else {},
+        )
+        for key, status, outputs, kept, definition in found
+    ]
+
+
+def read_again(store: Store, rows: Iterable[tuple[str, Answer | None]]) -> None:
+    """Replace what was read from runs, of all or of none; None: there is nothing else to read in that run."""
+    with store.transaction():
+        for key, answer in rows:
+            if answer is None:
+                store.write("UPDATE evaluation SET reading = ? WHERE key = ?", [store.reading_now, key])
+                continue
+            store.write(
+                "UPDATE evaluation SET status = ?, outputs = ?, error = ?, kept = ?, reading = ? "
+                "WHERE key = ?",
+                [
+                    answer.status,
+                    json.dumps(dict(answer.outputs)) if answer.status == "ok" else None,
+                    answer.error or None,
+                    json.dumps(dict(answer.kept)) if answer.kept else None,
+                    store.reading_now,
+                    key,
+                ],
+            )
+
+
+def run_again(store: Store, keys: Sequence[str], *, reason: str) -> None:
+    """Put answered rows back in the queue; the answers they had join their attempts."""
+    with store.transaction():
+        for key in keys:
+            store.write(
+                "INSERT INTO attempt "
+                "(key, attempt, status, reason, outputs, error, log, finished, wall, cpu, host) "
+                "SELECT key, attempt, status, ?, outputs, error, log, finished, wall, cpu, host "
+                "FROM evaluation WHERE key = ? AND finished IS NOT NULL",
+                [reason, key],
+            )
+            store.write(
+                "UPDATE evaluation SET status = 'queued', outputs = NULL, error = NULL, log = NULL, "
+                "kept = NULL, reading = NULL, state = NULL WHERE key = ?",
+                [key],
+            )
+            store.write("DELETE FROM gradient WHERE key = ?", [key])
+
+
+def former_keys(store: Store) -> dict[str, str]:
+    """Keys that runs had under an older schema -> their present keys."""
+    return dict(store.select("SELECT former, key FROM evaluation WHERE former IS NOT NULL"))
