@@ -6,6 +6,14 @@ from workbench.engine import Belt, Contact, Spring
 from workbench.engine.errors import InvalidSystem
 from workbench.engine.integration.schemes import GeneralisedAlpha
 from workbench.engine.tree.compiled import tree_compiled
+from workbench.engine.tree.elements import (
+    CoordinateSpring,
+    Coupling,
+    SpatialBushing,
+    SpatialLoad,
+    SpatialMember,
+    SphericalSpring,
+)
 from workbench.engine.tree.joints import (
     Cylindrical,
     Floating,
@@ -17,16 +25,12 @@ from workbench.engine.tree.joints import (
     Welded,
 )
 from workbench.engine.tree.runs import run
-from workbench.engine.tree.system import (
-    CoordinateSpring,
-    Coupling,
-    SpatialBody,
-    SpatialBushing,
-    SpatialLoad,
-    SpatialMember,
-    SphericalSpring,
-    TreeSystem,
-)
+from workbench.engine.tree.surfaces import Box, Capsule, Plane, Ring, Road, SpatialContact, Sphere, Tyre
+from workbench.engine.tree.system import SpatialBody, TreeSystem
+
+# Pacejka 1989 in the order of the formula, of the size of a light truck's tyre
+LATERAL = (1.5, -4.8, 810.0, 2600.0, 49.0, 0.0, -0.009, 0.38)
+LONGITUDINAL = (1.5, -16.0, 1020.0, -2.5, 209.0, 0.007, -0.004, 0.16, -1.15)
 
 
 def tree_run(system, density, times, scheme=None, **options):
@@ -98,6 +102,21 @@ def _bushings(names, rng):
         )  # fmt: skip
 
 
+def _contacts(names, rng):
+    shapes = (
+        Plane(normal=(0.2, 0.1, 1.0), offset=-1.0), Sphere(centre=(0.1, 0.2, 0.0), radius=1.5),
+        Capsule(start=(-1.0, 0.0, 0.2), end=(1.0, 0.5, 0.0), radius=1.0),
+        Ring(centre=(0.0, 0.1, 0.0), axis=(0.1, 0.2, 1.0), radius=1.5, tube=0.8),
+        Box(half=(1.0, 0.8, 0.6), rounding=0.3),
+    )  # fmt: skip
+    for shape in shapes:
+        a, b = rng.choice(len(names), 2, replace=False)
+        yield SpatialContact(
+            a=names[a], b=names[b], point=_triple(rng), radius=1.0, shape=shape, k=50.0, damping=0.2,
+            width=0.2, friction=0.5, slow=0.3,
+        )  # fmt: skip
+
+
 def random_tree(rng, *, count=6, first=0, elements=True):
     """A tree with every kind of element, or with none."""
     while True:
@@ -120,6 +139,30 @@ def random_tree(rng, *, count=6, first=0, elements=True):
             ),
             spherical_springs=tuple(SphericalSpring(body=name, k=5.0, c=1.0) for name in balls),
             couplings=(Coupling(a=single[0], b=single[-1], k=20.0, c=0.3),) if len(single) > 1 else (),
+            contacts=tuple(_contacts(names, rng)),
+            tyres=(
+                Tyre(
+                    body=moving[0],
+                    radius=2.0,
+                    stiffness=40.0,
+                    damping=9.0,
+                    nominal_load=60.0,
+                    width=0.5,
+                    lateral=LATERAL,
+                    longitudinal=LONGITUDINAL,
+                    friction=0.7,
+                    slow=0.5,
+                    rolling_resistance=0.02,
+                    road=Road(
+                        amplitude=0.1,
+                        wavelength=3.0,
+                        heading=0.3,
+                        start=-20.0,
+                        kerb_height=0.2,
+                        kerb_width=4.0,
+                    ),
+                ),
+            ),
             loads=(
                 SpatialLoad(body="b1", force=lambda t: (1.0 + t, 2.0, 3.0), point=(0.1, 0.2, 0.3)),
                 SpatialLoad(body="b2", force=(1.0, 2.0, 3.0), point=(0.1, 0.2, 0.3), follows=True),
@@ -129,6 +172,6 @@ def random_tree(rng, *, count=6, first=0, elements=True):
         )
         try:
             tree_compiled(some)
-        except InvalidSystem:
+        except (InvalidSystem, ValueError):
             continue  # an element fell between two bodies welded together
         return some

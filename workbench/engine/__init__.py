@@ -49,15 +49,19 @@ _PUBLIC: dict[str, str] = {
         "simulation.steps": ("choose_steps",),
         "planar.system": ("Body", "Load", "System"),
         "planar.trajectory": ("Trajectory",),
+        "tree.elements": (
+            "CoordinateSpring", "Coupling", "SpatialBushing", "SpatialLoad", "SpatialMember",
+            "SphericalSpring",
+        ),
         "tree.joints": (
             "Cylindrical", "Floating", "Planar", "Prescribed", "Prismatic", "Revolute", "SpatialMotion",
             "Spherical", "Universal", "Welded",
         ),
+        "tree.restart": ("restarted",),
         "tree.runs": ("TreeGradient",),
-        "tree.system": (
-            "CoordinateSpring", "Coupling", "SpatialBody", "SpatialBushing", "SpatialLoad", "SpatialMember",
-            "SphericalSpring", "TreeSystem",
-        ),
+        "tree.statics": ("equilibrium", "modes"),
+        "tree.system": ("SpatialBody", "TreeSystem"),
+        "tree.surfaces": ("Box", "Capsule", "Plane", "Ring", "Road", "SpatialContact", "Sphere", "Tyre"),
         "tree.trajectory": ("TreeTrajectory",),
     }.items()
     for name in names

@@ -30,6 +30,7 @@ from .joints import (
     Universal,
     Welded,
 )
+from .surface_tables import surface_tables
 from .system import GROUND, SpatialBody, TreeSystem, full_inertia
 
 __all__ = ["Place", "TreeCompiled", "tree_compiled", "tree_on_grid"]
@@ -296,7 +297,10 @@ def _coordinate_elements(system: TreeSystem, links: _Links) -> dict[str, Array]:
         "spring_column": np.array(springs, np.int64).reshape(-1, 2), "spring": data,
         "ball_column": np.array(balls, np.int64).reshape(-1, 2),
         "ball": np.array([(s.k, s.c) for s in system.spherical_springs]).reshape(-1, 2),
-        "ball_rest": np.array([links.q[at : at + 4] for _, at in balls]).reshape(-1, 4),
+        "ball_rest": np.array([
+            links.q[at : at + 4] if s.rest is None else _unit(s.body, s.rest)
+            for s, (_, at) in zip(system.spherical_springs, balls, strict=True)
+        ]).reshape(-1, 4),
         "coupling_column": np.array(couplings, np.int64).reshape(-1, 4),
         "coupling": np.array(pulls).reshape(-1, 3),
     }  # fmt: skip
@@ -317,6 +321,8 @@ def _compile(system: TreeSystem) -> TreeCompiled:
     pairs = _Pairs(links=links)
     members, order = _members(system, links, pairs)
     bushings, states = _bushings(system, links, pairs)
+    surfaces, slips = surface_tables(system.contacts, system.tyres, links.places, pairs.of, len(states))
+    states += slips
     loads = _loads(system, links, pairs)
     ground = len(links.rows)
     pair, path = pairs.tables(ground)
@@ -327,7 +333,8 @@ def _compile(system: TreeSystem) -> TreeCompiled:
         "link": link, "place": np.array(links.place), "axes": np.array(links.axes),
         "inertia": np.array(links.inertia), "centre_link": np.array([*floating, -1][:1], np.int64),
         "gravity": np.array(system.gravity, float), "column": np.array(links.column, np.int64),
-        "pair": pair, "path": path, **members, **bushings, **_coordinate_elements(system, links), **loads,
+        "pair": pair, "path": path, **members, **bushings, **surfaces, **loads,
+        **_coordinate_elements(system, links),
     }  # fmt: skip
     parts = TreeCompiled(
         system=system, arrays=arrays,

@@ -9,6 +9,14 @@ from workbench.engine.elements.spring import Spring
 from workbench.engine.errors import InvalidSystem, NotConverged, NotSupported
 from workbench.engine.integration.schemes import BDF2
 from workbench.engine.tree.compiled import tree_compiled
+from workbench.engine.tree.elements import (
+    CoordinateSpring,
+    Coupling,
+    SpatialBushing,
+    SpatialLoad,
+    SpatialMember,
+    SphericalSpring,
+)
 from workbench.engine.tree.joints import (
     Planar,
     Prescribed,
@@ -18,16 +26,7 @@ from workbench.engine.tree.joints import (
     Spherical,
     Welded,
 )
-from workbench.engine.tree.system import (
-    CoordinateSpring,
-    Coupling,
-    SpatialBody,
-    SpatialBushing,
-    SpatialLoad,
-    SpatialMember,
-    SphericalSpring,
-    TreeSystem,
-)
+from workbench.engine.tree.system import SpatialBody, TreeSystem
 
 ARM = SpatialBody(name="arm", joint=Revolute(), mass=1.0, inertia=(0.1, 0.1, 0.1))
 TIP = SpatialBody(name="tip", parent="arm", joint=Welded(), mass=1.0)

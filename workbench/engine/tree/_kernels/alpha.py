@@ -16,25 +16,14 @@ from numba import njit
 from ...compiler.options import CAREFUL, INNER
 from .elimination import factor, solve
 from .forces import linearised, residual
-from .rotations import tangent, turn
+from .motion import moved
+from .rotations import tangent
 
 SPHERICAL = 3
 FLOOR = 1e-9  # updates this small, and no longer shrinking, are rounding
 SLOW = 0.2  # contraction of the updates above which the factors are renewed
-LEAST = 1e-3  # m/s^2 or rad/s^2: accelerations below do not set the scale of convergence
+LEAST = 1.0  # m/s^2 or rad/s^2: at rest rounding of the forces leaves accelerations that mean nothing
 LOST = -2
-
-
-@njit(**INNER)
-def moved(T, q, d, out):
-    """out = q exp(d)."""
-    for l in range(T.link.shape[0]):
-        kind, first, count, at = T.link[l, 0], T.link[l, 2], T.link[l, 3], T.link[l, 4]
-        if kind == SPHERICAL:
-            turn(q, at, d, first, out)
-        else:
-            for k in range(count):
-                out[at + k] = q[at + k] + d[first + k]
 
 
 @njit(**INNER)

@@ -19,31 +19,41 @@ from ...elements._kernels_spatial_bushing import spatial_bushing
 from .members import add_member_forces, add_member_slopes, add_point_slope, measure_members
 from .motion import cross_force, cross_motion, dot6
 from .rotations import inverse_tangent, logarithm
+from .surfaces import surface_forces, surface_slopes
 
 
 @njit(**INNER)
-def pair_forces(T, W, step, x, tangent):
-    """W.pair_force of all pairs and, where `tangent`, their slopes; added to W.force, with those of
-    states."""
+def pair_forces(T, W, step, x):
+    """W.pair_force of all pairs, taken off W.force; rates of states with a minus into W.force."""
     for pair in range(T.pair.shape[0]):
         for e in range(6):
             W.pair_force[pair, e] = 0.0
-        if tangent:
-            for e in range(36):
-                W.pair_k[pair, e] = 0.0
-                W.pair_c[pair, e] = 0.0
     measure_members(T, W, step)
     add_member_forces(T, W)
-    if tangent:
-        add_member_slopes(T, W)
     for u in range(T.bushing_pair.shape[0]):
-        one_bushing(T, W, u, x, tangent)
+        one_bushing(T, W, u, x, False)
+    surface_forces(T, W, step, x)
     for i in range(T.load.shape[0]):
-        one_load(T, W, step, i, tangent)
+        one_load(T, W, step, i, False)
     for pair in range(T.pair.shape[0]):
         for i in range(T.pair[pair, 2], T.pair[pair, 3]):
             k = T.path[i, 0]
             W.force[k] -= T.path[i, 1] * dot6(W.s[k], W.pair_force[pair])
+
+
+@njit(**INNER)
+def pair_slopes(T, W, step, x):
+    """W.pair_k and W.pair_c of all pairs after `pair_forces`, and the entries of states in K and C."""
+    for pair in range(T.pair.shape[0]):
+        for e in range(36):
+            W.pair_k[pair, e] = 0.0
+            W.pair_c[pair, e] = 0.0
+    add_member_slopes(T, W)
+    for u in range(T.bushing_pair.shape[0]):
+        one_bushing(T, W, u, x, True)
+    surface_slopes(T, W, step, x)
+    for i in range(T.load.shape[0]):
+        one_load(T, W, step, i, True)
 
 
 @njit(**INNER)
@@ -87,7 +97,7 @@ def bushing_state(T, W, u, r, v, point):
 
 @njit(**INNER)
 def one_bushing(T, W, u, x, tangent):
-    """Add a bushing to its pair, and its damage's rate to the states."""
+    """Add a bushing to its pair and its damage's rate to the states, or the slopes of both."""
     n = T.column.shape[0]
     pair, state = T.bushing_pair[u, 0], T.bushing_pair[u, 1]
     b = T.pair[pair, 1]
@@ -99,10 +109,10 @@ def one_bushing(T, W, u, x, tangent):
         z = x[state]
     spatial_bushing(T.bushing, u, r, v, z, tangent, f, W.small[2], W.small[3], fz, gr, out)
     turned(W.turn[b], f, w)
-    add_point_force(W.pair_force[pair], point, w)
-    if state >= 0:
-        W.force[n + state] = -out[0]
     if not tangent:
+        add_point_force(W.pair_force[pair], point, w)
+        if state >= 0:
+            W.force[n + state] = -out[0]
         return
     in_global_axes(W.turn[b], W.small[2], W.small[4], W.small[1])
     in_global_axes(W.turn[b], W.small[3], W.small[5], W.small[1])
@@ -192,7 +202,7 @@ def state_slopes(T, W, pair, row, point, gr, fz, own):
 
 @njit(**INNER)
 def one_load(T, W, step, i, tangent):
-    """Add a force or torque on a link, fixed in space or following the link, to its pair with the ground."""
+    """Add a force or torque on a link, fixed in space or following it, to its pair, or its slopes."""
     pair, follows, torque = T.load[i, 0], T.load[i, 1], T.load[i, 2]
     a = T.pair[pair, 0]
     some, p, w = W.some[2], W.some[2, 3:], W.some[2, 6:]
@@ -207,12 +217,12 @@ def one_load(T, W, step, i, tangent):
             some[e] = w[e]
         turned(W.turn[a], some, w)
     total, A = W.pair_force[pair], W.pair_k[pair]
-    if torque:
-        for e in range(3):
-            total[e] += w[e]
-    else:
-        add_point_force(total, p, w)
     if not tangent:
+        if torque:
+            for e in range(3):
+                total[e] += w[e]
+        else:
+            add_point_force(total, p, w)
         return
     x, y, z = w[0], w[1], w[2]
     if not torque:

@@ -47,9 +47,11 @@ def elimination(arrays: dict[str, Array], states: int) -> Pattern:
         join([int(c) for c, _ in path[first:last]])
     for i, j, _, _ in arrays["coupling_column"]:
         join([int(i), int(j)])
-    for row, state, _ in arrays["bushing_pair"]:
-        if state >= 0:
-            join([int(c) for c, _ in path[pair[row, 2] : pair[row, 3]]] + [n + int(state)])
+    for name, count in (("bushing_pair", 1), ("surface", 2)):
+        for row, state, _ in arrays[name]:
+            if state >= 0:
+                own = range(n + int(state), n + int(state) + count)
+                join([int(c) for c, _ in path[pair[row, 2] : pair[row, 3]]] + [*own])
     order = [*range(n, n + states), *range(n - 1, -1, -1)]
     first, runs = [0], []
     done: set[int] = set()

@@ -9,9 +9,9 @@ v and w hold the states and their rates behind the joints' velocities and accele
 from numba import njit
 
 from ...compiler.options import ENTRY, INNER
-from .elements import coordinate_forces, pair_forces, pull_back
+from .elements import coordinate_forces, pair_forces, pair_slopes, pull_back
 from .members import measure_members
-from .motion import columns, joint_forces, link_wrenches, places, twists
+from .motion import columns, joint_forces, link_wrenches, moved, places, twists
 from .tangents import motion_mass, motion_tangents
 
 
@@ -24,7 +24,7 @@ def residual(T, W, step, q, v, w):
     twists(T, W, step, v, w)
     link_wrenches(T, W)
     joint_forces(T, W)
-    pair_forces(T, W, step, v[n:], False)
+    pair_forces(T, W, step, v[n:])
     coordinate_forces(T, W, q, v, False)
     for i in range(n, v.shape[0]):
         W.force[i] += w[i]
@@ -47,8 +47,9 @@ def linearised(T, W, step, q, v, w):
     clear_blocks(T, W)
     link_wrenches(T, W)
     joint_forces(T, W)
-    pair_forces(T, W, step, v[n:], True)
     motion_tangents(T, W)
+    pair_forces(T, W, step, v[n:])
+    pair_slopes(T, W, step, v[n:])
     pull_back(T, W)
     coordinate_forces(T, W, q, v, True)
     for i in range(n, full):
@@ -97,3 +98,9 @@ def look_residual(T, W, step, q, v, w):
 def look_linearised(T, W, step, q, v, w):
     """`linearised` for Python."""
     linearised(T, W, step, q, v, w)
+
+
+@njit(**ENTRY)
+def look_moved(T, q, move, out):
+    """`moved` for Python."""
+    moved(T, q, move, out)

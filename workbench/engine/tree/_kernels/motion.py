@@ -11,8 +11,21 @@ from numba import njit
 from numpy import cos, sin
 
 from ...compiler.options import INNER
+from .rotations import turn
 
 DRIVEN, REVOLUTE, TRANSLATION, SPHERICAL = 0, 1, 2, 3
+
+
+@njit(**INNER)
+def moved(T, q, d, out):
+    """out = q exp(d)."""
+    for l in range(T.link.shape[0]):
+        kind, first, count, at = T.link[l, 0], T.link[l, 2], T.link[l, 3], T.link[l, 4]
+        if kind == SPHERICAL:
+            turn(q, at, d, first, out)
+        else:
+            for k in range(count):
+                out[at + k] = q[at + k] + d[first + k]
 
 
 @njit(**INNER)

@@ -48,6 +48,9 @@ class TreeTables(NamedTuple):
     coupling: Array  # (C, 3) k, c, difference at rest
     bushing_pair: Array  # (U, 3) pair, its damage among the states or -1, 0
     bushing: Array  # (26, U)
+    surface: Array  # (K, 3) pair, first state or -1, kind of shape or tyre
+    surface_law: Array  # (K, 31)
+    surface_shape: Array  # (K, 11) shape on b, or road
     load: Array  # (F, 3) pair with the ground, follower, kind (0 force, 1 torque)
     load_point: Array  # (F, 3)
     times: Array  # (samples,)
@@ -88,6 +91,8 @@ class TreeWork(NamedTuple):
     some: Array  # (4, 64) scratch
     small: Array  # (6, 3, 3) scratch
     path_k: Array  # (longest path, 12) scratch
+    surface: Array  # (7, 6, 9) scratch
+    complex: Array  # (2, 6, 9) scratch of complex steps
 
 
 def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeWork:
@@ -112,6 +117,7 @@ def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeW
         delta=zeros(members), rate=zeros(members), f=zeros(members), fd=zeros(members), fv=zeros(members),
         line=zeros(members, 9), pair_force=zeros(pairs, 6), pair_k=zeros(pairs, 36), pair_c=zeros(pairs, 36),
         some=zeros(4, 64), small=zeros(6, 3, 3), path_k=zeros(max(longest, 1), 12),
+        surface=zeros(7, 6, 9), complex=np.zeros((2, 6, 9), complex),
     )  # fmt: skip
     work.turn[links, 0] = work.turn[links, 4] = work.turn[links, 8] = 1.0
     work.push[links, 3:] = -tables.gravity

@@ -1,0 +1,144 @@
+"""Contacts and tyres against closed forms, and what they refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sample_trees import LATERAL, LONGITUDINAL, tree_run
+from workbench.engine.errors import InvalidSystem
+from workbench.engine.tree.joints import Floating, Planar, Prescribed, Prismatic, Revolute, SpatialMotion
+from workbench.engine.tree.surfaces import Box, Capsule, Plane, Ring, Road, SpatialContact, Sphere, Tyre
+from workbench.engine.tree.system import SpatialBody, TreeSystem
+
+TYRE = Tyre(
+    body="wheel", radius=0.45, stiffness=3.2e5, damping=3500.0, nominal_load=7000.0, lateral=LATERAL,
+    longitudinal=LONGITUDINAL,
+)  # fmt: skip
+BALL = SpatialBody(name="ball", joint=Floating(position=(0.0, 0.0, 1.0)), mass=2.0, inertia=(0.01,) * 3)
+
+
+def rolling(speed, angle, spin, *, tyre=TYRE, height=0.43, t_end=1.5):
+    """A driven wheel at a slip angle and spin over a flat road; its slips at the end, and the run."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    carrier = SpatialBody(
+        name="carrier",
+        joint=Prescribed(
+            motion=SpatialMotion(position=lambda t: (speed * t, 0.0, height), rotation=lambda t: turn)
+        ),
+    )
+    drive = SpatialMotion(
+        position=lambda t: (0.0, 0.0, 0.0),
+        rotation=lambda t: np.array(
+            [[np.cos(spin * t), 0, np.sin(spin * t)], [0, 1, 0], [-np.sin(spin * t), 0, np.cos(spin * t)]]
+        ),
+    )
+    wheel = SpatialBody(name="wheel", parent="carrier", joint=Prescribed(motion=drive))
+    free = SpatialBody(name="free", joint=Prismatic(), mass=1.0)  # something must move
+    system = TreeSystem(bodies=(carrier, wheel, free), tyres=(tyre,))
+    return tree_run(system, np.zeros(0), np.linspace(0.0, t_end, 301))
+
+
+def test_a_tyre_settles_at_its_slip_angle_and_slip():
+    angle = 0.05
+    run = rolling(20.0, angle, 44.0)
+    along, across = run.states[-1]
+    # the patch moves with v - spin x radius ahead, and with v sideways; loaded radius 0.43
+    assert across == pytest.approx(np.tan(angle), rel=1e-3)
+    assert along == pytest.approx(44.0 * 0.43 / (20.0 * np.cos(angle)) - 1.0, rel=1e-3)
+    assert run.state_names == ("longitudinal slip of 'wheel'", "lateral slip of 'wheel'")
+    # relaxation: after one length 63 % of the slip angle
+    early = np.interp(0.8 / (20.0 * np.cos(angle)), run.times, run.states[:, 1])
+    assert early / across == pytest.approx(1.0 - np.exp(-1.0), abs=5e-3)
+
+
+def test_a_wheel_that_slides_sideways_is_held_by_pacejkas_force():
+    """A heavy wheel on a planar carriage: its deceleration is the tyre's lateral force over the mass."""
+    mass, load = 700.0, 7000.0
+    height = 0.45 - load / TYRE.stiffness
+    carriage = SpatialBody(
+        name="wheel", joint=Planar(position=(0.0, 0.0), velocity=(20.0, 1.0)), at=(0.0, 0.0, height),
+        mass=mass, inertia=(50.0,) * 3,
+    )  # fmt: skip
+    spinning = SpatialBody(
+        name="hub", parent="wheel", joint=Revolute(axis=(0.0, 1.0, 0.0), speed=20.0 / height),
+        mass=1.0, inertia=(1.0, 1.0, 1.0),
+    )  # fmt: skip
+    tyre = replace(TYRE, body="hub", relaxation=0.02, damping=0.0)
+    system = TreeSystem(bodies=(carriage, spinning), tyres=(tyre,))
+    run = tree_run(system, np.zeros(0), np.linspace(0.0, 0.1, 401))
+    node = 200
+    slip = run.states[node, 1]
+    force = tyre.force(slip, load, lateral=True)
+    assert (mass + 1.0) * run.acceleration[node, 1] == pytest.approx(force, rel=2e-3)
+    assert slip == pytest.approx(-run.velocity[node, 1] / 20.0, rel=2e-2)
+
+
+def test_combined_slip_stays_within_the_ellipse():
+    peaks = TYRE.peak(lateral=False), TYRE.peak(lateral=True)
+    tops = (
+        TYRE.force(peaks[0], 7000.0, lateral=False), TYRE.force(peaks[1], 7000.0, lateral=True),
+    )  # fmt: skip
+    assert tops[1] / 7000.0 == pytest.approx(0.776, abs=0.01)
+    for slip in (0.5 * peaks[0], 3.0):
+        assert TYRE.force(slip, 7000.0, lateral=False) < tops[0]
+    for slip in (0.5 * peaks[1], 1.5):
+        assert TYRE.force(slip, 7000.0, lateral=True) < tops[1]
+
+
+def test_a_ball_comes_to_rest_where_the_plane_carries_it():
+    contact = SpatialContact(
+        a="ball", radius=0.1, shape=Plane(), k=1e5, damping=2.0, width=1e-4, friction=0.3
+    )
+    low = replace(BALL, joint=Floating(position=(0.0, 0.0, 0.1), velocity=(0.5, 0.0, 0.0)))
+    run = tree_run(TreeSystem(bodies=(low,), contacts=(contact,)), np.zeros(0), np.linspace(0.0, 3.0, 6001))
+    depth = (2.0 * 9.81 / 1e5) ** (2.0 / 3.0)
+    assert run.of("ball")[-1, 2] == pytest.approx(0.1 - depth, abs=2e-6)
+    # it slides, then rolls: spin about y with v = w r, momentum about the ground conserved
+    v, w = run.velocity[-1, 0], run.velocity[-1, 4]
+    assert w * 0.1 == pytest.approx(v, rel=1e-3)
+    assert 2.0 * v * 0.1 + 0.01 * w == pytest.approx(2.0 * 0.5 * 0.1, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "height"),
+    [
+        (Sphere(centre=(0.0, 0.0, -0.5), radius=0.5), 0.0),
+        (Capsule(start=(-1.0, 0.0, -0.2), end=(1.0, 0.0, -0.2), radius=0.2), 0.0),
+        (Ring(centre=(0.3, 0.0, -0.05), radius=0.3, tube=0.05), 0.0),
+        (Box(centre=(0.0, 0.0, -0.3), half=(0.5, 0.5, 0.3), rounding=0.1), 0.0),
+    ],
+)
+def test_a_point_rests_on_top_of_a_shape(shape, height):
+    """A slide along z presses a small ball on the highest point of a shape."""
+    ball = SpatialBody(
+        name="ball",
+        joint=Prismatic(axis=(0.0, 0.0, 1.0), position=height + 0.02),
+        mass=1.0,
+        inertia=(0.1,) * 3,
+    )
+    contact = SpatialContact(a="ball", radius=0.02, shape=shape, k=1e4, power=1.0, damping=5.0, width=1e-6)
+    run = tree_run(TreeSystem(bodies=(ball,), contacts=(contact,)), np.zeros(0), np.linspace(0.0, 2.0, 4001))
+    assert run.of("ball")[-1, 2] == pytest.approx(height + 0.02 - 9.81 / 1e4, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (
+            lambda: SpatialContact(a="x", b="x", shape=Plane(), k=1.0),
+            "contact needs two bodies, got 'x' twice",
+        ),
+        (lambda: SpatialContact(a="x", shape=Plane(), k=1.0, width=0.0), "needs width > 0, slow > 0"),
+        (lambda: Capsule(start=(0, 0, 0), end=(0, 0, 0), radius=1.0), "capsule needs two ends"),
+        (lambda: Box(half=(1, 1, 1), rounding=2.0), "box needs 0 < rounding < its half sizes"),
+        (lambda: Road(wavelength=0.0), "road needs wavelength, ramp and kerb_width > 0 m"),
+        (lambda: replace(TYRE, lateral=(1.0,)), "8 lateral and 9 longitudinal coefficients, got 1 and 9"),
+        (lambda: replace(TYRE, radius=0.0), "needs radius, stiffness"),
+        (lambda: Plane(normal=(0, 0, 0)).numbers(), "plane needs a direction"),
+    ],
+)
+def test_wrong_surfaces_are_refused_in_words(made, message):
+    with pytest.raises(InvalidSystem, match=message):
+        made()
