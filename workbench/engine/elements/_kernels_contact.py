@@ -18,7 +18,7 @@ from numba import njit
 from numpy import exp, log, sqrt
 
 from ..compiler.options import INNER
-from ._kernels_laws import ramp
+from ._kernels_rounding import ramp
 
 PLANE, SPHERE, CAPSULE, RING, BOX = 0, 1, 2, 3, 4
 NEAR = 1e-24  # m^2

@@ -26,7 +26,7 @@ from numpy import arctan, cos, exp, sin, sqrt, tanh
 
 from ..compiler.options import INNER
 from ._kernels_contact import normal_force
-from ._kernels_laws import smoothstep
+from ._kernels_rounding import smoothstep
 
 DEGREES = 57.29577951308232
 NEAR = 1e-18

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.sample_trees import tree_run
-from workbench.engine.elements.laws import Spring
+from workbench.engine.elements.spring import Spring
 from workbench.engine.errors import NotConverged
 from workbench.engine.tree.elements import CoordinateSpring, SpatialBushing, SpatialMember, SphericalSpring
 from workbench.engine.tree.joints import Floating, Prismatic, Revolute, Spherical
