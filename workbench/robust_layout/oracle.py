@@ -147,6 +147,7 @@ class LayoutOracle:
                 seed=self.seed,
                 workers=BATCH,
                 tolerance=self.tolerance / 4,
+                attack=0,
             ),
             start=[replace(o, parameters=_without(o.parameters, words)) for o in start],
         )

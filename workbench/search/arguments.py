@@ -32,6 +32,7 @@ class Arguments:
     tolerance: float = 1e-3
     lipschitz: float | None = None
     enclosure: Enclosure | None = None
+    attack: int | None = None
 
     def __post_init__(self) -> None:
         if self.sense not in ("max", "min"):
@@ -41,8 +42,13 @@ class Arguments:
             ("seed", self.seed, 0, "a whole number"),
             ("workers", self.workers, 1, "a whole number of runs at a time"),
         ):
-            if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+            if not _is_whole(value) or value < least:
                 raise StudyError(f"{name} needs {what} >= {least}, got {value!r}")
+        if self.attack is not None and (not _is_whole(self.attack) or self.attack < 0):
+            raise StudyError(
+                f"attack needs a whole number of runs >= 0, or None for what the search leaves of its "
+                f"budget, got {self.attack!r}"
+            )
         if not _is_number(self.tolerance):
             raise StudyError(
                 f"tolerance needs a number, a share of the spread of the values, got {self.tolerance!r}"
@@ -55,6 +61,10 @@ class Arguments:
                 f"enclosure needs an Enclosure, got {enclosure!r:.100}. "
                 "Write enclosure=Enclosure(function, calls=2000), from workbench.enclosure"
             )
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def _is_number(value: Any) -> bool:

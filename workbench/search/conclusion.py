@@ -6,16 +6,17 @@ import numpy as np
 
 from workbench.models.evaluator import response_name
 from workbench.search.arguments import Arguments
+from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.audit import audit_runs
 from workbench.search.evidence.baselines import predicted_baselines
 from workbench.search.evidence.certificates import stated_gap
 from workbench.search.evidence.gap import Gap, modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.record import Status, WorstCase, profile_of
-from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
-from workbench.search.surrogate.feasibility import Feasibility
+from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search.surrogate.fitting import fit_search_model
 from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
 __all__ = ["concluded"]
@@ -28,18 +29,21 @@ def concluded(
     status: Status,
     gaps: GapHistory,
     previous: SearchModel | None,
+    attack: Attack | None = None,
+    unseen: tuple[Run, ...] = (),
 ) -> WorstCase:
-    """The record of the runs in `ledger`; `previous` is the last Kriging of the search.
+    """The record of the runs in `ledger` and of those of an `attack` that its Kriging has not seen;
+    `previous` is the last Kriging of the search.
 
     Its choices are kept: the gap that is stated is the one that the search stopped at.
     """
     where, seed = ledger.where, asked.seed
     model = _last_model(ledger, previous, seed=seed)
-    feasibility = Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed)
+    success = SuccessChance.of(where.features(ledger.u), ledger.ok)
 
     def modelled() -> Gap:
         assert model is not None  # only an enumeration goes without
-        return modelled_gap(ledger, model, feasibility, seed=seed, full=True)
+        return modelled_gap(ledger, model, success, seed=seed, full=True)
 
     gap = stated_gap(
         ledger,
@@ -65,9 +69,10 @@ def concluded(
         predicted=best.predicted,
         predicted_std=best.std,
         status=status,
-        budget=asked.budget,
+        budget=asked.budget + (asked.attack or 0),
         seed=seed,
-        runs=tuple(ledger.runs),
+        runs=(*ledger.runs, *unseen),
+        attack=attack,
         gap_history=tuple(gaps.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
         audit=audit_runs(ledger, model, rng=stream(seed, "audit")),
@@ -77,7 +82,7 @@ def concluded(
     baselines = predicted_baselines(
         where,
         model,
-        feasibility=feasibility,
+        success=success,
         u=ledger.u_ok,
         v=ledger.v,
         runs=len(ledger.runs),

@@ -16,9 +16,9 @@ from workbench.search.proposals.turns import Turn
 from workbench.search.record import Status
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
 from workbench.search.start import begin, far_points
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.fitting import fit_search_model
 from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
 __all__ = ["Loop"]
@@ -120,13 +120,13 @@ class Loop:
         ledger, seed = self.ledger, self.asked.seed
         features = ledger.where.features(ledger.u_ok)
         self.model = fit_search_model(features, ledger.v, previous=self.model, seed=seed)
-        feasibility = Feasibility.of(ledger.where.features(ledger.u), ledger.ok, seed=seed)
+        success = SuccessChance.of(ledger.where.features(ledger.u), ledger.ok)
         # the full bound is sought only when a cheap look at it suggests that the search is over
         full = self.quiet >= QUIET_BATCHES
-        gap = modelled_gap(ledger, self.model, feasibility, seed=seed, full=full)
+        gap = modelled_gap(ledger, self.model, success, seed=seed, full=full)
         self.gaps.note(gap, ledger, full=full)
         self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
-        return Known.of(ledger, self.model, feasibility)
+        return Known.of(ledger, self.model, success)
 
     def _turn(self, left: int) -> Turn:
         """Whose turn it is with `left` runs to go."""

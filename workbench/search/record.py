@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.audit import Audit
 from workbench.search.evidence.baselines import Baseline
 from workbench.search.evidence.gap import Gap
 from workbench.search.evidence.gap_history import GapLook
+from workbench.search.evidence.grade import Grade, grade_of
 from workbench.search.runs.ledger import Ledger, Run
 from workbench.search.surrogate.model import SearchModel
 
@@ -56,6 +58,12 @@ class WorstCase:
     profile: Mapping[str, Mapping[str, list[float]]] = field(default_factory=dict)
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
     gap_history: tuple[GapLook, ...] = ()
+    attack: Attack | None = None
+
+    @property
+    def grade(self) -> Grade:
+        """What stands behind the claim that nothing is worse."""
+        return Grade.SEARCHED if not self.confirmed else grade_of(self.gap, self.attack)
 
     def named(self, response: str, unit: str) -> "WorstCase":
         """The same under the response's name, and with its unit, which the sentence about the gap carries."""
@@ -65,6 +73,12 @@ class WorstCase:
     def label(self) -> str:
         """How the value was obtained."""
         return "confirmed by a true run" if self.confirmed else "surrogate only, unconfirmed"
+
+    @property
+    def grade_sentence(self) -> str:
+        """The grade in words, with the numbers of the attack where there was one."""
+        said = self.grade.value if self.attack is None else self.attack.sentence
+        return f"{self.grade.name.capitalize()}: {said}."
 
     @property
     def history(self) -> np.ndarray:
@@ -117,6 +131,9 @@ class WorstCase:
             "seed": self.seed,
             "failures": self.failures,
             "history": history,
+            "grade": self.grade.name.lower(),
+            "grade_sentence": self.grade_sentence,
+            "attack": None if self.attack is None else self.attack.to_dict(),
             "gap": self.gap.to_dict(),
             "gap_history": [look.to_dict() for look in self.gap_history],
             "audit": self.audit.to_dict(),

@@ -28,6 +28,7 @@ from typing import Any
 
 from workbench.models.evaluator import Evaluator, FunctionEvaluator, Reading
 from workbench.search.arguments import Arguments
+from workbench.search.attacked import attacked
 from workbench.search.conclusion import concluded
 from workbench.search.evidence.enclosure import Enclosure, check_enclosure
 from workbench.search.evidence.gap_history import GapHistory
@@ -37,8 +38,8 @@ from workbench.search.proposals.portfolio import predicted_worst
 from workbench.search.record import Status, WorstCase, profile_of
 from workbench.search.runs.given_runs import Start
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, Run
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.fitting import fit_search_model
+from workbench.search.surrogate.success import SuccessChance
 from workbench.space.box import Space
 from workbench.space.streams import stream
 
@@ -60,6 +61,7 @@ def worst_case(
     tolerance: float = 1e-3,
     lipschitz: float | None = None,
     enclosure: Enclosure | None = None,
+    attack: int | None = None,
     progress: Progress | None = None,
 ) -> WorstCase:
     """Search the worst case of `function(**parameters)` over `space`.
@@ -82,6 +84,8 @@ def worst_case(
         enclosure: bounds of the response over a box when they can be computed, as
             `workbench.search.evidence.enclosure` describes; makes the gap a certificate. Of two certificates
             the narrower is stated.
+        attack: true runs of an adversary beside the budget, see `workbench.search.attacked`; None for what
+            the search leaves of its budget when it stops by itself, 0 for no attack.
         progress: called with every run and the best value so far.
 
     Returns: a `WorstCase`; `value` and `parameters` belong to a true run.
@@ -107,6 +111,7 @@ def worst_case(
         tolerance=tolerance,
         lipschitz=lipschitz,
         enclosure=enclosure,
+        attack=attack,
     )
     return search_worst_case(FunctionEvaluator(function), space, asked, start=start, progress=progress)
 
@@ -124,8 +129,16 @@ def search_worst_case(
     if asked.enclosure is not None:
         check_enclosure(ledger.where, asked.enclosure)
     search = Loop.started(evaluate, ledger, asked)
-    status = search.run()
-    return concluded(ledger, asked, status=status, gaps=search.gaps, previous=search.model)
+    after = attacked(search, search.run())
+    return concluded(
+        ledger,
+        asked,
+        status=after.status,
+        gaps=search.gaps,
+        previous=search.model,
+        attack=after.attack,
+        unseen=after.unseen,
+    )
 
 
 def surrogate_worst_case(
@@ -145,7 +158,7 @@ def surrogate_worst_case(
     ledger.require_values(FEWEST_RUNS)
     where = ledger.where
     model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=None, seed=seed)
-    known = Known.of(ledger, model, Feasibility.of(where.features(ledger.u), ledger.ok, seed=seed))
+    known = Known.of(ledger, model, SuccessChance.of(where.features(ledger.u), ledger.ok))
     worst = predicted_worst(known, rng=stream(seed, "worst case"))[None]
     mean, std = model.in_units(where.features(worst))
     found = concluded(ledger, asked, status=Status.SURROGATE, gaps=GapHistory(), previous=None)

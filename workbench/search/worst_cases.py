@@ -39,7 +39,8 @@ class _Recorder:
                 raise StudyError(
                     f"response {missing[0]!r} is not among the model's outputs {sorted(outcome.outputs)}"
                 )
-        self.outcomes += answered
+        if purpose != "attack":  # an attack has a budget of its own, and runs by the thousand fit no Kriging
+            self.outcomes += answered
         return answered
 
 
@@ -53,6 +54,7 @@ def worst_cases(
     start: Start = (),
     workers: int = 1,
     tolerance: float = 1e-3,
+    attack: int = 0,
     evaluator: Evaluator | None = None,
     progress: Callable[[str], Progress] | None = None,
 ) -> dict[str, WorstCase]:
@@ -62,6 +64,8 @@ def worst_cases(
         function: returns a mapping of response names to floats.
         responses: name -> "max" or "min", the most important first.
         budget: true runs for all responses together; for the others see `worst_case`.
+        attack: true runs of the adversary for all responses together, in equal shares. What one search leaves
+            of its budget serves the next response, not an attack.
         evaluator: runs rows and stores them, in place of `function`, which may be None then.
         progress: given the name of a response, what its search calls with every run and the best value.
 
@@ -101,6 +105,7 @@ def worst_cases(
             seed=seed,
             workers=workers,
             tolerance=tolerance,
+            attack=attack // len(responses),
         )
         found[name] = search_worst_case(
             recorder,

@@ -48,7 +48,7 @@ def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
 def _planned_runs(study: Study, folder: Path) -> int:
     table = study.worst_case or {}
     more = table.get("quantile_budget", QUANTILE_BUDGET) if "quantile" in table else 0
-    return int(table["budget"] + more)
+    return int(table["budget"] + table.get("attack", 0) + more)
 
 
 def _check(study: Study) -> None:
@@ -102,7 +102,7 @@ def _searched(
     from workbench.search.arguments import Arguments
     from workbench.search.worst_case import search_worst_case
 
-    options = {key: table[key] for key in ("tolerance", "lipschitz") if key in table}
+    options = {key: table[key] for key in ("tolerance", "lipschitz", "attack") if key in table}
     if "enclosure" in table:
         options["enclosure"] = _enclosure(campaign, table)
     asked = Arguments(
@@ -142,7 +142,7 @@ def _all_searched(
         workers=_batch(campaign, table),
         evaluator=campaign.outcomes_of_search,
         progress=lambda name: _listener(campaign, table, by_name[name]),
-        **({"tolerance": table["tolerance"]} if "tolerance" in table else {}),
+        **{key: table[key] for key in ("tolerance", "attack") if key in table},
     )
     return [found[target.name] for target in wanted]
 

@@ -217,7 +217,7 @@ class WorstCaseTable(Table):
     """`[worst_case]` of one `response`, of several `responses` or of a sum with `weights`; `within` limits
     other responses; `quantile` asks for the value that is kept to with that chance, too. `batch` is how many
     runs the search proposes at once, whoever runs them; `enclosure` names a function that bounds the response
-    over a box."""
+    over a box; `attack` is how many runs an adversary gets beside the budget."""
 
     response: Text | None = None
     responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None
@@ -232,6 +232,7 @@ class WorstCaseTable(Table):
     lipschitz: Positive | None = None
     enclosure: Text | None = None
     enclosure_calls: Count = 2000
+    attack: Annotated[int, Field(ge=0)] | None = None
 
 
 class LayoutTable(Table):

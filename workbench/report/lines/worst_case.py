@@ -27,6 +27,8 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     text.append(f"  {document['label']}{runs}")
     if document.get("status"):
         text.append(f"  stopped because {document['status']}")
+    if document.get("grade_sentence"):
+        text += [f"  {line}" for line in wrapped(document["grade_sentence"], 77)]
     if document.get("gap"):
         text += [f"  {line}" for line in wrapped(document["gap"]["sentence"], 77)]
     if document.get("quantile"):

@@ -101,14 +101,14 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
             for key in (
                 "response", "unit", "sense", "value", "parameters", "confirmed", "label", "run_key",
                 "predicted", "predicted_std", "evaluations", "budget", "failures", "gap", "baselines",
-                "quantile",
+                "quantile", "grade", "attack",
             )
         },
     )  # fmt: skip
 
 
 def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
-    """Value, limits, gap, quantile, why the search ended, failed runs."""
+    """Value, limits, grade, gap, quantile, why the search ended, failed runs."""
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     side = "largest" if worst["sense"] == "max" else "smallest"
     confirmed = bool(worst["confirmed"])
@@ -119,6 +119,7 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
     if worst.get("within"):
         sentences.append(f"Only runs with {limits_text(worst['within'])} count; others are called excluded.")
     if confirmed:
+        sentences += [typeset(worst["grade_sentence"])] if worst.get("grade_sentence") else []
         sentences.append(gap_sentence(worst))
     if worst.get("quantile"):
         said = quantile_text(worst["quantile"])

@@ -12,8 +12,8 @@ import numpy as np
 
 import doe
 from workbench.search.runs.unit_space import SearchSpace
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.success import SuccessChance
 
 __all__ = ["Baseline", "predicted_baselines"]
 
@@ -47,7 +47,7 @@ def predicted_baselines(
     where: SearchSpace,
     model: SearchModel,
     *,
-    feasibility: Feasibility,
+    success: SuccessChance,
     u: np.ndarray,
     v: np.ndarray,
     runs: int,
@@ -59,7 +59,7 @@ def predicted_baselines(
     brings nothing."""
     out = {}
     for name, designs in _designs(where, runs, rng).items():
-        best = np.array([_values(where, model, points, feasibility, u, v).max() for points in designs])
+        best = np.array([_values(where, model, points, success, u, v).max() for points in designs])
         best = best[np.isfinite(best)]
         if not len(best):
             continue
@@ -78,12 +78,12 @@ def _values(
     where: SearchSpace,
     model: SearchModel,
     points: np.ndarray,
-    feasibility: Feasibility,
+    success: SuccessChance,
     u: np.ndarray,
     v: np.ndarray,
 ) -> np.ndarray:
     features = where.features(points)
-    values = np.where(feasibility.probability(features) >= LIKELY, model.mean(features), -np.inf)
+    values = np.where(success.probability(features) >= LIKELY, model.mean(features), -np.inf)
     at, run = np.nonzero((points[:, None] == u).all(axis=2))
     values[at] = v[run]
     return values

@@ -24,10 +24,10 @@ import numpy as np
 from workbench.errors import StudyError
 from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.unit_space import SearchSpace
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.fitting import fit_rough_model
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
+from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 from workbench.space.units import number
 
@@ -103,9 +103,7 @@ class Gap:
         )
 
 
-def modelled_gap(
-    ledger: Ledger, model: SearchModel, feasibility: Feasibility, *, seed: int, full: bool
-) -> Gap:
+def modelled_gap(ledger: Ledger, model: SearchModel, success: SuccessChance, *, seed: int, full: bool) -> Gap:
     """The model-based gap above the best run of `ledger`.
 
     The bound is searched at random points and at the runs' own, and when `full` by pattern search from the
@@ -124,7 +122,7 @@ def modelled_gap(
         bound = np.minimum(cautious.bound(features, BOUND_FACTOR), ceiling)
         if rough is not None:
             bound = np.maximum(bound, rough.bound(features, BOUND_FACTOR))
-        possible = where.allowed(points) & (feasibility.probability(features) > HOPELESS)
+        possible = where.allowed(points) & (success.probability(features) > HOPELESS)
         return np.where(possible, bound, -np.inf)
 
     inside = rng.random((RANDOM_POINTS, where.dimension))

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from workbench.search.proposals.known import Known
+from workbench.search.proposals.known import LEAST_CHANCE, Known
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
@@ -19,10 +19,9 @@ CLOSEST = 1e-3  # of the unit cube, largest coordinate: closer points tell a Kri
 APART = 0.05  # the same between the points of one batch, whose values do not guide each other
 RANDOM_POINTS = 2000
 STARTS = 6
-EVEN = 0.49
 TRUSTED = 0.1  # of the unit cube, half the width of the box around the worst run
 LEAN = 0.5  # deviations by which an upper confidence bound lies above the mean
-AVERSION = 3.0  # power of the chance of success in an expected improvement: a failed run teaches little
+AVERSION = 2.0  # power of the chance of success in an expected improvement: a failed run teaches little
 EXPLORED = 300  # random points that an exploration chooses from
 
 
@@ -57,8 +56,9 @@ def best_point(
 
     def score(points: np.ndarray) -> np.ndarray:
         features = where.features(points)
-        value = acquisition(features, known.feasibility.probability(features))
-        free = where.allowed(points)
+        chance = known.success.probability(features)
+        value = acquisition(features, chance)
+        free = where.allowed(points) & (chance >= LEAST_CHANCE)
         for others, least in ((known.u, CLOSEST), (known.under_way, APART)):
             if len(others):
                 free &= cdist(points, others, "chebyshev").min(axis=1) > least
@@ -90,8 +90,8 @@ def _acquisition(
 
     def leant(features: np.ndarray, chance: np.ndarray) -> np.ndarray:
         mean, std = model.predict(features)
-        # an even chance is good enough for the predicted worst, which often lies where the failures begin
-        return np.where(chance >= EVEN, mean + lean * std, -np.inf)
+        # the predicted worst often lies where the failures begin: the chance is not weighed there
+        return mean + lean * std
 
     return leant
 

@@ -6,11 +6,15 @@ import numpy as np
 
 from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.unit_space import SearchSpace
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.fitting import believing
 from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.success import SuccessChance
 
-__all__ = ["Known"]
+__all__ = ["LEAST_CHANCE", "Known"]
+
+# an even chance would tell most about where the border of failures runs; a likelier run costs less, and so
+# many of those that a search proposes succeed
+LEAST_CHANCE = 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +26,7 @@ class Known:
 
     where: SearchSpace
     model: SearchModel
-    feasibility: Feasibility
+    success: SuccessChance
     u: np.ndarray
     u_ok: np.ndarray
     v: np.ndarray
@@ -30,12 +34,12 @@ class Known:
     under_way: np.ndarray
 
     @classmethod
-    def of(cls, ledger: Ledger, model: SearchModel, feasibility: Feasibility) -> "Known":
+    def of(cls, ledger: Ledger, model: SearchModel, success: SuccessChance) -> "Known":
         """What the runs of a search say before a batch."""
         return cls(
             where=ledger.where,
             model=model,
-            feasibility=feasibility,
+            success=success,
             u=ledger.u,
             u_ok=ledger.u_ok,
             v=ledger.v,

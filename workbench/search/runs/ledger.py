@@ -10,13 +10,13 @@ from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Evaluator, Outcome, Reading, response_reader
 from workbench.search.runs.given_runs import Run, Start, given_outcomes
 from workbench.search.runs.noticeable_gain import accuracy_scale, noticeable_gain, runs_since_gain
+from workbench.search.runs.slopes import unit_slope
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.space.box import Space
 
 __all__ = ["FEWEST_RUNS", "Ledger", "Run", "distinct"]
 
 FEWEST_RUNS = 3
-SLOPE_STEP = 1e-5  # of the unit interval
 SAME = 1e-12  # relative: values that differ by rounding only
 # errors of a program, not of a point: a wrong name of an argument, a missing file or package
 MISPROGRAMMED = ("TypeError", "NameError", "AttributeError", "ImportError", "ModuleNotFoundError")
@@ -85,21 +85,9 @@ class Ledger:
     ) -> None:
         """Append outcomes at the points u (m, d); `predicted` and `std` in the response's unit and sign."""
         for i, (outcome, point) in enumerate(zip(outcomes, u, strict=True)):
-            run = Run(
-                key=outcome.key,
-                number=0 if given else self.spent + 1,
-                proposal=proposals[i],
-                parameters=dict(outcome.parameters),
-                status=outcome.status,
-                value=self.read(outcome.outputs) if outcome.status == "ok" else None,
-                predicted=None if predicted is None else float(predicted[i]),
-                std=None if std is None else float(std[i]),
-                outputs=dict(outcome.outputs),
-                error=outcome.error if outcome.status != "ok" else "",
-            )
-            if run.value is not None and not np.isfinite(run.value):
-                # the outputs are finite: a reading such as `within` leaves this run out
-                run = replace(run, status="excluded", value=None, predicted=None, std=None)
+            run = self.run_of(outcome, number=0 if given else self.spent + 1, proposal=proposals[i])
+            if run.status != "excluded" and predicted is not None and std is not None:
+                run = replace(run, predicted=float(predicted[i]), std=float(std[i]))
             self.runs.append(run)
             self._u.append(np.asarray(point, dtype=float))
             slope = self._slope(outcome, self._u[-1]) if run.value is not None else None
@@ -113,6 +101,25 @@ class Ledger:
         outcomes = evaluate(self.where.rows(points), purpose=purpose)
         self.add(outcomes, points, proposals=[purpose] * len(points))
 
+    def run_of(self, outcome: Outcome, *, number: int, proposal: str) -> Run:
+        """The run of an outcome, as the search reads it."""
+        run = Run(
+            key=outcome.key,
+            number=number,
+            proposal=proposal,
+            parameters=dict(outcome.parameters),
+            status=outcome.status,
+            value=self.read(outcome.outputs) if outcome.status == "ok" else None,
+            predicted=None,
+            std=None,
+            outputs=dict(outcome.outputs),
+            error=outcome.error if outcome.status != "ok" else "",
+        )
+        if run.value is not None and not np.isfinite(run.value):
+            # the outputs are finite: a reading such as `within` leaves this run out
+            run = replace(run, status="excluded", value=None)
+        return run
+
     def _slope(self, outcome: Outcome, point: np.ndarray) -> np.ndarray | None:
         """dv/du (d,) of a run that brought the gradient of the searched response; None otherwise."""
         if self.is_combination or not outcome.gradients:
@@ -121,16 +128,8 @@ class Ledger:
         given = outcome.gradients.get(response)
         if given is None:
             return None
-        slope = np.full(self.where.dimension, np.nan)
-        for j, (name, grid) in enumerate(zip(self.where.space.names, self.where.levels, strict=True)):
-            if grid is None and name in given:
-                # dx/du: not constant where the scale of a parameter is logarithmic
-                low, high = np.repeat(point[None], 2, axis=0)
-                low[j], high[j] = max(point[j] - SLOPE_STEP, 0.0), min(point[j] + SLOPE_STEP, 1.0)
-                a, b = self.where.rows(np.array([low, high]))
-                slope[j] = self.sign * given[name] * (b[name] - a[name]) / (high[j] - low[j])
-        free = [j for j, grid in enumerate(self.where.levels) if grid is None]
-        return slope if np.isfinite(slope[free]).all() else None
+        slope = unit_slope(self.where, point, given)
+        return None if slope is None else self.sign * slope
 
     @property
     def spent(self) -> int:

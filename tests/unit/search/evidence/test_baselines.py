@@ -5,14 +5,14 @@ import pytest
 
 from workbench.search.evidence.baselines import predicted_baselines
 from workbench.search.runs.unit_space import SearchSpace
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.fitting import fit_search_model
+from workbench.search.surrogate.success import SuccessChance
 from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
 WHERE = SearchSpace.of(BOX)
-SOUND = Feasibility.of(np.full((1, 2), 0.5), np.array([True]))  # no run has failed
-NOTHING = {"u": np.empty((0, 2)), "v": np.empty(0), "feasibility": SOUND}
+SOUND = SuccessChance.of(np.full((1, 2), 0.5), np.array([True]))  # no run has failed
+NOTHING = {"u": np.empty((0, 2)), "v": np.empty(0), "success": SOUND}
 
 
 @pytest.fixture(scope="module")
@@ -43,11 +43,11 @@ def test_a_run_that_would_rather_fail_brings_nothing(model):
     """All corners fail: a search of corners has no value, and a grid that of its best point inside."""
     corners = WHERE.corners()
     inside = np.random.default_rng(0).random((12, WHERE.dimension)) * 0.6 + 0.2
-    fails = Feasibility.of(np.vstack([corners, inside]), np.arange(len(corners) + 12) >= len(corners))
+    fails = SuccessChance.of(np.vstack([corners, inside]), np.arange(len(corners) + 12) >= len(corners))
     found = predicted_baselines(
         WHERE,
         model,
-        **{**NOTHING, "feasibility": fails},
+        **{**NOTHING, "success": fails},
         runs=9,
         sign=1.0,
         rng=np.random.default_rng(1),

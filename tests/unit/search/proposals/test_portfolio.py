@@ -12,9 +12,9 @@ from workbench.search.proposals.known import Known
 from workbench.search.proposals.portfolio import Batch, predicted_worst, propose
 from workbench.search.proposals.turns import Turn
 from workbench.search.runs.unit_space import SearchSpace
-from workbench.search.surrogate.feasibility import Feasibility
 from workbench.search.surrogate.fitting import believing, fit_search_model
 from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.success import SuccessChance
 
 WHERE = SearchSpace.of(Space([Parameter("x0", lower=0.0, upper=1.0), Parameter("x1", lower=0.0, upper=1.0)]))
 LINE = np.linspace(0.0, 1.0, 81)
@@ -36,7 +36,7 @@ def known(u, v, model) -> Known:
     return Known(
         where=WHERE,
         model=model,
-        feasibility=Feasibility.of(u, np.ones(len(u), dtype=bool)),
+        success=SuccessChance.of(u, np.ones(len(u), dtype=bool)),
         u=u,
         u_ok=u,
         v=v,

@@ -254,6 +254,7 @@ def _record(
         largest=None if best is None else float(sign * values[best]),
         parameters=None if best is None else dict(trials.outcomes[best].parameters),
         run_key="" if best is None else trials.outcomes[best].key,
+        independent=tuple(sign * v if np.isfinite(v) else None for v in independent),
         since=_since(values, sign * value),
         share=counted_share(int((drawn > sign * value).sum()), len(drawn)),
         failing=counted_share(int((drawn == -np.inf).sum()), len(drawn)),

@@ -2,13 +2,13 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from workbench.models.evaluator import Outcome
-from workbench.search.evidence.attack.share import Share
+from workbench.search.evidence.attack.share import Share, counted_share
 
 __all__ = ["Attack", "Attempt"]
 
@@ -28,11 +28,12 @@ class Attempt:
 class Attack:
     """An attack on the claim that nothing is worse than `value`.
 
-    `largest` is the worst value that the attack met, in the response's own sign, with the parameters and the
-    key of its run; None where every run failed. `since`: runs made after the last that was noticeably worse
-    than all before, the claim included. `share`: of the independent cases drawn from the uncertainty, those
-    beyond the claim, with the exact 95 % interval; `failing` the same of those that gave no value. `strata`
-    of `strata_in_all` combinations of unordered levels were drawn from.
+    `raised_from`: the claim that the attack was made on, where what it found has become the `value`, see
+    `raised_to`. `largest`: the worst value that it met, in the response's own sign, with the parameters and
+    the key of its run; None where every run failed. `since`: runs made after the last that was noticeably
+    worse than all before, the claim included. `independent`: values of the independent cases, None where
+    there is none; `share` of them lie beyond `value`, with the exact 95 % interval, and `failing` gave no
+    value. `strata` of `strata_in_all` combinations of unordered levels were drawn from.
     """
 
     value: float
@@ -44,11 +45,25 @@ class Attack:
     parameters: Mapping[str, Any] | None
     run_key: str
     since: int
+    independent: tuple[float | None, ...]
     share: Share
     failing: Share
     strata: int
     strata_in_all: int
     is_exhaustive: bool
+    raised_from: float | None = None
+
+    def raised_to(self, value: float) -> "Attack":
+        """The same seen from a value at least as bad as all that was found: a search took up what the attack
+        found, and may have gone on from there.
+
+        The share beyond holds for that value, too: it is no less bad than the worst of the independent cases,
+        and that less than 3/N of all cases lie beyond the worst of N is true of any law.
+        """
+        sign = 1.0 if self.sense == "max" else -1.0
+        beyond = sum(v is not None and sign * v > sign * value for v in self.independent)
+        share = counted_share(beyond, len(self.independent))
+        return replace(self, value=value, share=share, raised_from=self.value if self.is_beaten else None)
 
     @property
     def runs(self) -> int:
@@ -83,6 +98,8 @@ class Attack:
     def sentence(self) -> str:
         """What the attack says about the claim."""
         runs = f"{self.runs} true runs of an adversary"
+        if self.raised_from is not None:
+            runs += f" raised the worst from {self.raised_from:.6g}, and the last {self.since} of them"
         if self.is_beaten:
             return (
                 f"{runs} found {self.largest:.6g}, beyond {self.value:.6g}{self._share_words}{self._failed}"
@@ -116,6 +133,7 @@ class Attack:
         """For a JSON document; the runs themselves stand where the evaluator keeps them."""
         return {
             "value": self.value,
+            "raised_from": self.raised_from,
             "sense": self.sense,
             "runs": self.runs,
             "kinds": self.kinds,

@@ -1,0 +1,129 @@
+"""A search whose worst case is attacked before it is reported."""
+
+import numpy as np
+import pytest
+
+from workbench import Parameter, Space, worst_case, worst_cases
+from workbench.errors import StudyError
+from workbench.search.evidence.grade import FEWEST_RUNS, Grade
+from workbench.search.record import Status
+
+BOX = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(4)])
+
+
+def _sum(**x):
+    return sum(x.values())
+
+
+def _hidden(x0, x1, x2, x3):
+    """Smooth but for one corner, where it is three times as large."""
+    base = x0 + 0.5 * x1 - x2 + 0.2 * x3
+    return 5.0 if min(1 - x0, 1 - x1, x2, x3) > 0.9 else base
+
+
+def test_an_attack_that_finds_nothing_gives_its_grade():
+    found = worst_case(_sum, BOX, budget=16, attack=120)
+    assert found.value == 4.0
+    assert found.grade is Grade.ATTACKED
+    assert found.attack.runs <= 120
+    assert found.attack.share.hits == 0
+    assert found.grade_sentence.startswith("Attacked: ")
+    assert "found nothing beyond 4; none of 30 independent cases lie beyond" in found.grade_sentence
+
+
+def test_without_an_attack_the_grade_is_searched():
+    found = worst_case(_sum, BOX, budget=16, attack=0)
+    assert found.grade is Grade.SEARCHED
+    assert found.attack is None
+    assert "converged" not in found.grade_sentence.lower()
+    assert found.to_dict()["attack"] is None
+
+
+def test_what_the_attack_finds_is_the_worst_case():
+    plain = worst_case(_hidden, BOX, budget=20, attack=0)
+    found = worst_case(_hidden, BOX, budget=20, attack=200)
+    assert plain.value < 2 < found.value == 5.0
+    assert _hidden(**found.parameters) == 5.0
+    assert found.attack.raised_from == plain.value
+    assert f"raised the worst from {plain.value:.6g}" in found.grade_sentence
+    assert found.run_key in {run.key for run in found.runs}
+    assert max(found.history) == found.value
+
+
+def test_runs_of_the_attack_come_after_those_of_the_search():
+    plain = worst_case(_sum, BOX, budget=16, attack=0)
+    found = worst_case(_sum, BOX, budget=16, attack=120)
+    np.testing.assert_array_equal(found.history[: plain.evaluations], plain.history)
+    assert found.evaluations <= found.budget == 136
+    assert [run.number for run in found.runs] == list(range(1, found.evaluations + 1))
+    assert {run.proposal.split(":")[0] for run in found.runs[plain.evaluations :]} == {"attack"}
+
+
+def test_by_default_no_run_is_spent_where_too_few_are_left_for_a_claim():
+    space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
+    plain = worst_case(lambda a, b: a + b, space, budget=60, attack=0)
+    assert plain.status is Status.CONVERGED
+    assert plain.evaluations < 60
+    assert worst_case(lambda a, b: a + b, space, budget=60).evaluations == plain.evaluations
+
+
+def test_by_default_the_attack_makes_no_more_runs_than_the_search_and_keeps_to_the_budget():
+    def f(**x):
+        return 3.0  # of ten inputs: the search ends after ten runs per input
+
+    space = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(10)])
+    found = worst_case(f, space, budget=1000)
+    assert found.status is Status.CONSTANT
+    assert FEWEST_RUNS <= found.attack.runs <= found.evaluations / 2 + 1
+    assert found.grade is Grade.ATTACKED
+
+
+def test_a_search_that_the_attack_proved_wrong_goes_on_with_what_it_has_left():
+    space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
+
+    def f(a, b):
+        # as flat as can be to the search, with a slope inside a pocket of 2 % of the box
+        inside = abs(a - 0.43) < 0.075 and abs(b - 0.61) < 0.075
+        return 2.0 + a if inside else 1.0
+
+    plain = worst_case(f, space, budget=60, attack=0, seed=2)
+    found = worst_case(f, space, budget=60, attack=150, seed=2)
+    assert plain.status is Status.CONSTANT
+    assert found.value > 2.4
+    numbers = [run.proposal.startswith("attack") for run in found.runs]
+    first = numbers.index(True)
+    assert not all(numbers[first:])
+
+
+def test_a_finite_space_that_was_run_whole_is_proved_and_not_attacked():
+    space = Space([Parameter("n", kind="integer", lower=0, upper=5)])
+    found = worst_case(lambda n: float(n), space, budget=20, attack=50)
+    assert found.grade is Grade.PROVED
+    assert found.attack is None
+
+
+def test_numbers_do_not_depend_on_the_workers_for_the_attack():
+    def cases(workers):
+        found = worst_case(_sum, BOX, budget=6, attack=60, workers=workers, tolerance=0.0)
+        return found.attack.attempts
+
+    one, four = cases(1), cases(4)
+    assert [tuple(a.point) for a in one[:40]] == [tuple(a.point) for a in four[:40]]
+
+
+def test_several_responses_share_the_attack():
+    found = worst_cases(
+        lambda **x: {"p": sum(x.values()), "q": -sum(x.values())},
+        BOX,
+        {"p": "max", "q": "max"},
+        budget=40,
+        attack=240,
+    )
+    assert found["p"].grade is found["q"].grade is Grade.ATTACKED
+    assert found["p"].attack.budget == 120
+
+
+@pytest.mark.parametrize("attack", [-1, 2.5, True])
+def test_a_useless_budget_of_the_attack_is_refused(attack):
+    with pytest.raises(StudyError, match="attack needs a whole number of runs >= 0"):
+        worst_case(_sum, BOX, attack=attack)

@@ -1,0 +1,90 @@
+"""The attack on what a search found: the adversary's budget, and what becomes of its runs.
+
+    attack = N       N true runs beside the budget of the search
+    attack = None    what the search leaves of its budget when it stops by itself, no more runs than it made
+                     itself, and none at all where too few are left for any claim
+
+The runs of an attack join those of the search. A Kriging of thousands of runs would cost more than the runs:
+it sees the worst of them and some of the independent ones, up to `JOINED`. Where the attack has found a
+noticeably worse case and the search has runs left, the search goes on from there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.search.evidence.attack.adversary import attack
+from workbench.search.evidence.attack.record import Attack, Attempt
+from workbench.search.evidence.grade import FEWEST_RUNS
+from workbench.search.loop import Loop
+from workbench.search.record import Status
+from workbench.search.runs.ledger import Ledger, Run, distinct
+
+__all__ = ["Attacked", "attacked"]
+
+JOINED = 60  # runs of an attack that the Kriging of the search sees
+OPEN = (Status.CONVERGED, Status.CONSTANT, Status.NO_POINT)  # a search that stopped by itself
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attacked:
+    """An attack on a search, why the search stopped in the end, and the runs that its Kriging did not see."""
+
+    attack: Attack | None
+    status: Status
+    unseen: tuple[Run, ...] = ()
+
+
+def attacked(search: Loop, status: Status) -> Attacked:
+    """Attack the worst case of a finished search."""
+    ledger, asked = search.ledger, search.asked
+    budget = _budget(search, status)
+    if not budget or ledger.is_exhausted:
+        return Attacked(attack=None, status=status)
+    claim = ledger.best_value
+    made = attack(
+        search.evaluate,
+        ledger.where.space,
+        value=claim,
+        budget=budget,
+        seed=asked.seed,
+        sense=asked.sense,
+        response=asked.response,
+    )
+    before = ledger.spent
+    unseen = _joined(ledger, made)
+    if asked.attack is not None:
+        search.searched += ledger.spent - before
+    if made.since < made.runs and status in OPEN and search.searched > ledger.spent:
+        search.quiet = 0
+        status = search.run()
+    return Attacked(attack=made.raised_to(ledger.best_value), status=status, unseen=unseen)
+
+
+def _budget(search: Loop, status: Status) -> int:
+    asked, spent = search.asked, search.ledger.spent
+    if asked.attack is not None:
+        return asked.attack
+    left = min(asked.budget - spent, spent) if status in OPEN else 0
+    return left if left >= FEWEST_RUNS else 0
+
+
+def _joined(ledger: Ledger, made: Attack) -> tuple[Run, ...]:
+    """Hand the runs of an attack to the search; those that its Kriging does not see come back."""
+    new = [a for a in made.attempts if len(distinct(a.point[None], ledger.u))]
+    seen = _telling(new, sign=ledger.sign)
+    for i in sorted(seen):
+        a = new[i]
+        ledger.add([a.outcome], a.point[None], proposals=[f"attack: {a.kind}"])
+    return tuple(
+        ledger.run_of(a.outcome, number=ledger.spent + k + 1, proposal=f"attack: {a.kind}")
+        for k, a in enumerate(a for i, a in enumerate(new) if i not in seen)
+    )
+
+
+def _telling(attempts: list[Attempt], *, sign: float) -> set[int]:
+    """Places of the attempts for the Kriging: half of them the worst, the others the first drawn."""
+    values = np.array([-np.inf if a.value is None else sign * a.value for a in attempts])
+    worst = np.argsort(-values, kind="stable")[: JOINED // 2]
+    drawn = [i for i, a in enumerate(attempts) if a.kind == "interior"][: JOINED // 2]
+    return {int(i) for i in worst if np.isfinite(values[i])} | set(drawn)

@@ -1,0 +1,37 @@
+"""The three grades of evidence behind a worst case."""
+
+from enum import Enum
+
+from workbench.search.evidence.attack.record import Attack
+from workbench.search.evidence.gap import Gap
+
+__all__ = ["FEWEST_RUNS", "Grade", "grade_of"]
+
+# of an attack, before its silence says anything; studies/attacked_claims.py counts how often fresh attacks of
+# 1 500 runs beat what stood so many
+FEWEST_RUNS = 100
+SILENT = 0.5  # share of an attack's runs that must have followed the last noticeable gain
+
+
+class Grade(Enum):
+    """What stands behind a claim that nothing is worse."""
+
+    PROVED = "every case was run, or a bound that holds for every case was given"
+    ATTACKED = "true runs of an adversary that shares nothing with the search found nothing worse"
+    SEARCHED = "only the search has looked, by its own surrogate"
+
+
+def grade_of(gap: Gap, attack: Attack | None) -> Grade:
+    """The grade of a worst case with this gap after this attack.
+
+    A certificate or an enumeration without failures proves. An attack counts when it had runs enough and
+    found nothing noticeably worse in the second half of them.
+    """
+    if gap.kind != "model-based" and not gap.failed:
+        return Grade.PROVED
+    if attack is None:
+        return Grade.SEARCHED
+    if attack.is_exhaustive:
+        return Grade.SEARCHED if attack.failures else Grade.PROVED
+    is_silent = attack.since >= SILENT * attack.runs
+    return Grade.ATTACKED if attack.runs >= FEWEST_RUNS and is_silent else Grade.SEARCHED
