@@ -7,9 +7,7 @@ from workbench.search.evidence.gap import Gap
 
 __all__ = ["FEWEST_RUNS", "Grade", "grade_of"]
 
-# of an attack, before its silence says anything; studies/attacked_claims.py counts how often fresh attacks of
-# 1 500 runs beat what stood so many
-FEWEST_RUNS = 100
+FEWEST_RUNS = 100  # of an attack, before its silence says anything
 SILENT = 0.5  # share of an attack's runs that must have followed the last noticeable gain
 
 
