@@ -4,6 +4,7 @@ import ast
 import io
 import re
 import tokenize
+import warnings
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -53,16 +54,17 @@ def missing_names(text: str, root: Path) -> list[str]:
 
 
 def held(name: str) -> bool:
-    """Does a dotted name lead to a module, or from one to something it holds?"""
-    parts = name.split(".")
-    for length in range(len(parts), 0, -1):
-        try:
-            found: object = import_module(".".join(parts[:length]))
-        except ModuleNotFoundError:
-            continue
-        for part in parts[length:]:
-            if not hasattr(found, part):
-                return False
-            found = getattr(found, part)
-        return True
-    return False
+    """Does a dotted name lead to a module, or from one to something it holds? An old name of one does not."""
+    first, *rest = name.split(".")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)
+            found: object = import_module(first)
+            for k, part in enumerate(rest, start=1):
+                if hasattr(found, part):  # a function before the module that bore its name
+                    found = getattr(found, part)
+                else:
+                    found = import_module(".".join((first, *rest[:k])))
+    except (ModuleNotFoundError, DeprecationWarning):
+        return False
+    return True
