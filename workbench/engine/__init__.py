@@ -58,7 +58,7 @@ _PUBLIC: dict[str, str] = {
             "Spherical", "Universal", "Welded",
         ),
         "tree.restart": ("restarted",),
-        "tree.runs": ("TreeGradient",),
+        "tree.gradients": ("TreeGradient",),
         "tree.statics": ("equilibrium", "modes"),
         "tree.system": ("SpatialBody", "TreeSystem"),
         "tree.surfaces": ("Box", "Capsule", "Plane", "Ring", "Road", "SpatialContact", "Sphere", "Tyre"),

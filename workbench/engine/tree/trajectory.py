@@ -60,6 +60,7 @@ class TreeTrajectory:
     nodes: TreeRun
     diagnosis: Diagnosis
     adjoints: Adjoints
+    points: tuple[TreeTables, TreeRun] | None = None  # stages of an explicit scheme, nodes among them
     status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)
 

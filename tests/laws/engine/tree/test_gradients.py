@@ -7,7 +7,7 @@ import pytest
 
 from tests.laws.engine.tree.test_equations import TINY, Complex, times_exponential
 from tests.sample_trees import random_tree, tree_run
-from workbench.engine.integration.schemes import GeneralisedAlpha
+from workbench.engine.integration.schemes import GeneralisedAlpha, RungeKutta8
 from workbench.engine.objectives.quantities import Coordinate, Deviation, Slopes, StoredEnergy
 from workbench.engine.objectives.reductions import NodeWeight
 from workbench.engine.sensitivity.discrete_adjoint import discrete_adjoint, parameter_gradient
@@ -263,3 +263,33 @@ def test_views_and_stored_energy_have_exact_slopes(seed):
         assert turning.position @ d == pytest.approx(by_q[1], rel=1e-8, abs=1e-8 * scale)
         assert turning.velocity @ d == pytest.approx(by_v[1], rel=1e-8, abs=1e-8 * scale)
         assert quantity.rates(run, np.array([node]))[0] == pytest.approx(by_t[0], rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gradients_of_order_8_are_those_of_differences(seed):
+    """By density, start and acceleration seeds, with every element; smooth over the step taken."""
+    rng = np.random.default_rng(40 + seed)
+    parts = tree_compiled(random_tree(rng, count=5, first=seed))
+    density, objective = rng.uniform(0.5, 1.0, 12), mixed(rng, parts)
+    run = tree_run(parts.system, density, TIMES, RungeKutta8())
+    found = parameter_gradient(run, objective)
+    assert discrete_adjoint(run, objective) == pytest.approx(found.density, rel=1e-12, abs=1e-12)
+    q, v = parts.start
+    turn, push = np.zeros(parts.size), rng.normal(size=parts.size)
+    turn[: run.size] = rng.normal(size=run.size)
+    aim = rng.normal(size=12)
+
+    def value(e_density, e_q, e_v):
+        start = times_exponential(run.tables, q, e_q * turn).real, v + e_v * push
+        return objective.value(
+            tree_run(parts.system, density + e_density * aim, TIMES, RungeKutta8(), start=start)
+        )
+
+    size = abs(value(0, 0, 0))
+    by_v = np.concatenate([found.velocity, found.state])
+    for analytic, f in (
+        (found.density @ aim, lambda e: value(e, 0, 0)),
+        (found.position @ turn[: run.size], lambda e: value(0, e, 0)),
+        (by_v @ push, lambda e: value(0, 0, e)),
+    ):
+        assert analytic == pytest.approx(along(f, 1e-4), rel=DIFFERENCES, abs=ROUNDING * size / 1e-4)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.sample_trees import random_bodies, random_tree, tree_run
-from workbench.engine.integration.schemes import GeneralisedAlpha
+from workbench.engine.integration.schemes import GeneralisedAlpha, RungeKutta8
 from workbench.engine.tree.joints import Floating, Revolute, Spherical
 from workbench.engine.tree.system import SpatialBody, TreeSystem
 
@@ -102,3 +102,47 @@ def test_several_trees_fall_alike():
     assert both.of("ball") == pytest.approx(alone.of("ball"), abs=1e-12)
     closed = np.outer(times, (1.0, 0.0, 2.0)) + np.outer(times**2, (0.0, 0.0, -4.905))
     assert alone.of("ball") == pytest.approx(closed, abs=1e-10)
+
+
+def falling_figure():
+    """Seventeen bodies on balls and hinges, thrown."""
+    rng = np.random.default_rng(17)
+    bodies = [
+        SpatialBody(
+            name="b0", joint=Floating(velocity=(1.0, 0.5, 3.0), spin=(0.5, 1.0, 2.0)), mass=10.0,
+            inertia=(0.3, 0.2, 0.1),
+        )
+    ]  # fmt: skip
+    for i in range(1, 17):
+        ball = Spherical(spin=tuple(rng.normal(size=3)))
+        bodies.append(
+            SpatialBody(
+                name=f"b{i}", parent=f"b{(i - 1) // 2}",
+                joint=ball if i % 2 else Revolute(axis=(0, 1, 0), speed=1.0),
+                at=tuple(0.3 * rng.normal(size=3)), mass=float(rng.uniform(0.5, 3.0)),
+                centre=tuple(0.1 * rng.normal(size=3)), inertia=(0.02, 0.03, 0.04),
+            )
+        )  # fmt: skip
+    return TreeSystem(bodies=tuple(bodies), gravity=(0.0, 0.0, 0.0))
+
+
+def test_a_figure_in_free_fall_keeps_its_momenta_and_energy_with_order_8():
+    run = tree_run(falling_figure(), np.zeros(0), np.linspace(0.0, 2.0, 401), RungeKutta8())
+    moved = run.momentum() - run.momentum()[0]
+    assert np.abs(moved).max() < 1e-10 * np.abs(run.momentum()).max()
+    energy = run.kinetic_energy()
+    assert np.ptp(energy) < 1e-9 * energy[0]
+
+
+def test_the_explicit_scheme_has_order_8():
+    exact = tree_run(heavy_top(), np.zeros(0), np.linspace(0.0, 0.2, 801), RungeKutta8()).position[-1]
+    errors = [
+        np.abs(
+            tree_run(heavy_top(), np.zeros(0), np.linspace(0.0, 0.2, n + 1), RungeKutta8()).position[-1]
+            - exact
+        ).max()
+        for n in (40, 60, 90)
+    ]
+    order = np.log(np.array(errors[:-1]) / errors[1:]) / np.log(1.5)
+    assert (order > 7.5).all()
+    assert exact == pytest.approx(np.array(HEAVY_TOP), abs=1e-8)

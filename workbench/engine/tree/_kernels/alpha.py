@@ -88,9 +88,10 @@ def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
     n, joints = W.m.shape[0], T.column.shape[0]
     q0, v0, w0 = R.position[node - 1], R.velocity[node - 1], R.rate[node - 1]
     q, v, w, d = R.position[node], R.velocity[node], R.rate[node], R.move[node]
+    before = R.rate[max(node - 2, 0)]
     for i in range(n):
-        w[i] = w0[i]
-        base = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w0[i]
+        w[i] = 2.0 * w0[i] - before[i]
+        base = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
         v[i] = v0[i] + h * ((1.0 - gamma) * R.a[i] + gamma * base)
         d[i] = h * v0[i] + h * h * ((0.5 - beta) * R.a[i] + beta * base)
     moved(T, q0, d, q)
