@@ -109,8 +109,9 @@ budget = 6
 [robust_layout]
 model = "tests.sample_layout:two_members"
 nominal = { u = 0.9, v = 0.5 }
+scenarios = 4
 evaluations = 30
-budget = 12
+budget = 40
 corners = 8
 rounds = 5
 samples = 30

@@ -1,21 +1,23 @@
-"""The robust loop: a layout for the worst cases found so far, and the worst case of that layout, in turn.
+"""The robust loop: a layout for the cases found so far, and an attack on that layout, in turn.
 
-    S <- nominal case (and the worst case found without restraints)
-    repeat   layout <- min over densities of max over S, by the engine        lower end: its worst over S
-             worst  <- look at random corners; when they do not break the bound, search the whole uncertainty
-             stop when the search exceeds the bound by less than the tolerance, else S <- S + what broke it
-    search the layouts it is compared with; go on when a worst case of theirs breaks the bound
+    S <- nominal case, the worst case found without restraints, a stratified set over the uncertainty
+    repeat   layout <- min over densities of max over S, by the engine, from the best layout so far
+             worst  <- look at random corners; when they do not break the bound, spend evaluations until the
+                       first-order condition holds, and send the adversary
+             stop when nothing exceeds the bound by more than the tolerance, else S <- S + what broke it
+    look at the layouts it is compared with, and optimise from other starts; go on when they change the best
 
-(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009; the oracle is
-`workbench.robust_layout.oracle`). Of the cases that broke the bound several join, far from each other
-(`workbench.robust_layout.cuts`).
+(cutting sets with a pessimising oracle, Mutapcic and Boyd 2009; the stratified set is the sample approach of
+Calafiore and Campi 2006; the oracle is `workbench.robust_layout.oracle`). Of the cases that broke the bound
+several join, far from each other (`workbench.robust_layout.cuts`).
 
-A layout is judged by true runs alone. Every round also judges all earlier layouts and the trivial ones, so
-what is returned is never worse than those over all cases found. The lower end is that of a local optimiser,
-the upper end that of a search: both are stated as found, not proven.
+A layout is judged by true runs alone. At the end every layout that was ever made, the trivial ones included,
+is judged over all cases found for any of them, and the best is the result: it cannot lose to what it is
+compared with. The lower end is that of a local optimiser, the upper end that of an adversary: both are stated
+as found, not proven.
 
 The loop is a function of the study and of the runs' answers. Runs are kept by `LayoutRuns`, optimised layouts
-and ended searches in `rounds/`, so after a kill the same call goes on: it repeats at most one optimisation.
+and ended attacks in `rounds/`, so after a kill the same call goes on: it repeats at most one optimisation.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,22 +30,34 @@ from numpy.typing import NDArray
 
 from workbench.engine.errors import EngineError
 from workbench.errors import StudyError
-from workbench.models.evaluator import Evaluator
+from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cases import Optimised, optimise_for_cases, trivial_layouts
 from workbench.robust_layout.cuts import distinct
-from workbench.robust_layout.model import LayoutModel
+from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.robust_layout.oracle import Found, LayoutOracle
-from workbench.robust_layout.record import LoopSettings, RobustLayout, Round, largest, loop_status
+from workbench.robust_layout.record import (
+    LoopSettings,
+    RobustLayout,
+    Round,
+    excess,
+    largest,
+    loop_status,
+)
+from workbench.robust_layout.scenarios import stratified_cases
 from workbench.space.box import Space
 
-__all__ = ["NEAR", "SECOND", "find_robust_layout"]
+__all__ = ["NEAR", "SECOND", "THIRD", "find_robust_layout"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
-SECOND = "second start"
+SECOND, THIRD = "second start", "third start"
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 JOINING = 6  # cases that join the next optimisation at most
+FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
+LONGER = 2  # optimisations more, at most, of a layout that is not settled
+GAIN = 1e-3  # relative improvement that is worth another one
+JUDGED = "judged in the cases of the others alone"
 
 
 def find_robust_layout(
@@ -57,7 +71,7 @@ def find_robust_layout(
     identity: str,
     tell: Callable[[str], None] = lambda text: None,
 ) -> RobustLayout:
-    """Run the loop from the cases in `start`, the nominal one first.
+    """Run the loop from the cases in `start`, the nominal one first, and a stratified set.
 
     Args:
         evaluator: density -> evaluator of its true runs.    folder: where `rounds/` is kept.
@@ -69,7 +83,7 @@ def find_robust_layout(
     """
     oracle = LayoutOracle(
         model=model, space=space, evaluator=evaluator, folder=folder / "rounds", identity=identity,
-        budget=settings.budget, corners=settings.corners, tolerance=settings.tolerance, seed=settings.seed,
+        budget=settings.budget, corners=settings.corners, seed=settings.seed,
     )  # fmt: skip
     loop = _Loop(
         model=model, space=space, evaluator=evaluator, oracle=oracle, folder=folder, settings=settings,
@@ -89,19 +103,21 @@ class _Loop:
     identity: str
     tell: Callable[[str], None]
     cases: list[dict[str, Any]] = field(default_factory=list)
-    fresh: int = 0  # the first case that the last round added
+    fresh: int = 0  # the first case that was added since the last optimisation
     unusable: set[int] = field(default_factory=set)  # cases that the optimiser cannot run
     layouts: dict[str, Array] = field(default_factory=dict)
     documents: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    latest: str = "uniform"  # the layout made last
     worst: dict[str, Found] = field(default_factory=dict)
-    searched: set[str] = field(
-        default_factory=set
-    )  # layouts whose worst case was searched, not just looked at
+    bounds: dict[str, float] = field(default_factory=dict)  # of layouts that were attacked, at that time
+    answers: dict[str, dict[str, float | None]] = field(default_factory=dict)  # of layouts, by case
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    apart: float = 0.0  # how far the best of the other starts stayed above the best layout
 
     def run(self, start: Sequence[Case]) -> RobustLayout:
-        self.cases = distinct([self.space.canonical(case) for case in start])
+        drawn = stratified_cases(self.space, self.settings.scenarios, seed=self.settings.seed)
+        self.cases = distinct([self.space.canonical(case) for case in [*start, *drawn]])
         nominal = self.optimised([0], None)
         if nominal is None:
             raise StudyError(f"the nominal case cannot be optimised: {self.failures[-1]}")
@@ -110,95 +126,111 @@ class _Loop:
             "nominal only": nominal.density,
         }
         self.documents["nominal only"] = nominal.document
-        compared = [name for name in self.layouts if name != "none"]
-        certified, number = False, 0
-        while True:
-            while not certified and number < self.settings.rounds:
-                number += 1
-                certified = self.round(number)
-            for name in compared:
-                if name not in self.searched:
-                    self.search(name)
-            if not certified or number == self.settings.rounds or not self.opened_again():
+        compared = False
+        while len(self.rounds) < self.settings.rounds:
+            if not self.round(len(self.rounds) + 1):
+                continue
+            if not compared:
+                compared = True
+                self.compare()
+                self.other_starts()
+            if self.holds(self.best()):
                 break
-            certified = False
-        self.tell("the layout from a second start")
-        self.second_start()
-        return self.result(certified)
+        return self.result(self.attacked_best())
 
-    def opened_again(self) -> bool:
-        """Whether a case that was found for another layout breaks the best one; it joins the next round."""
-        limit, known = self.limit(), len(self.cases)
-        worst = largest(self.values(self.layouts[self.searched_best()]))
-        if worst <= limit:
+    def limit(self, bound: float) -> float:
+        """What a worst case may reach without breaking a bound."""
+        return bound + self.settings.tolerance * abs(bound)
+
+    def holds(self, name: str) -> bool:
+        """Whether a layout was attacked, and neither that nor any case found since breaks its bound."""
+        if name not in self.bounds:
             return False
-        self.tell(f"broken by the worst case of another layout, {worst:.6g} {self.model.unit}")
-        self.fresh = known
-        return True
-
-    def searched_best(self) -> str:
-        """The best layout over all cases found for any layout, its own worst case searched."""
-        while True:
-            self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
-            name = self.best()
-            if name in self.searched:
-                return name
-            self.search(name)
-
-    def limit(self) -> float:
-        """What the layout of the last round may reach in cases found later for the loop to stay closed."""
-        last = self.rounds[-1]
-        return max(last.bound, last.worst) + self.settings.tolerance * abs(last.bound)
+        worst = max(self.worst[name].value, largest(self.values(self.layouts[name])))
+        return worst <= self.limit(self.bounds[name])
 
     def round(self, number: int) -> bool:
-        """One layout, one search; True when the search does not break the bound."""
-        best = self.best()
-        usable = self.active(self.values(self.layouts[best]))
-        self.tell(f"round {number}: layout for {len(usable)} of {len(self.cases)} cases")
-        made = self.optimised(usable, self.layouts[best])
-        name, note = f"round {number}", ""
-        if made is None:
-            self.unusable |= self.culprits(usable)  # they still judge every layout by true runs
-            note = self.failures[-1]
-            if len(usable) > 1:
-                return self.round(number)
-        else:
-            self.add(name, made)
-        chosen = self.best()
+        """One layout, one look and perhaps an attack; True when nothing breaks the bound."""
+        usable, made, note = self.improved(number)
+        chosen, found = self.looked_at(number)
+        spent = 0
+        while found.value <= self.limit(largest(self.values(self.layouts[chosen]))) and spent < LONGER:
+            spent += 1
+            if not self.longer(chosen, f"round {number}, evaluations added {spent}"):
+                break
+            chosen, found = self.looked_at(number)
         bound = largest(self.values(self.layouts[chosen]))
-        limit = bound + self.settings.tolerance * abs(bound)
-        found = self.look_at(chosen)
-        if found.value <= limit:
-            found = self.search(chosen, bound)
-        gap = max(0.0, found.value - bound) / abs(found.value) if found.value else 0.0
+        attacked = found.value <= self.limit(bound)
+        if attacked:
+            found = self.attack(chosen, number)
+        gap = excess(found.value, bound)
         self.rounds.append(
             Round(
                 number=number, cases=len(usable), layout=chosen, bound=bound, worst=found.value,
-                case=found.case, gap=gap, runs=found.runs,
+                case=found.case, gap=gap, runs=found.runs, attacked=attacked,
                 optimiser=str(made.document["status"]) if made else "", note=note,
             )
         )  # fmt: skip
-        if gap <= self.settings.tolerance:
+        if found.value <= self.limit(bound):
             return True
         self.tell(f"round {number}: broken, {found.value:.6g} {self.model.unit} instead of {bound:.6g}")
-        self.fresh = len(self.cases)
-        also = [dict(other["case"]) for other in found.others if other["value"] > limit]
-        self.cases = distinct([*self.cases, dict(found.case), *also[: JOINING - 1]])
+        self.join(found, bound)
         return False
+
+    def improved(self, number: int) -> tuple[list[int], Optimised | None, str]:
+        """The layout of a round, from the best one: the cases it was made for, and why there is none."""
+        note = ""
+        while True:
+            best = self.best()
+            usable = self.active(best)
+            self.tell(f"round {number}: layout for {len(usable)} of {len(self.cases)} cases")
+            made = self.optimised(usable, self.layouts[best])
+            if made is not None:
+                self.add(f"round {number}", made)
+                return usable, made, note
+            self.unusable |= self.culprits(usable)  # they still judge every layout by true runs
+            note = self.failures[-1]
+            if len(usable) == 1:
+                return usable, None, note
+
+    def longer(self, name: str, new: str) -> bool:
+        """Spend more evaluations where the optimiser had not ended; True when they gave a better layout."""
+        document = self.documents.get(name)
+        if document is None or document["converged"] or _promise(document) <= FIRST_ORDER:
+            return False
+        before = largest(self.values(self.layouts[name]))
+        self.tell(f"more evaluations for the layout '{name}'")
+        made = self.optimised(self.active(name), self.layouts[name])
+        if made is None:
+            return False
+        added = self.add(new, made)
+        return min(largest(self.values(self.layouts[n])) for n in added) < before - GAIN * abs(before)
+
+    def join(self, found: Found, bound: float) -> None:
+        """Let what broke a bound judge every layout from now on."""
+        self.fresh = len(self.cases)
+        also = [dict(other["case"]) for other in found.others if other["value"] > self.limit(bound)]
+        self.cases = distinct([*self.cases, dict(found.case), *also[: JOINING - 1]])
 
     def best(self) -> str:
         """The layout whose worst over the known cases is smallest."""
         known = {name: largest(self.values(a)) for name, a in self.layouts.items()}
         return min(known, key=lambda name: known[name])
 
-    def active(self, values: Sequence[float | None]) -> list[int]:
-        """Cases for the optimiser: the new ones, and those near the bound of the layout it starts from.
+    def active(self, best: str) -> list[int]:
+        """Cases for the optimiser: the new ones, and those near the bound for the layout it starts from or
+        for the one made last.
 
         The others cost time and change nothing; every layout is judged in them all the same, and one that
         breaks there is not chosen.
         """
-        bound = largest(values)
-        near = [k for k, v in enumerate(values) if k >= self.fresh or (v is not None and v >= NEAR * bound)]
+        values, latest = (self.values(self.layouts[name]) for name in (best, self.latest))
+        high = NEAR * largest(values)
+        near = [
+            k
+            for k, pair in enumerate(zip(values, latest, strict=True))
+            if k >= self.fresh or any(v is not None and v >= high for v in pair)
+        ]
         return [k for k in near if k not in self.unusable] or [0]
 
     def culprits(self, usable: Sequence[int]) -> set[int]:
@@ -214,6 +246,7 @@ class _Loop:
 
     def add(self, name: str, made: Optimised) -> list[str]:
         """Judge an optimised layout from now on, and its purified form where that is no worse."""
+        self.latest = name
         self.layouts[name], self.documents[name] = made.density, made.document
         clean = made.document.get("purified")
         if not clean or not clean["accepted"] or clean["value"] > clean["before"]:
@@ -235,34 +268,90 @@ class _Loop:
 
     def values(self, density: Array) -> list[float | None]:
         """The response of a layout in every case; None where it cannot be run."""
-        outcomes = self.evaluator(density)(self.cases, purpose="cases")
+        known = self.answers.setdefault(layout_name(density), {})
+        names = [repr(sorted(case.items())) for case in self.cases]
+        missing = {name: case for name, case in zip(names, self.cases, strict=True) if name not in known}
+        if missing:
+            outcomes = self.evaluator(density)(list(missing.values()), purpose="cases")
+            known.update(zip(missing, self.read(outcomes), strict=True))
+        return [known[name] for name in names]
+
+    def read(self, outcomes: Sequence[Outcome]) -> list[float | None]:
+        """The response of every run, None where it gave none."""
         return [o.outputs[self.model.response] if o.status == "ok" else None for o in outcomes]
 
-    def look_at(self, name: str) -> Found:
-        self.worst[name] = self.oracle.look(self.layouts[name], self.cases)
-        return self.worst[name]
+    def looked_at(self, turn: int) -> tuple[str, Found]:
+        """The best layout, and what random corners found on it."""
+        name = self.best()
+        return name, self.look_at(name, turn)
 
-    def search(self, name: str, bound: float | None = None) -> Found:
-        until = "" if bound is None else f", bound {bound:.6g} {self.model.unit}"
-        self.tell(f"search the worst case of the layout '{name}'{until}")
-        self.searched.add(name)
-        self.worst[name] = self.oracle.search(self.layouts[name], self.cases)
-        return self.worst[name]
+    def look_at(self, name: str, turn: int) -> Found:
+        limit = self.limit(largest(self.values(self.layouts[name])))
+        found = self.oracle.look(self.layouts[name], self.cases, limit=limit, turn=turn)
+        return self.keep(name, found)
 
-    def second_start(self) -> None:
-        """The last layout once more, from the start of the problem; searched when it looks better."""
-        self.fresh = len(self.cases)
-        made = self.optimised(self.active(self.values(self.layouts[self.best()])), None)
-        if made is None:
-            return
-        known = largest(self.values(self.layouts[self.best()]))
-        for name in self.add(SECOND, made):
-            if largest(self.values(self.layouts[name])) < known:
-                self.search(name)
+    def attack(self, name: str, turn: int) -> Found:
+        bound = largest(self.values(self.layouts[name]))
+        self.tell(f"attack on the layout '{name}', bound {bound:.6g} {self.model.unit}")
+        self.bounds[name] = bound
+        found = self.oracle.attack(self.layouts[name], self.cases, limit=self.limit(bound), turn=turn)
+        return self.keep(name, found)
 
-    def result(self, certified: bool) -> RobustLayout:
-        """Choose the layout whose worst known case is smallest."""
-        robust = self.searched_best()
+    def keep(self, name: str, found: Found) -> Found:
+        self.worst[name] = found
+        return found
+
+    def compare(self) -> None:
+        """Look at the layouts that it is compared with; what breaks the best one joins the cases."""
+        best, turn = self.best(), len(self.rounds)
+        bound = largest(self.values(self.layouts[best]))
+        for name in ("uniform", "nominal only"):
+            found = self.look_at(name, turn)
+            rows = [found.case, *(other["case"] for other in found.others)]
+            values = self.read(self.evaluator(self.layouts[best])(rows, purpose="cases"))
+            broken = [
+                dict(row)
+                for row, v in zip(rows, values, strict=True)
+                if v is not None and v > self.limit(bound)
+            ]
+            if broken:
+                self.tell(f"broken by a case of the layout '{name}'")
+                self.fresh = min(self.fresh, len(self.cases))
+                self.cases = distinct([*self.cases, *broken[:JOINING]])
+
+    def other_starts(self) -> None:
+        """Layouts from the start of the problem and, when that does not agree, from the nominal-only one.
+
+        One that is worse than the best gets more evaluations; one that is better becomes the best.
+        """
+        for name, start in ((SECOND, None), (THIRD, self.layouts["nominal only"])):
+            best = self.best()
+            known = largest(self.values(self.layouts[best]))
+            self.tell(f"the layout from a {name}")
+            made = self.optimised(self.active(best), start)
+            if made is None:
+                return
+            reached = min(largest(self.values(self.layouts[n])) for n in self.add(name, made))
+            for spent in range(LONGER):
+                if reached <= self.limit(known) or not self.longer(name, f"{name}, {spent + 1}"):
+                    break
+                name = f"{name}, {spent + 1}"
+                reached = min(reached, largest(self.values(self.layouts[name])))
+            self.apart = excess(reached, known)
+            if self.apart <= self.settings.tolerance:
+                return
+
+    def attacked_best(self) -> str:
+        """The best layout over all cases found for any layout, attacked."""
+        while True:
+            self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
+            name = self.best()
+            if name in self.bounds:
+                return name
+            self.attack(name, len(self.rounds) + 1)
+
+    def result(self, robust: str) -> RobustLayout:
+        """Every layout judged over all cases found; `robust` is the best of them."""
         values = {name: self.values(density) for name, density in self.layouts.items()}
         known = {name: largest(row) for name, row in values.items()}
         for name, row in values.items():
@@ -271,13 +360,39 @@ class _Loop:
             if before is None or known[name] > before.value:
                 self.worst[name] = Found(
                     value=known[name], case=self.cases[k], runs=before.runs if before else 0,
-                    status=before.status if before else "judged in the cases of the others alone",
-                    open_gap=before.open_gap if before else None,
+                    status=before.status if before else JUDGED, attack=before.attack if before else None,
                 )  # fmt: skip
-        held = certified and self.worst[robust].value <= self.limit()
-        status = loop_status(self.rounds[-1], self.worst[robust].value, certified=certified, held=held)
+        closed, bound = self.holds(robust), self.bounds[robust]
+        found = self.worst[robust]
+        gaps = [r.gap for r in self.rounds if r.attacked][-2:]
+        may_exceed = self.settings.tolerance if closed else max(excess(found.value, bound), *gaps, 0.0)
         return RobustLayout(
-            robust=robust, certified=held, status=status, layouts=self.layouts, worst=self.worst,
-            cases=self.cases, values=values, rounds=self.rounds, failures=self.failures,
+            robust=robust, closed=closed, status=loop_status(found, bound, closed=closed),
+            layouts=self.layouts, worst=self.worst, cases=self.cases, values=values, rounds=self.rounds,
+            failures=self.failures, reasons=self.reasons(robust, closed), may_exceed=may_exceed,
             document=self.documents.get(robust, {}),
         )  # fmt: skip
+
+    def reasons(self, robust: str, closed: bool) -> list[str]:
+        """What keeps the verdict from being green."""
+        said = [] if closed else ["the loop is not closed"]
+        document = self.documents.get(robust)
+        if document is not None and _promise(document) > FIRST_ORDER:
+            ended = "ended" if document["converged"] else "stopped at its limit"
+            said.append(
+                f"the optimiser {ended} where the first-order condition is off by "
+                f"{100 * _promise(document):.2g} %: a better layout may stand nearby"
+            )
+        if self.apart > self.settings.tolerance:
+            said.append(f"layouts from other starts stayed {100 * self.apart:.3g} % above this one")
+        attack = self.worst[robust].attack
+        if attack is not None and any(attack["failures"].values()):
+            said.append(f"{sum(attack['failures'].values())} runs of the attack gave no value")
+        if self.worst[robust].disbelieved:
+            said.append(f"{len(self.worst[robust].disbelieved)} cases change at half the step")
+        return said
+
+
+def _promise(document: Mapping[str, Any]) -> float:
+    """By which share of the value the linearised rows of a layout could still fall; infinity if unknown."""
+    return float("inf") if document["kkt"] is None else float(document["kkt"])

@@ -7,7 +7,7 @@ from typing import Any
 from workbench.engine.layout.outcome.purify import fractional_members
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
-from workbench.robust_layout.loop import SECOND
+from workbench.robust_layout.loop import SECOND, THIRD
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.record import RobustLayout
 
@@ -31,7 +31,15 @@ def loop_document(
         "response": model.response,
         "unit": model.unit,
         "robust": "robust" if found.robust not in TRIVIAL else found.robust,
-        "certified": found.certified,
+        "made_as": found.robust,
+        "closed": found.closed,
+        "grade": found.grade,
+        "worst": found.worst[found.robust].value,
+        "may_exceed": found.may_exceed,
+        "attack": found.worst[found.robust].attack,
+        "disbelieved": [dict(case) for case in found.worst[found.robust].disbelieved],
+        "verdict": "green" if not found.reasons else "amber",
+        "reasons": found.reasons,
         "status": found.status,
         "tolerance": table["tolerance"],
         "bound": found.bound,
@@ -43,9 +51,9 @@ def loop_document(
                 "case": dict(found.worst[name].case),
                 "runs": found.worst[name].runs,
                 "search": found.worst[name].status,
-                "open_gap": found.worst[name].open_gap,
                 "nominal": found.values[name][0],
                 "values": found.values[name],
+                "density": found.layouts[name].tolist(),
             }
             for shown, name in named.items()
         },
@@ -117,11 +125,12 @@ def response_slope(model: LayoutModel, value: float) -> float:
 
 def _second_start(found: RobustLayout, tolerance: float) -> dict[str, Any] | None:
     """The worst of the layout from another start in all cases, and whether it agrees."""
-    if SECOND not in found.values or found.robust == SECOND:
-        others = [k for k in found.values if k.startswith("round")]
-        other = min((_largest(found.values[k]) for k in others), default=None)
+    starts = [k for k in found.values if k.startswith((SECOND, THIRD))]
+    if found.robust in starts or not starts:
+        others = [k for k in found.values if k.startswith("round")] if starts else []
     else:
-        other = _largest(found.values[SECOND])
+        others = starts
+    other = min((_largest(found.values[k]) for k in others), default=None)
     if other is None:
         return None
     return {"worst": other, "agrees": bool(abs(other - found.bound) <= tolerance * found.bound)}
@@ -132,8 +141,8 @@ def _largest(values: list[float | None]) -> float:
 
 
 def _names(found: RobustLayout) -> dict[str, str]:
-    """Shown name -> name in the loop: the trivial layouts, the nominal-only one, the robust one."""
-    out: dict[str, str] = {name: name for name in TRIVIAL if name in found.layouts}
+    """Shown name -> name in the loop: the trivial layouts, every one that was made, the best as "robust"."""
+    out = {name: name for name in found.layouts if name != found.robust or name in TRIVIAL}
     if found.robust not in out:
         out["robust"] = found.robust
     return out

@@ -7,10 +7,11 @@
         def responses(self, density, uncertain): ...  # one true run: named responses
 
 The loop knows nothing else of the model. `problem` may minimise any stand-in of the response (its square, a
-norm); what counts and is reported are true runs by `responses`. Three optional methods serve the report:
+norm); what counts and is reported are true runs by `responses`. Optional methods serve the report:
 `motion(layouts, uncertain)` gives a `workbench.motion.frames.Motion` of named layouts in one case,
 `outlines()` closed lines behind the drawing of the members, `places()` the layout matrix: names of its rows
-and columns, and the (row, column) of every member.
+and columns, and the (row, column) of every member. `refined(density, uncertain)` is the run at half the
+step: a case that breaks a layout is believed when it breaks it there too.
 """
 
 from collections.abc import Mapping, Sequence

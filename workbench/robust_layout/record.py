@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from workbench.errors import NotEnoughRuns
 from workbench.robust_layout.oracle import Found
 
-__all__ = ["LoopSettings", "RobustLayout", "Round", "largest", "loop_status"]
+__all__ = ["LoopSettings", "RobustLayout", "Round", "excess", "largest", "loop_status"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -20,22 +20,26 @@ Case = Mapping[str, Any]
 class LoopSettings:
     """How much the loop may spend, and when it is closed.
 
-    evaluations: of the optimiser per round.    rounds: at most.
-    budget: runs of each search, one for every combination of words.    corners: random ones looked at before.
+    scenarios: of the stratified set that it begins with.    evaluations: of the optimiser per round.
+    budget: true runs of each attack.    corners: random ones looked at before.    rounds: at most.
     tolerance: relative excess of the worst case over the bound that is accepted.
     """
 
+    scenarios: int = 24
     evaluations: int = 30
-    budget: int = 60
+    budget: int = 1500
     corners: int = 100
-    rounds: int = 6
+    rounds: int = 8
     tolerance: float = 0.02
     seed: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:
-    """bound: worst over the cases known at its start; worst: what the search found on the chosen layout."""
+    """bound: worst over the cases known at its start; worst: what was then found on the chosen layout.
+
+    runs: of the look or the attack that found it; attacked: whether it came to an attack.
+    """
 
     number: int
     cases: int
@@ -45,16 +49,22 @@ class Round:
     case: Case
     gap: float
     runs: int
+    attacked: bool
     optimiser: str
     note: str = ""
 
 
 @dataclass(slots=True, kw_only=True)
 class RobustLayout:
-    """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known."""
+    """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known.
+
+    closed: the best layout was attacked and nothing was found beyond its bound and the tolerance.
+    may_exceed: by which share of the worst value another attack may find more, an estimate.
+    reasons: what keeps the verdict from being green, in sentences.
+    """
 
     robust: str
-    certified: bool
+    closed: bool
     status: str
     layouts: dict[str, Array]
     worst: dict[str, Found]
@@ -62,6 +72,8 @@ class RobustLayout:
     values: dict[str, list[float | None]]  # name -> value in every case
     rounds: list[Round]
     failures: list[str]
+    reasons: list[str]
+    may_exceed: float
     document: Mapping[str, Any] = field(default_factory=dict)  # of the robust layout, as `layout.json`
 
     @property
@@ -69,28 +81,35 @@ class RobustLayout:
         """The best layout's worst over all cases found."""
         return largest(self.values[self.robust])
 
-
-def loop_status(last: Round, worst: float, *, certified: bool, held: bool) -> str:
-    """Whether the loop is closed, in a sentence.
-
-    Args:
-        worst: of the best layout over all cases found.
-        certified: the last round's search did not break its bound.    held: nor did a case of another layout.
-    """
-    if not certified:
-        broken = _above(last.worst, last.bound, 3)
-        return f"The rounds were spent with the worst case {broken} above the bound."
-    if held:
-        above = _above(last.worst, last.bound, 2)
-        return f"The search found nothing more than {above} above the bound: the loop is closed."
-    above = _above(worst, last.bound, 3)
-    return f"The worst case of another layout lies {above} above the bound: the loop is not closed."
+    @property
+    def grade(self) -> str:
+        """What stands behind the worst case: "proved", "attacked" or "searched"."""
+        attack = self.worst[self.robust].attack
+        if not self.closed or attack is None:
+            return "searched"
+        return "proved" if attack["exhaustive"] and not attack["failures"] else "attacked"
 
 
-def _above(worst: float, bound: float, digits: int) -> str:
-    """How far a worst case lies above a bound, as a share of the bound where it is not zero."""
+def excess(worst: float, bound: float) -> float:
+    """How far a worst case lies above a bound, as a share of the bound's size; the excess where it is 0."""
     above = max(0.0, worst - bound)
-    return f"{100 * above / abs(bound):.{digits}g} %" if bound else f"{above:.{digits}g}"
+    return above / abs(bound) if bound else above
+
+
+def loop_status(found: Found, bound: float, *, closed: bool) -> str:
+    """Whether the loop is closed, in a sentence. `found`: of the best layout; `bound`: over the known cases
+    when it was attacked."""
+    above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
+    if closed:
+        return (
+            f"{found.runs} true runs of an adversary found nothing more than {above} above the bound: the "
+            "loop is closed."
+        )
+    how = "the last attack" if found.attack is not None else "the last look at random corners"
+    return (
+        f"The rounds were spent, and {how} found {above} above the bound: another may find as much again. "
+        "The loop is not closed."
+    )
 
 
 def largest(values: Sequence[float | None]) -> float:

@@ -41,8 +41,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     study.response(model.response)  # refuses a response that the study does not have
     identity = _model_identity(campaign, table)
     settings = LoopSettings(
-        evaluations=table["evaluations"], budget=table["budget"], corners=table["corners"],
-        rounds=table["rounds"], tolerance=table["tolerance"], seed=study.seed,
+        scenarios=table["scenarios"], evaluations=table["evaluations"], budget=table["budget"],
+        corners=table["corners"], rounds=table["rounds"], tolerance=table["tolerance"], seed=study.seed,
     )  # fmt: skip
     nominal = study.space.canonical(table["nominal"])
     start = [nominal, *_worst_cases(campaign, table)]
@@ -228,8 +228,9 @@ def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
 
 def _planned_runs(study: Study, folder: Path) -> int:
     table = study.robust_layout or {}
-    searches = table["rounds"] + 3  # three baselines beside the rounds, and three layouts at every sample
-    return int(searches * (table["budget"] + table["corners"]) + 3 * table["samples"])
+    looks = table["rounds"] + 2  # the two layouts compared; an attack where a look finds nothing
+    runs = looks * (table["corners"] + table["scenarios"]) + table["rounds"] * table["budget"]
+    return int(runs + 3 * table["samples"])
 
 
 def _check(study: Study) -> None:

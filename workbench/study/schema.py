@@ -283,10 +283,11 @@ class RobustLayoutTable(Table):
     options: dict[str, Any] = Field(default_factory=dict)
     nominal: Annotated[dict[str, float | str], Field(min_length=1)]
     start: Literal["nominal", "worst_case"] = "nominal"
+    scenarios: Annotated[int, Field(ge=0)] = 24
     evaluations: Count = 30
-    budget: Count = 60
+    budget: Count = 1500
     corners: Annotated[int, Field(ge=0)] = 100
-    rounds: Annotated[int, Field(ge=1, le=100)] = 6
+    rounds: Annotated[int, Field(ge=1, le=100)] = 8
     tolerance: Positive = 0.02
     samples: Annotated[int, Field(ge=10)] = 1000
     limit: float | None = None

@@ -1,6 +1,7 @@
 """The robust loop on a layout whose answer is known, and what may go wrong with it."""
 
 import json
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,8 +10,11 @@ import pytest
 from studies.occupant_braking import NOMINAL, restraint
 from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
 from workbench.errors import Interrupted, StudyError
+from workbench.models.evaluator import FunctionEvaluator
 from workbench.report.writing import write_report
 from workbench.robust_layout.model import load_layout_model
+from workbench.robust_layout.oracle import Found, LayoutOracle
+from workbench.robust_layout.record import loop_status
 from workbench.stages import robust_layout as robust_layout_stage
 from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
@@ -44,7 +48,7 @@ def standard(tmp_path_factory):
 
 def test_the_loop_finds_the_layout_that_makes_both_ends_equal(standard):
     found, folder = standard
-    assert found["certified"]
+    assert found["closed"]
     assert found["bound"] == pytest.approx(ROBUST, rel=NEAR)
     density = json.loads((folder / "layout.json").read_text())["density"]
     assert density == pytest.approx([0.86, 0.14], abs=0.02)
@@ -100,24 +104,97 @@ def test_a_second_run_has_nothing_to_do(standard, monkeypatch):
 def test_cases_that_cannot_be_run_become_data(tmp_path):
     found, _ = run(tmp_path, changed("nominal =", "options = { unrunnable = -0.8 }\nnominal ="))
     assert found["runs"]["failed"] > 0
-    assert found["certified"]
+    assert found["closed"]
 
 
 @pytest.mark.parametrize("rounds", [1, 2])
-def test_worst_cases_of_other_layouts_count(tmp_path, rounds):
-    """Next to runs that fail the search of one layout may see more than that of another."""
+def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
+    """The layout of the last round breaks; the best over the cases of all layouts is another one."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
-    last, worst = found["rounds"][-1], found["layouts"]["robust"]["worst"]
-    above = 100 * (worst / last["bound"] - 1)
-    if rounds == 1:
-        assert worst > (1 + NEAR) * last["bound"] > last["worst"]
-        said = f"The worst case of another layout lies {above:.3g} % above the bound: the loop is not closed."
-    else:
-        assert worst == last["worst"] <= (1 + NEAR) * last["bound"]
-        said = f"The search found nothing more than {above:.2g} % above the bound: the loop is closed."
-    assert found["status"] == said
-    assert found["certified"] == (rounds == 2)
+    last, best = found["rounds"][-1], found["layouts"]["robust"]
+    assert last["worst"] > (1 + NEAR) * last["bound"]
+    assert found["made_as"] != last["layout"]
+    assert found["worst"] == best["worst"] == min(kept["worst"] for kept in found["layouts"].values())
+    fine = [value(best["density"], u, v) for u in np.linspace(-0.8, 1, 181) for v in (0.0, 1.0)]
+    assert max(fine) <= found["worst"] * (1 + NEAR)
+    assert found["closed"]
+    assert found["grade"] == "attacked"
+    assert found["attack"]["runs"] == 40
+    assert found["status"].startswith("40 true runs of an adversary found nothing more than")
+    lost = found["attack"]["failures"]["failed"]
+    assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
+
+
+def test_an_open_loop_says_by_how_much_it_may_be_off(standard, tmp_path):
+    _, folder = standard
+    shutil.copytree(folder, tmp_path / "open")
+    place = tmp_path / "open" / "robust_layout.json"
+    found = json.loads(place.read_text())
+    assert "it may be off" not in (folder / "report.md").read_text()
+    worst = Found(value=1.13 * found["bound"], case={}, runs=40, status="", attack=found["attack"])
+    status = loop_status(worst, found["bound"], closed=False)
+    assert status == (
+        "The rounds were spent, and the last attack found 13 % above the bound: another may find as much "
+        "again. The loop is not closed."
+    )
+    changes = {"closed": False, "may_exceed": 0.13, "reasons": ["the loop is not closed"], "status": status}
+    place.write_text(json.dumps({**found, **changes}))
+    write_report(tmp_path / "open")
+    text = (tmp_path / "open" / "report.md").read_text()
+    assert "Treat the worst case as a lower end: it may be off by 13 %." in text
+
+
+class Stepwise(TwoMembers):
+    """A model whose coarse step sees a peak at one corner that a finer one does not."""
+
+    def __init__(self, real):
+        super().__init__()
+        self.real = real
+
+    def responses(self, density, uncertain):
+        spike = 5.0 if uncertain["u"] < -0.95 else 0.0
+        return {"push": value(density, **uncertain) + spike}
+
+    def refined(self, density, uncertain):
+        spike = 5.0 if uncertain["u"] < -0.95 and self.real else 0.0
+        return {"push": value(density, **uncertain) + spike}
+
+
+@pytest.mark.parametrize("real", [True, False])
+def test_a_case_that_breaks_a_layout_is_believed_at_half_the_step(tmp_path, real):
+    model, density = Stepwise(real), np.array([0.86, 0.14])
+    space = study(tmp_path).space
+    oracle = LayoutOracle(
+        model=model, space=space, folder=tmp_path, identity="stepwise", budget=60, corners=16, seed=1,
+        evaluator=lambda a: FunctionEvaluator(lambda **u: model.responses(a, u)),
+    )  # fmt: skip
+    limit = 1.02 * ROBUST
+    for found in (
+        oracle.look(density, [{"u": 0.9, "v": 0.5}], limit=limit, turn=1),
+        oracle.attack(density, [{"u": 0.9, "v": 0.5}], limit=limit, turn=1),
+    ):
+        assert (found.value > limit) == real
+        assert bool(found.disbelieved) == (not real)
+        assert all(case["case"]["u"] < -0.95 for case in found.disbelieved)
+
+
+def test_each_turn_of_the_oracle_draws_other_corners_and_the_same_when_repeated(tmp_path):
+    """The scenarios, looks and attacks of a study share no numbers."""
+    model, made = TwoMembers(), []
+    oracle = LayoutOracle(
+        model=model, space=study(tmp_path).space, folder=tmp_path, identity="two", budget=12, corners=0,
+        seed=1, evaluator=lambda a: FunctionEvaluator(lambda **u: made.append(u) or model.responses(a, u)),
+    )  # fmt: skip
+    seen = []
+    for turn in (1, 2):
+        oracle.attack(np.array([0.5, 0.5]), [{"u": 0.9, "v": 0.5}], limit=1.0, turn=turn)
+        seen.append({(u["u"], u["v"]) for u in made})
+        made.clear()
+    oracle.attack(np.array([0.5, 0.5]), [{"u": 0.9, "v": 0.5}], limit=1.0, turn=1)
+    assert not made  # an ended attack is kept
+    corners = {(u, v) for u in (-1.0, 1.0) for v in (0.0, 1.0)} | {(0.9, 0.5)}
+    assert not (seen[0] & seen[1]) - corners
 
 
 def test_a_case_beyond_the_optimiser_is_named_and_the_loop_goes_on(tmp_path):
@@ -179,7 +256,7 @@ def test_densities_outside_their_range_are_refused():
 def test_plan_and_validate_know_the_stage(tmp_path):
     plan = plan_study(study(tmp_path))
     assert plan["stages"][-2:] == ["robust_layout", "report"]
-    assert plan["runs"]["robust_layout"] == (5 + 3) * (12 + 8) + 3 * 30
+    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + 5 * 40 + 3 * 30
     assert "robust_layout" in check_study(study(tmp_path))["summary"]
     wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
     with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):

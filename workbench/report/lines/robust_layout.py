@@ -22,6 +22,8 @@ def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:
     ]  # fmt: skip
     text += table_lines(head, rows)
     text += wrapped(document["status"], 79)
+    for reason in document["reasons"]:
+        text += wrapped(f"amber: {reason}", 79)
     beside = [
         (name, "", format_number(kept["worst"]), format_number(kept["nominal"]), str(kept["runs"]))
         for name, kept in document["layouts"].items()

@@ -35,8 +35,7 @@ def findings_section(folder: CampaignFolder) -> Section | None:
         *_variants(loop, unit),
     ]
     blocks: list[Block] = [_listed(findings)]
-    if not loop["certified"] or loop.get("broken_by_samples"):
-        blocks.append(Note(text=f"{loop['status']} Treat the worst case as a lower end.", level="poor"))
+    blocks += _verdict(loop)
     blocks += [Note(text=f"A case could not be used: {text}", level="fair") for text in loop["failures"]]
     blocks.append(_table(loop, unit))
     return Section(
@@ -46,6 +45,17 @@ def findings_section(folder: CampaignFolder) -> Section | None:
         blocks=tuple(blocks),
         numbers={"layouts": {name: kept["worst"] for name, kept in loop["layouts"].items()}},
     )
+
+
+def _verdict(loop: Mapping[str, Any]) -> list[Block]:
+    """What keeps the loop from being green: an open one is a lower end, with the share it may be off by."""
+    if loop["closed"] and not loop.get("broken_by_samples"):
+        return [Note(text=f"{said[:1].upper()}{said[1:]}.", level="fair") for said in loop["reasons"]]
+    text = f"Treat the worst case as a lower end: it may be off by {100 * loop['may_exceed']:.2g} %."
+    rest = [said for said in loop["reasons"] if not said.startswith("the loop is not closed")]
+    if loop.get("broken_by_samples"):
+        rest.append("a sampled case lies beyond it")
+    return [Note(text=" ".join([loop["status"], text, *(f"{said}." for said in rest)]), level="poor")]
 
 
 def case_text(
@@ -183,13 +193,13 @@ def _variants(loop: Mapping[str, Any], unit: str) -> list[str]:
 
 
 def _table(loop: Mapping[str, Any], unit: str) -> Table:
-    worst_first = sorted(loop["layouts"].items(), key=lambda item: -item[1]["worst"])
+    worst_first = sorted(loop["layouts"].items(), key=lambda item: (-item[1]["worst"], item[0]))
     return Table(
         id="findings",
         title=f"Worst {loop['response']} of every layout, by true runs",
         columns=(
             Column(name="layout"), Column(name="worst", unit=unit), Column(name="at nominal", unit=unit),
-            Column(name="runs of its search"),
+            Column(name="runs of its look or attack"),
         ),
         rows=tuple((name, kept["worst"], kept["nominal"], kept["runs"]) for name, kept in worst_first),
     )  # fmt: skip

@@ -27,8 +27,8 @@ def robust_layout_section(folder: CampaignFolder) -> Section | None:
     runs = sum(loop["runs"].values())
     failed = runs - loop["runs"].get("ok", 0)
     sentences = [
-        "In turn, the layout was optimised for the cases known and its worst case searched over the whole "
-        "uncertainty; what broke the bound joined the cases.",
+        "In turn, the layout was optimised for the cases known and attacked over the whole uncertainty by "
+        "true runs; what broke the bound joined the cases.",
         f"{len(rounds)} round{'' if len(rounds) == 1 else 's'}, {len(loop['cases'])} cases, {runs} true runs "
         f"of layouts{f', {failed} without a value' if failed else ''}.",
         str(loop["status"]),
@@ -43,7 +43,7 @@ def robust_layout_section(folder: CampaignFolder) -> Section | None:
         title="Layout and worst case in turn",
         sentences=tuple(sentences),
         blocks=tuple(blocks),
-        numbers={key: loop[key] for key in ("bound", "certified", "rounds", "variants", "runs")},
+        numbers={key: loop[key] for key in ("bound", "closed", "grade", "rounds", "variants", "runs")},
     )
 
 
@@ -56,7 +56,7 @@ def _rounds(
         id="loop-rounds",
         title="Bound and worst case, round by round",
         alt=f"Bound of the known cases and worst case found over {len(rounds)} rounds; excess {said}.",
-        read_off="The loop is closed when the worst case found meets the bound of the cases known.",
+        read_off="The loop is closed when an attack finds nothing noticeably above the bound.",
         panels=(
             Panel(draw=lambda ax: plot_rounds(rounds, label=label, unit=unit, ax=ax), width=5.6, height=2.8),
         ),
@@ -80,10 +80,11 @@ def _rounds(
 
 
 def _cases(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> Table:
-    names = sorted(loop["layouts"], key=lambda name: -loop["layouts"][name]["worst"])
+    shown = [name for name in loop["layouts"] if name in ("none", "uniform", "nominal only", loop["robust"])]
+    names = sorted(shown, key=lambda name: -loop["layouts"][name]["worst"])
     return Table(
         id="loop-cases",
-        title="Every layout in every case found",
+        title="The layouts compared, in every case found",
         columns=(
             Column(name="case"), *(Column(name=name, unit=unit) for name in names), Column(name="parameters")
         ),

@@ -69,6 +69,10 @@ class Strata:
 
         return self._drawn(size, draw)
 
+    def inside(self, size: int, rng: np.random.Generator) -> np.ndarray:
+        """`size` cases drawn evenly, in equal shares."""
+        return self._drawn(size, lambda n: rng.random((n, self.where.dimension)))
+
     def index(self, points: np.ndarray) -> np.ndarray:
         """The stratum (n,) of each point (n, d), -1 of those in none of the strata that were drawn."""
         own = points[:, None, list(self.columns)]
