@@ -12,7 +12,16 @@ from typing import Any
 from workbench.campaign.store import Store
 from workbench.models.protocol import Answer
 
-__all__ = ["ReadRow", "former_keys", "present_reading", "read_again", "read_otherwise", "run_again"]
+__all__ = [
+    "ReadRow",
+    "copied_at_baseline",
+    "former_keys",
+    "known_reading",
+    "present_reading",
+    "read_again",
+    "read_otherwise",
+    "run_again",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +42,16 @@ def present_reading(store: Store, definition: Mapping[str, Any]) -> None:
     if not store.select(find, [text]):
         store.write("INSERT INTO reading (definition) VALUES (?)", [text])
     ((store.reading_now,),) = store.select(find, [text])
+
+
+def known_reading(store: Store, definition: Mapping[str, Any]) -> bool:
+    """Look the present reading up in a store that is open for reading; whether the store knows readings."""
+    if not store.select("SELECT 1 FROM sqlite_master WHERE name = 'reading'"):
+        return False
+    text = json.dumps(definition, sort_keys=True)
+    for (found,) in store.select("SELECT id FROM reading WHERE definition = ?", [text]):
+        store.reading_now = found
+    return True
 
 
 def read_otherwise(store: Store, *, model: str, version: str, every: bool = False) -> list[ReadRow]:
@@ -94,6 +113,28 @@ def run_again(store: Store, keys: Sequence[str], *, reason: str) -> None:
                 [key],
             )
             store.write("DELETE FROM gradient WHERE key = ?", [key])
+
+
+def copied_at_baseline(
+    store: Store, found: Iterable[tuple[str, str, Mapping[str, Any]]]
+) -> list[tuple[str, str]]:
+    """Copies of runs (key, new key, inputs) under names with more parameters; both keys of the new ones."""
+    copied = []
+    with store.transaction():
+        for key, new, inputs in found:
+            if store.statuses([new]):
+                continue
+            columns = (
+                "status, attempt, batch, model, version, outputs, error, log, created, started, finished, "
+                "wall, cpu, host, seed, reading, state, kept"
+            )
+            store.write(
+                f"INSERT INTO evaluation (key, inputs, {columns}) "
+                f"SELECT ?, ?, {columns} FROM evaluation WHERE key = ?",
+                [new, json.dumps(dict(inputs)), key],
+            )
+            copied.append((key, new))
+    return copied
 
 
 def former_keys(store: Store) -> dict[str, str]:

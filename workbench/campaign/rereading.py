@@ -20,7 +20,7 @@ from workbench.models.kept_files import unpacked
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.models.readers import read_response
 
-__all__ = ["Rereading", "kept_archive", "reread"]
+__all__ = ["KEPT", "Rereading", "kept_archive", "looked_at", "reread"]
 
 KEPT = "kept"
 
@@ -146,6 +146,21 @@ def reread(
 
     All runs are read or none: where one with a value lacks something, nothing changes.
     """
+    answers, found = looked_at(store, folder, spec, readings, every=every)
+    if not found.missing:
+        read_again(store, answers)
+    return found
+
+
+def looked_at(
+    store: Store,
+    folder: Path,
+    spec: ModelSpec,
+    readings: Mapping[str, Mapping[str, Any]],
+    *,
+    every: bool = False,
+) -> tuple[list[tuple[str, Answer | None]], Rereading]:
+    """What `reread` would store and find; nothing is written."""
     rows = read_otherwise(store, model=spec.identity, version=spec.version, every=every)
     answers: list[tuple[str, Answer | None]] = []
     missing: list[str] = []
@@ -158,12 +173,11 @@ def reread(
             first = first if first[0] else (response, reason)
         answers.append((row.key, answer))
     if missing:
-        return Rereading(
+        return answers, Rereading(
             read=0, looked_at=len(rows), missing=tuple(missing), response=first[0], reason=first[1]
         )
-    read_again(store, answers)
     read = sum(answer is not None for _, answer in answers)
-    return Rereading(read=read, looked_at=len(rows))
+    return answers, Rereading(read=read, looked_at=len(rows))
 
 
 def _read(run: _Run) -> tuple[Answer | None, tuple[str, str]]:

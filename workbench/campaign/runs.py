@@ -4,6 +4,7 @@ The folder, the store, our own workers, and `ask` and `tell` for results that co
 stand above (`workbench.stages`) and work on this.
 """
 
+import shutil
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,12 +15,12 @@ from typing import Any, Self
 from workbench.campaign.lock import check_lock, write_lock
 from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress, Silent
-from workbench.campaign.read_rows import former_keys, present_reading, run_again
+from workbench.campaign.read_rows import copied_at_baseline, former_keys, present_reading, run_again
 from workbench.campaign.rereading import Rereading, kept_archive, reread
 from workbench.campaign.store import Store, run_key
 from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
 from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
-from workbench.models.evaluation import FAILED, Evaluation
+from workbench.models.evaluation import FAILED, UNFINISHED, Evaluation
 from workbench.models.evaluator import Outcome
 from workbench.models.histories import Reduction
 from workbench.models.kept_files import ARCHIVE
@@ -82,6 +83,8 @@ class CampaignRuns:
                 write_text(self.folder / "study.toml", study.text)
             write_lock(self.folder, study, self.spec)
             self._rename_former_files()
+            if self.permissions.at_baseline:
+                self._take_at_baseline()
             present_reading(self.store, study.readings)
             self.reread()
         except BaseException:
@@ -272,6 +275,31 @@ class CampaignRuns:
             for path in (self.folder / place).glob("*"):
                 if path.stem in former and not path.with_stem(former[path.stem]).exists():
                     path.rename(path.with_stem(former[path.stem]))
+
+    def _take_at_baseline(self) -> None:
+        """Let runs that were made before a parameter was added stand for runs at its baseline."""
+        space = self.study.space
+        baselines = {p.name: p.baseline for p in space.parameters if p.baseline is not None}
+        found = []
+        for row in self.store.rows(version=self.spec.version):
+            missing = [name for name in space.names if name not in row.inputs]
+            if row.status in UNFINISHED or not missing or not set(row.inputs) < set(space.names):
+                continue
+            try:
+                whole = space.canonical({**row.inputs, **{name: baselines[name] for name in missing}})
+            except (KeyError, StudyError):
+                continue  # no baseline, or outside the bounds: the design says so
+            found.append((row.key, self.key(whole), whole))
+        copied = copied_at_baseline(self.store, found)
+        for place, suffix in (("histories", ".nc"), ("kept", ".zip")):
+            for key, new in copied:
+                source = self.folder / place / f"{key}{suffix}"
+                if source.exists():
+                    shutil.copyfile(source, source.with_stem(new))
+        if copied:
+            self.progress.note(
+                f"{len(copied)} runs made before a parameter was added count as at its baseline"
+            )
 
     def _workdir(self, key: str) -> Path:
         """Where a run of a command stands."""

@@ -22,9 +22,13 @@ FEWEST = 1000
 # distance, in units of the cube's side, by which a candidate counts as nearer per surplus run on its level
 SURPLUS = 0.1
 MOST_PASSES = 20
-# runs up to which new ones are spread over the empty strata, and the swaps that spread them
+# runs up to which new ones are spread over the empty strata
 MOST_SPREAD = 2_000
-SWAPS = 20_000
+# what they are spread by, beside the old ones, with weights; distances alone leave correlations of the whole
+CRITERIA, WEIGHTS = ("phi_p", "cd2", "correlation"), (2.0, 1.0, 2.0)
+# swaps that spread them: a fifth of a second of work, but never fewer than the second
+MOST_SWAPS, FEWEST_SWAPS = 300_000, 20_000
+WORK = 30_000_000  # swaps times runs
 
 
 def further_points(
@@ -73,7 +77,9 @@ def _empty_strata(factors: Factors, unit: np.ndarray, runs: int, rng: np.random.
             for level in np.unique(code):
                 on = np.flatnonzero(code == level)
                 old[on, j] = (level + (np.arange(len(on)) + 0.5) / len(on)) / len(levels)
-    new: np.ndarray = doe.augment(old, runs, swaps=SWAPS, rng=rng)[len(unit) :]
+    swaps = max(FEWEST_SWAPS, min(MOST_SWAPS, WORK // (len(unit) + runs)))
+    grown = doe.augment(old, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps, rng=rng)
+    new: np.ndarray = grown[len(unit) :]
     for j, levels in enumerate(factors.levels):
         if levels is not None:
             new[:, j] = levels[np.minimum((new[:, j] * len(levels)).astype(int), len(levels) - 1)]

@@ -4,7 +4,7 @@ The points come from a kind of design, from a file, or from a table of runs made
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from workbench.errors import StudyError
 from workbench.models.evaluation import UNFINISHED
 from workbench.models.table import TableModel, read_table
 from workbench.report.lines.design import design_lines
+from workbench.sampling.change import DesignChange, design_change, growth_model
 from workbench.stages.work import Work
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
@@ -20,7 +21,15 @@ from workbench.system.atomic import read_json, write_json
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["WORK", "compared_designs", "design_table", "drawn_design", "evaluate", "queue_design"]
+__all__ = [
+    "WORK",
+    "answered_runs",
+    "compared_designs",
+    "design_table",
+    "drawn_design",
+    "evaluate",
+    "queue_design",
+]
 
 
 def design_table(study: Study) -> dict[str, Any]:
@@ -36,7 +45,10 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     elif table["kind"] == "table":
         made, rows = _design_from_file(campaign, table)
     else:
-        made, rows = _design_of_kind(campaign, table)
+        change = _change(campaign, table)
+        made, rows = (
+            _design_of_kind(campaign, table) if change is None else _grown_design(campaign, table, change)
+        )
     document = {
         **made.to_dict(),
         "quality": made.quality().to_dict() if len(rows) > 1 else {},
@@ -152,6 +164,61 @@ def _design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[A
         options=DesignOptions(**options),
     )
     return made, made.rows()
+
+
+def _change(campaign: CampaignRuns, table: Mapping[str, Any]) -> DesignChange | None:
+    """What becomes of the design that is there; None: there is none, or none of its runs has an answer."""
+    document = read_json(campaign.folder / "design.json")
+    if document is None:
+        return None
+    change = design_change(
+        campaign.study.space,
+        table,
+        document,
+        answered_runs(document, campaign.store.statuses, campaign.key),
+        seed=campaign.study.seed,
+        at_baseline=campaign.permissions.at_baseline,
+    )
+    if change is not None:
+        campaign.progress.note(change.sentence)
+    return change
+
+
+def answered_runs(
+    document: Mapping[str, Any],
+    statuses: Callable[[Sequence[str]], Mapping[str, str]],
+    key: Callable[[Mapping[str, Any]], str],
+) -> list[bool]:
+    """For every run of a design whether it has an answer by the present model."""
+    names = [parameter["name"] for parameter in document["parameters"]]
+    keys = [key(dict(zip(names, point, strict=True))) for point in document["physical"]]
+    written = document["run_keys"]  # by an older schema perhaps, from the same rows
+    found = statuses([*keys, *written])
+    return [
+        any(found.get(name, "queued") not in UNFINISHED for name in pair)
+        for pair in zip(keys, written, strict=True)
+    ]
+
+
+def _grown_design(
+    campaign: CampaignRuns, table: Mapping[str, Any], change: DesignChange
+) -> tuple[Any, list[dict[str, Any]]]:
+    """The runs that serve on, and new ones that spread best among them."""
+    from workbench.sampling.plan import Design
+
+    space, seed = campaign.study.space, campaign.study.seed
+    kept = [dict(row) for row in change.kept.values()]
+    options = {k: v for k, v in table.items() if k not in ("kind", "runs", "file")}
+    old = Design(
+        space=space,
+        unit=space.unit(kept),
+        run_ids=tuple(change.kept),
+        algorithm=table["kind"],
+        options=options,
+        seed=seed,
+    )
+    made = old.grown(change.new, seed=seed, model=growth_model(table)) if change.new else old
+    return made, [*kept, *made.rows()[len(kept) :]]
 
 
 def drawn_design(document: Mapping[str, Any], folder: Path) -> Path:

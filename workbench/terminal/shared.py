@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from workbench.stages.campaign import Campaign
 
 __all__ = [
+    "AtBaseline",
     "Dask",
     "Folder",
     "Json",
@@ -42,6 +43,10 @@ SameModel = Annotated[
     typer.Option(
         "--same-model", "--keep-runs", help="The changed model gives the same results: stored runs serve on."
     ),
+]
+AtBaseline = Annotated[
+    bool,
+    typer.Option("--at-baseline", help="Runs made before a parameter was added were made at its baseline."),
 ]
 RunAgain = Annotated[
     bool, typer.Option("--run-again", help="Make runs anew from which a response cannot be read.")

@@ -9,6 +9,7 @@ from workbench.errors import StudyError
 from workbench.sampling.kinds import KINDS
 from workbench.stages.table import STAGES, Stage, stage_named
 from workbench.terminal.shared import (
+    AtBaseline,
     Dask,
     Folder,
     Json,
@@ -34,6 +35,7 @@ def run(
     dask: Dask = None,
     same_model: SameModel = False,
     run_again: RunAgain = False,
+    at_baseline: AtBaseline = False,
     retry_failed: Retry = False,
     json_: Json = False,
 ) -> None:
@@ -41,7 +43,7 @@ def run(
     from workbench.campaign.permissions import Permissions
     from workbench.stages.run_all import run_lines
 
-    allowed = Permissions(same_model=same_model, run_again=run_again)
+    allowed = Permissions(same_model=same_model, run_again=run_again, at_baseline=at_baseline)
     with opened_campaign(study, folder, workers=workers, dask=dask, permissions=allowed) as campaign:
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
