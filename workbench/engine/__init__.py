@@ -32,6 +32,7 @@ _PUBLIC: dict[str, str] = {
             "Angle", "Distance", "NaturalPoint", "NaturalSystem", "PointMember", "PointOnLine3",
             "PointOnPlane", "RigidElement", "UnitVector",
         ),
+        "objectives.injury": ("ClipLevel", "HeadInjury", "PointAcceleration"),
         "objectives.point_coordinate": ("PointCoordinate",),
         "natural.runs": ("NaturalTrajectory", "moving"),
         "integration.schemes": (
