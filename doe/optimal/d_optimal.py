@@ -39,7 +39,7 @@ def d_optimal_select(
     *,
     model: Model = "linear",
     pool: int = 1000,
-    starts: int = 1,
+    starts: int | None = None,
     shakes: int | None = None,
     rng: np.random.Generator,
 ) -> Floats:
