@@ -1,10 +1,11 @@
 """The quality of a design on a scale: every metric beside random Latin hypercubes of the same size.
 
 A raw CD2 says nothing across dimensions (0.03 for eight factors, 5e5 for a hundred); its percentile among
-random Latin hypercubes of the same n and d does.
+random Latin hypercubes of the same n and d does. Levels and words are compared with random designs on the
+same ones: among continuous points any design of three levels looks clustered and uneven.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,7 +55,7 @@ BETTER: Mapping[str, str] = {
 }
 """Which way each metric is better."""
 
-REFERENCES = 200
+REFERENCES = 300
 FEWEST = 8
 # element operations that all reference designs together may cost: about two seconds
 BUDGET = 4e9
@@ -86,7 +87,8 @@ class Quality:
         fill_distance: largest distance from 512 Sobol' points of the cube to the nearest run (fewer points
             for large designs).
         worst_pair_cd2, worst_pair: CD2 of the least even projection on two factors, and these.
-        percentiles: share in per cent of the random Latin hypercubes with a smaller value, ties halved.
+        percentiles: share in per cent of the random designs with a smaller value, ties halved. A metric that
+            does not exist, or has the same value for all of them and the design, has none.
         intervals: 95 % bounds of the metrics that were estimated from a sample of the runs; empty when all
             are exact.
     """
@@ -147,12 +149,15 @@ def quality(
     model: Model = "linear",
     *,
     references: int | None = None,
+    drawn: Callable[[np.random.Generator], ArrayLike] | None = None,
     rng: np.random.Generator,
 ) -> Quality:
     """Measure a design (n, d) in [0, 1] and compare it with random Latin hypercubes of the same n and d.
 
     model: of the efficiencies and the variance inflation
-    references: random designs to compare with; by default 200, fewer when they would take more than seconds
+    references: random designs to compare with; by default 300, fewer when they would take more than seconds
+    drawn: gives a random design (n, d) of the same kind, such as one on the same levels; a random Latin
+        hypercube by default
 
     Large designs (n^2 d > 5e8) are measured on a sample of their runs; `intervals` then holds 95 % bounds,
     and the sampled min_distance is an upper bound.
@@ -161,7 +166,8 @@ def quality(
     >>> round(found.min_distance, 4), sorted(found.percentiles)[:2]
     (0.5657, ['a_efficiency', 'cd2'])
 
-    Raises: ValueError for points outside [0, 1] or not finite, and references < 1.
+    Raises: ValueError for points outside [0, 1] or not finite, references < 1, and a design `drawn` that has
+    another shape.
     """
     array = unit_points(points)
     n, d = array.shape
@@ -171,12 +177,12 @@ def quality(
         raise ValueError(f"references needs a whole number >= 1, got {references}")
     probes = qmc.Sobol(d, scramble=False).random(PROBES)[: max(1, int(SAMPLE / (2 * n * d)))]
     own, worst_pair, intervals = _metrics(array, model, probes, rng)
-    rows = [_metrics(lhs(n, d, rng=rng), model, probes, rng)[0] for _ in range(references)]
-    percentiles = {
-        name: _percentile(own[name], np.array([row[name] for row in rows]))
-        for name in BETTER
-        if not np.isnan(own[name])
-    }
+    rows = [_metrics(_random_design(n, d, drawn, rng), model, probes, rng)[0] for _ in range(references)]
+    percentiles = {}
+    for name in BETTER:
+        reference = np.array([row[name] for row in rows])
+        if not (np.isnan(own[name]) or np.isnan(reference).any() or (reference == own[name]).all()):
+            percentiles[name] = _percentile(own[name], reference)
     bound = np.sqrt(np.floor(n * (n + 1) * d / 6)) / n
     return Quality(
         n=n,
@@ -189,6 +195,17 @@ def quality(
         intervals=intervals,
         **own,
     )
+
+
+def _random_design(
+    n: int, d: int, drawn: Callable[[np.random.Generator], ArrayLike] | None, rng: np.random.Generator
+) -> Floats:
+    if drawn is None:
+        return lhs(n, d, rng=rng)
+    points = unit_points(drawn(rng))
+    if points.shape != (n, d):
+        raise ValueError(f"drawn needs to give designs of shape ({n}, {d}), got {points.shape}")
+    return points
 
 
 def _percentile(value: float, reference: Floats) -> float:

@@ -47,7 +47,7 @@ def asked_rows(campaign: CampaignRuns) -> list[Asked]:
     """
     study = campaign.study
     if study.model["kind"] != "ask":
-        raise StudyError("the study has no [design] table; add one, such as [design] kind = 'ihs', runs = 50")
+        raise StudyError("the study has no [design] table; add one, such as [design] runs = 50")
     waiting = campaign.ask()
     if not waiting and study.worst_case is None and study.robust is None:
         raise StudyError(

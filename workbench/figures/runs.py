@@ -84,9 +84,9 @@ def beats(quality: Mapping[str, Any]) -> float | None:
 def plot_percentiles(quality: Mapping[str, Mapping[str, Any]], *, ax: "Axes | None" = None) -> "Axes":
     """Bars of the share of random Latin hypercubes that a design is better than, per quality."""
     ax = current_axes(ax)
-    named = {name: q for name, q in quality.items() if beats(q) is not None}
+    named = {name: share for name, q in quality.items() if (share := beats(q)) is not None}
     rows = range(len(named))
-    shares = [beats(q) or 0.0 for q in named.values()]
+    shares = list(named.values())
     ax.barh(rows, shares, height=0.6, color=[BLUE if s >= 50 else ORANGE for s in shares])
     ax.axvline(50, color=GREY, lw=1, ls="--")
     for row, share in zip(rows, shares, strict=True):

@@ -7,7 +7,7 @@ that goes one of the ways is one entry here. Nothing heavy is imported, so that 
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
-__all__ = ["KINDS", "DesignKind", "DesignOptions", "Way"]
+__all__ = ["DEFAULT", "KINDS", "DesignKind", "DesignOptions", "Way"]
 
 # spread: points of a sampler, put on the levels; sequence: the first feasible points of a scrambled sequence;
 # arranged: swaps on the levels themselves; within: swaps that stay a Latin hypercube; chosen: rows of a pool
@@ -15,11 +15,14 @@ __all__ = ["KINDS", "DesignKind", "DesignOptions", "Way"]
 Way = Literal["spread", "sequence", "arranged", "within", "chosen", "grid", "factorial", "classical"]
 
 
+DEFAULT = "optimised_lhs"  # of a study that names no kind
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignOptions:
     """What a kind may be asked for; None leaves the kind's own default.
 
-    criterion: phi_p | cd2 | maxpro | correlation (optimised_lhs), D | A | I (optimal)
+    criterion: phi_p | cd2 | maxpro | correlation, or several with commas (optimised_lhs), D | A | I (optimal)
     swaps: swaps tried (optimised_lhs, d_optimal_within)    duplication, target: see `doe.ihs`
     model: linear | interactions | quadratic    pool: candidates (d_optimal_select, optimal)
     levels: per continuous parameter (grid, factorial)    resolution: of a fractional design
@@ -69,7 +72,7 @@ KINDS: dict[str, DesignKind] = {
         way="arranged",
         function="centred_lhs",
         options=("criterion", "swaps"),
-        summary="a Latin hypercube after swaps for a criterion: phi_p, cd2, maxpro or correlation",
+        summary="a Latin hypercube after swaps for phi_p, cd2 and correlation, or those named (maxpro)",
     ),
     "ihs": DesignKind(
         way="spread",

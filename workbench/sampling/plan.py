@@ -15,8 +15,8 @@ import numpy as np
 import doe
 from workbench.errors import StudyError
 from workbench.sampling.growth import balanced_blocks, further_points
-from workbench.sampling.kinds import DesignOptions
-from workbench.sampling.points import points_of_kind
+from workbench.sampling.kinds import DEFAULT, DesignOptions
+from workbench.sampling.points import points_of_kind, random_points
 from workbench.space.box import Space
 from workbench.space.streams import stream
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Design", "DesignOptions", "compare", "make_design", "run_ids", "versions"]
 
+CONSTRAINED_REFERENCES = 16  # each is made feasible by swaps, in Python
 VERSIONED = ("holdfast", "numpy", "scipy", "numba", "pyDOE3")
 
 
@@ -164,9 +165,19 @@ class Design:
     # ---- tables ----
 
     def quality(self, *, model: str = "linear", references: int | None = None) -> doe.Quality:
-        """Figures of merit of the unit points with their percentiles among random Latin hypercubes."""
+        """Figures of merit of the unit points with their percentiles among random Latin hypercubes.
+
+        These are of the same kind: on the same levels and words, after the same distributions, inside the
+        same constraints (then 16 of them, where `references` does not say).
+        """
         rng = stream(self.seed, "design quality")
-        return doe.quality(self.unit, model, references=references, rng=rng)
+        if references is None and self.space.constraints:
+            references = CONSTRAINED_REFERENCES
+
+        def drawn(generator: np.random.Generator) -> np.ndarray:
+            return random_points(self.space, len(self), rng=generator)
+
+        return doe.quality(self.unit, model, references=references, drawn=drawn, rng=rng)
 
     @cached_property
     def _figures(self) -> dict[str, dict[str, Any]]:
@@ -255,11 +266,16 @@ class Design:
 
 
 def make_design(
-    space: Space, kind: str, runs: int | None, *, seed: int = 0, options: DesignOptions | None = None
+    space: Space,
+    kind: str = DEFAULT,
+    runs: int | None = None,
+    *,
+    seed: int = 0,
+    options: DesignOptions | None = None,
 ) -> Design:
     """A design of `runs` runs in `space`, the same for the same seed.
 
-    kind: one of `workbench.sampling.kinds.KINDS`
+    kind: one of `workbench.sampling.kinds.KINDS`; by default spread, even and uncorrelated together
     runs: their number; None for kinds that fix it themselves.
 
     >>> from workbench.space.box import Parameter

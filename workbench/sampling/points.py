@@ -11,17 +11,18 @@ from typing import Any
 import numpy as np
 
 import doe
-from doe.latin.columns import Columns
+from doe.latin.columns import CRITERIA, Columns
+from doe.latin.joint import JOINT, STARTS, joint_search, joint_swaps
 from doe.latin.swaps import swap_search
-from doe.portable.draws import splitmix
+from doe.portable.draws import Draws, splitmix
 from workbench.errors import StudyError
 from workbench.sampling.factors import POOL, Factors
 from workbench.sampling.kinds import KINDS, DesignOptions
 from workbench.space.box import Space
 
-__all__ = ["points_of_kind"]
+__all__ = ["points_of_kind", "random_points"]
 
-# swaps by default; fewer where each has to ask the constraints, which are Python
+# swaps for one criterion; fewer where each has to ask the constraints, which are Python
 SWAPS, ASKED_SWAPS = 100_000, 20_000
 SLACK = 1e-9
 
@@ -78,6 +79,12 @@ def points_of_kind(
         raise StudyError(f"design kind {kind!r}: {exc}") from exc
 
 
+def random_points(space: Space, n: int, *, rng: np.random.Generator) -> np.ndarray:
+    """A random feasible Latin hypercube (n, d) on the levels of the space: what designs are compared with."""
+    factors = Factors(space)
+    return _on_units(factors, factors.start(doe.lhs(n, space.dimension, rng=rng), rng))
+
+
 def _spread(asked: Request) -> Found:
     factors = Factors(asked.space)
     return _on_units(factors, factors.start(asked.sampled(), asked.rng)), dict(asked.given)
@@ -90,14 +97,32 @@ def _sequence(asked: Request) -> Found:
 
 def _arranged(asked: Request) -> Found:
     factors = Factors(asked.space)
-    # from strata's middles: the search that follows is judged by distances
-    latin: np.ndarray = getattr(doe, KINDS[asked.kind].function)(
-        asked.n, asked.space.dimension, rng=asked.rng
-    )
-    q = factors.start(latin, asked.rng)
-    swaps = ASKED_SWAPS if asked.space.constraints else SWAPS
-    used = {"criterion": "phi_p", "swaps": swaps, **asked.given}
-    return _on_units(factors, _swapped(factors, q, used["criterion"], used["swaps"], asked.rng)), used
+    n, d = asked.n, asked.space.dimension
+    constrained = bool(asked.space.constraints)
+    names = _criteria(asked.given.get("criterion", ", ".join(JOINT)))
+    joint = len(names) > 1 and set(names) <= set(JOINT)
+    if constrained:
+        usual = ASKED_SWAPS
+    else:
+        usual = joint_swaps(n, d) if joint else SWAPS
+    used = {"swaps": usual, **asked.given, "criterion": ", ".join(names)}
+
+    def start() -> np.ndarray:
+        # from strata's middles: the search that follows is judged by distances
+        latin: np.ndarray = getattr(doe, KINDS[asked.kind].function)(n, d, rng=asked.rng)
+        return factors.start(latin, asked.rng)
+
+    starts = [start() for _ in range(STARTS if joint and not constrained else 1)]
+    return _on_units(factors, _swapped(factors, starts, names, used["swaps"], splitmix(asked.rng))), used
+
+
+def _criteria(text: str) -> tuple[str, ...]:
+    """The criteria named in a text such as "phi_p, cd2"."""
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in CRITERIA:
+            raise ValueError(f"criterion needs {', '.join(CRITERIA)}, or several of them, got {name!r}")
+    return names
 
 
 def _within(asked: Request) -> Found:
@@ -167,24 +192,28 @@ def _on_units(factors: Factors, q: np.ndarray) -> np.ndarray:
 
 
 def _swapped(
-    factors: Factors, q: np.ndarray, criterion: str, swaps: int, rng: np.random.Generator
+    factors: Factors, starts: list[np.ndarray], criteria: tuple[str, ...], swaps: int, draws: Draws
 ) -> np.ndarray:
-    """q after swaps inside its columns, all factors together; every swap keeps the constraints."""
-    order = np.argsort(q, axis=0, kind="stable")
+    """Starts with the same sorted columns after swaps inside them; every swap keeps the constraints."""
     columns = Columns(
-        levels=np.ascontiguousarray(np.sort(q, axis=0).T),
+        levels=np.ascontiguousarray(np.sort(starts[0], axis=0).T),
         nominal=np.array([not p.is_numeric for p in factors.space.parameters]),
     )
-    entries = np.ascontiguousarray(np.argsort(order, axis=0, kind="stable").T, dtype=np.int32)
-    found = swap_search(
-        columns,
-        entries,
-        criterion=criterion,
-        swaps=swaps,
-        feasible=factors.feasible if factors.space.constraints else None,
-        draws=splitmix(rng),
-    )
-    return found.points
+    feasible = factors.feasible if factors.space.constraints else None
+    places = [_places(q) for q in starts]
+    if len(criteria) > 1 and set(criteria) <= set(JOINT):
+        return joint_search(
+            columns, places, swaps=swaps, criteria=criteria, feasible=feasible, draws=draws
+        ).points
+    return swap_search(
+        columns, places[0], criterion=criteria, swaps=swaps, feasible=feasible, draws=draws
+    ).points
+
+
+def _places(q: np.ndarray) -> np.ndarray:
+    """Of points (n, d): the place of every value among the sorted ones of its column, (d, n)."""
+    order = np.argsort(q, axis=0, kind="stable")
+    return np.ascontiguousarray(np.argsort(order, axis=0, kind="stable").T, dtype=np.int32)
 
 
 def _first_points(factors: Factors, kind: str, runs: int, rng: np.random.Generator) -> np.ndarray:

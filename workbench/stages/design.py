@@ -51,7 +51,6 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         )
     document = {
         **made.to_dict(),
-        "quality": made.quality().to_dict() if len(rows) > 1 else {},
         # as given: a table's value would not survive the way to the unit cube and back to the last bit
         "physical": [[row[name] for name in study.space.names] for row in rows],
         "run_keys": [campaign.key(study.space.canonical(row)) for row in rows],

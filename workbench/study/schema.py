@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
 
 from workbench.models.histories import REDUCTIONS
 from workbench.models.readers import KEYS, READERS
-from workbench.sampling.kinds import DesignOptions
+from workbench.sampling.kinds import DEFAULT, DesignOptions
 
 __all__ = ["StudySchema"]
 
@@ -187,7 +187,7 @@ DesignTable: Any = _optional(
     "DesignTable",
     "`[design]`: the options beside `kind` and `runs` belong to single kinds.",
     {"runs": Count, "file": Text, **{option.name: _option(option) for option in fields(DesignOptions)}},
-    kind=(Text, "ihs"),
+    kind=(Text, DEFAULT),
 )
 
 

@@ -201,7 +201,7 @@ def test_many_asked_rows_are_not_all_listed(tmp_path, capsys):
     ("kind", "words"),
     [
         ("ask", "the study asks for no runs: give it a [design] table for points to run, or a"),
-        ("python", "the study has no [design] table; add one, such as [design] kind = 'ihs', runs = 50"),
+        ("python", "the study has no [design] table; add one, such as [design] runs = 50"),
     ],
 )
 def test_a_design_that_nobody_described(tmp_path, capsys, kind, words):

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from workbench.report.lines.tables import format_number, table_lines
+from workbench.sampling.verdict import cost_of_design
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -15,7 +16,8 @@ QUALITIES = ("min_distance", "cd2", "max_correlation", "d_efficiency")
 
 
 def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[str]:
-    """How good the design is, each measure beside random Latin hypercubes of the same size; some, or all."""
+    """How good the design is, each measure beside random Latin hypercubes of the same size and
+    levels, and what it costs where it is poor; some measures, or all."""
     quality = document.get("quality") or {}
     rows = []
     for name in quality if whole else QUALITIES:
@@ -26,7 +28,9 @@ def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[st
         rows.append((name.replace("_", " "), f"better than {beaten:.0f} %", format_number(entry["value"], 4)))
     if not rows:
         return []
-    return table_lines(("design quality", "of random Latin hypercubes", "value"), rows)
+    lines = table_lines(("design quality", "of random Latin hypercubes", "value"), rows)
+    cost = cost_of_design(document)
+    return lines if cost is None else [*lines, cost]
 
 
 def comparison_lines(frame: "pd.DataFrame") -> list[str]:

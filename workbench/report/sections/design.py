@@ -20,6 +20,7 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.sampling.plan import Design
+from workbench.sampling.verdict import cost_of_design
 
 __all__ = ["design_section"]
 
@@ -54,6 +55,9 @@ def design_section(folder: CampaignFolder) -> Section | None:
     }
     if used:
         sentences.append("Options: " + ", ".join(f"{key} = {number(v)}" for key, v in used.items()) + ".")
+    cost = cost_of_design(design)
+    if cost is not None:
+        sentences.append(cost[0].upper() + cost[1:] + ".")
     blocks: list[Block] = []
     quality: dict[str, dict[str, Any]] = {
         str(name): dict(q) for name, q in (design.get("quality") or {}).items() if isinstance(q, dict)
@@ -125,7 +129,8 @@ def _quality(quality: dict[str, dict[str, Any]]) -> Figure:
     placed = {name: share for name, q in quality.items() if (share := beats(q)) is not None}
     low = [name.replace("_", " ") for name, share in placed.items() if share < 50]
     read_off = (
-        "Right of the dashed line the design is better than half of the random Latin hypercubes of its size."
+        "Right of the dashed line the design is better than half of the random Latin hypercubes of its size,"
+        " on the same levels."
     )
     if placed:
         read_off += f" It is not in {names_of(low)}." if low else " It is so in every quality."
