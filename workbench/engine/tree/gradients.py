@@ -16,6 +16,8 @@ __all__ = ["Swept", "TreeGradient", "adjoints_of"]
 
 Array = np.ndarray[Any, Any]
 
+NO_CAP = 1e30  # N
+
 
 class Swept(NamedTuple):
     """Multipliers of all points at which the equations were solved, and what was solved there."""
@@ -53,7 +55,8 @@ class TreeGradient:
 
     density: (N,).  law: (9, N) by the laws' parameters, row j as in `law.names`.  natural_length: (N,).
     spring: (7, springs) by k, c, rest, k_stop, upper, lower, torque.  spherical_spring: (2, B) by k, c.
-    coupling: (3, C) by k, c, rest.  mass: (bodies,) by the mass, centre and inertia about it held.  centre:
+    coupling: (3, C) by k, c, rest.  bushing: (15, U) by k (3), c (3), cap, slip, release, tau, eps, hold,
+    preload (3).  mass: (bodies,) by the mass, centre and inertia about it held.  centre:
     (bodies, 3).  inertia: (bodies, 3, 3), about the centre, body's axes: dG = sum of inertia * dI.
     position, velocity: (n,) by small motions of the joints' start and by the initial velocities.  state:
     (x,).
@@ -65,6 +68,7 @@ class TreeGradient:
     spring: Array
     spherical_spring: Array
     coupling: Array
+    bushing: Array
     mass: Array
     centre: Array
     inertia: Array
@@ -83,17 +87,22 @@ def _by_parameter(trajectory: TreeTrajectory, seeds: NodeSeeds, swept: Swept) ->
     law, length = np.zeros((9, count)), np.zeros(count)
     spring, ball = np.zeros(tables.spring.shape), np.zeros((2, len(tables.ball)))
     coupling, inertia = np.zeros((3, len(tables.coupling))), np.zeros((10, links))
+    bushing = np.zeros((15, len(tables.bushing_pair)))
     contract_parameters(
         tables, r.work, swept.nodes, int(swept.starts[0]), np.ascontiguousarray(swept.mu[:, 0]),
-        np.zeros((links + 1, 6)), law, length, spring, ball, coupling, inertia, np.zeros(9), np.zeros((3, 6)),
+        np.zeros((links + 1, 6)), law, length, spring, ball, coupling, bushing, inertia, np.zeros(9),
+        np.zeros((3, 6)), np.zeros((26, 1), complex),
     )  # fmt: skip
     order = np.argsort(r.parts.order)
+    # a limit of 1e30 N is none
+    bushing[6, tables.bushing[6] >= NO_CAP] = 0.0
     mass, centre, matrix = _by_body(r, inertia)
     by_q, by_v = swept.costate[0]
     return TreeGradient(
         density=r.by_density(density)[0] + seeds.density[0], law=law[:, order], natural_length=length[order],
-        spring=spring[[0, 1, 2, 3, 4, 5, 7]], spherical_spring=ball, coupling=coupling, mass=mass,
-        centre=centre, inertia=matrix, position=by_q[: r.size], velocity=by_v[: r.size], state=by_v[r.size :],
+        spring=spring[[0, 1, 2, 3, 4, 5, 7]], spherical_spring=ball, coupling=coupling, bushing=bushing,
+        mass=mass, centre=centre, inertia=matrix, position=by_q[: r.size], velocity=by_v[: r.size],
+        state=by_v[r.size :],
     )  # fmt: skip
 
 

@@ -185,6 +185,24 @@ def test_gradients_by_every_parameter_are_those_of_differences():
             lambda e, name=name: with_one("couplings", 0, **{name: getattr(system.couplings[0], name) + e}),
             1e-3,
         )
+    rows = {"cap": 6, "slip": 7, "release": 8, "tau": 9, "eps": 10, "hold": 11}
+    for u, bushing in enumerate(system.bushings):
+        names = [name for name in rows if getattr(bushing, name) is not None]
+        for name in names if bushing.breakable else [n for n in names if n != "tau"]:
+            check(
+                found.bushing[rows[name], u],
+                lambda e, u=u, name=name, b=bushing: with_one("bushings", u, **{name: getattr(b, name) + e}),
+                1e-4,
+            )
+        for name, first in (("k", 0), ("c", 3), ("preload", 12)):
+            aim = rng.normal(size=3)
+            check(
+                found.bushing[first : first + 3, u] @ aim,
+                lambda e, u=u, name=name, b=bushing, aim=aim: with_one(
+                    "bushings", u, **{name: tuple(np.asarray(getattr(b, name)) + e * aim)}
+                ),
+                1e-3,
+            )
     for i, body in enumerate(system.bodies):
         check(found.mass[i], lambda e, i=i, b=body: with_one("bodies", i, mass=b.mass + e), 1e-3)
         turn = rng.normal(size=3)

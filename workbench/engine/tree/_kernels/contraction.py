@@ -10,9 +10,13 @@ from numba import njit
 from ...compiler.options import CAREFUL, INNER
 from ...elements._kernels_joint_forces import torsion_parameters
 from ...elements._kernels_laws import energies, law_parameters, laws
+from ...elements._kernels_spatial_bushing import spatial_bushing
+from .elements import bushing_state, turned_back
 from .members import measure_members
 from .motion import columns, inertia_times, link_wrenches, places, twists
 from .rotations import logarithm
+
+TINY = 1e-30
 
 
 @njit(**INNER)
@@ -57,9 +61,11 @@ def contract(T, W, R, starts, mu, V, gradient):
 
 
 @njit(**CAREFUL)
-def contract_parameters(T, W, R, last, mu, V, law, length, spring, ball, coupling, inertia, dp, six):
-    """Slopes of one row by laws (9, N), natural lengths, springs (8, T), ball springs (2, B), couplings
-    (3, C) and the links' inertias (10, L); dp (9,), six (3, 6) scratch.
+def contract_parameters(
+    T, W, R, last, mu, V, law, length, spring, ball, coupling, bushing, inertia, dp, six, own
+):
+    """Slopes of a row by laws (9, N), natural lengths, springs (8, T), ball springs (2, B), couplings
+    (3, C), bushings (15, U) and the links' inertias (10, L); scratch dp (9,), six (3, 6), own (26, 1) complex
     """
     for node in range(last + 1):
         q, v = R.position[node], R.velocity[node]
@@ -99,8 +105,40 @@ def contract_parameters(T, W, R, last, mu, V, law, length, spring, ball, couplin
             coupling[0, t] += (q[a] - q[b] - T.coupling[t, 2]) * work
             coupling[1, t] += (v[i] - v[j]) * work
             coupling[2, t] -= T.coupling[t, 0] * work
+        for u in range(T.bushing_pair.shape[0]):
+            bushing_slopes(T, W, u, v, V, m, own, bushing)
         for l in range(T.link.shape[0]):
             inertia_slopes(W, l, V[l], six, inertia)
+
+
+@njit(**INNER)
+def bushing_slopes(T, W, u, velocity, V, m, own, bushing):
+    """bushing (15, U) += mu^T dr/dp by the first 15 numbers of a bushing, by complex steps of the law."""
+    n = T.column.shape[0]
+    pair, state = T.bushing_pair[u, 0], T.bushing_pair[u, 1]
+    A, B = V[T.pair[pair, 0]], V[T.pair[pair, 1]]
+    r, v, point, y, some = W.some[2], W.some[2, 3:], W.some[2, 12:], W.some[2, 15:], W.some[2, 18:]
+    bushing_state(T, W, u, r, v, point)
+    z = 0.0 * r[0]
+    if state >= 0:
+        z = velocity[n + state]
+    # the force works on the virtual velocity of a's point against b, in b's axes
+    a, b, c = A[0] - B[0], A[1] - B[1], A[2] - B[2]
+    some[0] = A[3] - B[3] + b * point[2] - c * point[1]
+    some[1] = A[4] - B[4] + c * point[0] - a * point[2]
+    some[2] = A[5] - B[5] + a * point[1] - b * point[0]
+    turned_back(W.turn[T.pair[pair, 1]], some, y)
+    Z = W.complex
+    f, out, fz, gr = Z[0, 0], Z[0, 1], Z[0, 2], Z[0, 3]
+    for e in range(26):
+        own[e, 0] = T.bushing[e, u]
+    for e in range(15):
+        own[e, 0] = T.bushing[e, u] + 1j * TINY
+        spatial_bushing(own, 0, r, v, z, False, f, Z[1], Z[1], fz, gr, out)
+        own[e, 0] = T.bushing[e, u]
+        bushing[e, u] -= (f[0].imag * y[0] + f[1].imag * y[1] + f[2].imag * y[2]) / TINY
+        if state >= 0:
+            bushing[e, u] -= m[n + state] * out[0].imag / TINY
 
 
 @njit(**INNER)
