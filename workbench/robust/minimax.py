@@ -35,6 +35,7 @@ from workbench.models.evaluator import (
     Reading,
     response_reader,
 )
+from workbench.robust.attacked import attacked
 from workbench.robust.cycles import CuttingSets
 from workbench.robust.joint_runs import JointRuns
 from workbench.robust.minimax_record import Cycle, Minimax, MinimaxStatus
@@ -57,6 +58,7 @@ def minimax(
     evaluator: Evaluator | None = None,
     progress: Callable[[Cycle], None] | None = None,
     scenarios: Sequence[Mapping[str, Any]] = (),
+    attack: int | None = None,
 ) -> Minimax:
     """Minimise over designs the maximum over the uncertainty of `function(design, uncertainty)`.
 
@@ -71,6 +73,8 @@ def minimax(
         progress: called after every cycle.
         scenarios: points of the uncertainty that every master problem holds from the first cycle on: known
             worst cases, or those of an earlier search.
+        attack: true runs of an adversary at the returned design beside the budget, see
+            `workbench.robust.attacked`; None for what a search that ended by itself has left, 0 for none.
 
     Returns: a `Minimax`; its `status` says why the search stopped, `failed` holds the runs without a value.
 
@@ -97,6 +101,8 @@ def minimax(
             return function(x, {name: row[name] for name in uncertainty.names})
 
         evaluator = FunctionEvaluator(joint)
+    if attack is not None and (isinstance(attack, bool) or not isinstance(attack, int) or attack < 0):
+        raise StudyError(f"attack needs a whole number of runs >= 0, or None, got {attack!r}")
     least = 3 * (design_space.dimension + uncertainty.dimension)
     if budget < least:
         raise StudyError(
@@ -112,4 +118,6 @@ def minimax(
         seed=seed,
         scenarios=list(scenario_points(uncertainty, scenarios)),
     )
-    return CuttingSets(runs).solve(tolerance=tolerance, progress=progress)
+    search = CuttingSets(runs)
+    found = search.solve(tolerance=tolerance, progress=progress)
+    return attacked(search, found, budget=attack, tolerance=tolerance)

@@ -2,10 +2,14 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 from math import isfinite
 from typing import Any
+
+from workbench.search.evidence.attack.record import Attack
+from workbench.search.evidence.gap import COVERAGE, Gap
+from workbench.search.evidence.grade import Grade, grade_of
 
 __all__ = ["Cycle", "FailedRun", "Minimax", "MinimaxStatus"]
 
@@ -13,7 +17,9 @@ __all__ = ["Cycle", "FailedRun", "Minimax", "MinimaxStatus"]
 class MinimaxStatus(Enum):
     """Why the search stopped."""
 
-    CONVERGED = "lower and upper bound met within the tolerance"
+    CONVERGED = "lower and upper bound met within the tolerance, and an attack found nothing worse"
+    MET = "lower and upper bound met within the tolerance; only the search has looked"
+    BEATEN = "an attack found a worse scenario than the search knew"
     BUDGET = "the budget of runs was spent"
     EXHAUSTED = "every point of design and uncertainty was run"
     SETTLED = "no new run was left to propose"
@@ -68,6 +74,16 @@ class Minimax:
     seed: int
     failed: tuple[FailedRun, ...] = ()
     note: str = ""  # why no Kriging could be fitted
+    attack: Attack | None = None  # on the returned design, the last of them
+
+    @property
+    def grade(self) -> Grade:
+        """What stands behind the claim that no scenario of the returned design is worse."""
+        if self.status is MinimaxStatus.EXHAUSTED:
+            return Grade.SEARCHED if self.failed_here else Grade.PROVED
+        if self.status is MinimaxStatus.BEATEN:
+            return Grade.SEARCHED
+        return grade_of(Gap(upper=self.value, width=0.0, coverage=COVERAGE, kind="model-based"), self.attack)
 
     @property
     def gap(self) -> float:
@@ -93,6 +109,8 @@ class Minimax:
             f"By the Kriging, which may err, no scenario is worse there and no design gets below "
             f"{self.lower:.6g}."
         )
+        if self.attack is not None:
+            text += f" {self.grade.name.capitalize()}: {self.attack.sentence}."
         if self.failed:
             text += (
                 f" {self.failures} runs gave no value ({failure_counts(self.failed)}), "
@@ -104,9 +122,11 @@ class Minimax:
         """For a JSON document: bounds of every cycle (None where there is none), failures, and the scenarios,
         to begin another search with."""
         document = {
-            **asdict(self),
+            **asdict(replace(self, attack=None)),
             "status": self.status.value,
             "gap": self.gap,
+            "grade": self.grade.name.lower(),
+            "attack": None if self.attack is None else self.attack.to_dict(),
             "failures": self.failures,
             "sentence": self.sentence,
             "scenarios": [dict(scenario) for scenario in self.scenarios],

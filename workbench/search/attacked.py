@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.attack.record import Attack, Attempt
-from workbench.search.evidence.grade import FEWEST_RUNS
+from workbench.search.evidence.grade import fewest_runs
 from workbench.search.loop import Loop
 from workbench.search.record import Status
 from workbench.search.runs.ledger import Ledger, Run, distinct
@@ -66,7 +66,7 @@ def _budget(search: Loop, status: Status) -> int:
     if asked.attack is not None:
         return asked.attack
     left = min(asked.budget - spent, spent) if status in OPEN else 0
-    return left if left >= FEWEST_RUNS else 0
+    return left if left >= fewest_runs(search.ledger.where.dimension) else 0
 
 
 def _joined(ledger: Ledger, made: Attack) -> tuple[Run, ...]:

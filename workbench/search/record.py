@@ -33,6 +33,7 @@ class Status(Enum):
         "every run gave the same value: the response does not depend on these parameters, "
         "or the model ignores its inputs"
     )
+    KNOWN_RUN = "no model to run: the worst of the given runs, beyond which the surrogate predicts nothing"
     SURROGATE = "no model to run: the extreme of the surrogate, unconfirmed"
 
 

@@ -26,6 +26,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from workbench.models.evaluator import Evaluator, FunctionEvaluator, Reading
 from workbench.search.arguments import Arguments
 from workbench.search.attacked import attacked
@@ -147,8 +149,9 @@ def surrogate_worst_case(
     """The extreme that a Kriging of given runs predicts, when there is no model to run.
 
     The result is labelled as unconfirmed: `confirmed` is False, `value` and `parameters` are the
-    *predicted* worst and `run_key` names the worst run that truly exists; `audit` and `gap` as for a
-    search.
+    *predicted* worst and `run_key` names the worst run that truly exists; `audit` as for a search, and the
+    bound of the `gap` is no better than the prediction. Where the Kriging predicts nothing beyond the worst
+    run, that run is the result, confirmed.
 
     Raises:
         NotEnoughRuns: fewer than three runs gave a value.
@@ -162,7 +165,10 @@ def surrogate_worst_case(
     worst = predicted_worst(known, rng=stream(seed, "worst case"))[None]
     mean, std = model.in_units(where.features(worst))
     found = concluded(ledger, asked, status=Status.SURROGATE, gaps=GapHistory(), previous=None)
+    if float(mean[0]) <= float(np.max(ledger.v)):
+        return replace(found, status=Status.KNOWN_RUN)
     predicted = float(ledger.sign * mean[0])
+    upper = max(ledger.sign * found.gap.upper, float(mean[0]))
     return replace(
         found,
         value=predicted,
@@ -170,5 +176,6 @@ def surrogate_worst_case(
         confirmed=False,
         predicted=predicted,
         predicted_std=float(std[0]),
+        gap=replace(found.gap, upper=ledger.sign * upper, width=upper - float(mean[0])),
         profile=profile_of(ledger, model, worst[0]),
     )

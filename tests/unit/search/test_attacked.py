@@ -5,7 +5,7 @@ import pytest
 
 from workbench import Parameter, Space, worst_case, worst_cases
 from workbench.errors import StudyError
-from workbench.search.evidence.grade import FEWEST_RUNS, Grade
+from workbench.search.evidence.grade import Grade, fewest_runs
 from workbench.search.record import Status
 
 BOX = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(4)])
@@ -74,7 +74,7 @@ def test_by_default_the_attack_makes_no_more_runs_than_the_search_and_keeps_to_t
     space = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(10)])
     found = worst_case(f, space, budget=1000)
     assert found.status is Status.CONSTANT
-    assert FEWEST_RUNS <= found.attack.runs <= found.evaluations / 2 + 1
+    assert fewest_runs(10) <= found.attack.runs <= found.evaluations / 2 + 1
     assert found.grade is Grade.ATTACKED
 
 

@@ -5,9 +5,9 @@ from enum import Enum
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.gap import Gap
 
-__all__ = ["FEWEST_RUNS", "Grade", "grade_of"]
+__all__ = ["Grade", "fewest_runs", "grade_of"]
 
-FEWEST_RUNS = 100  # of an attack, before its silence says anything
+FEWEST_RUNS, PER_INPUT = 100, 25  # of an attack, before its silence says anything; fewer of few inputs
 SILENT = 0.5  # share of an attack's runs that must have followed the last noticeable gain
 
 
@@ -17,6 +17,15 @@ class Grade(Enum):
     PROVED = "every case was run, or a bound that holds for every case was given"
     ATTACKED = "true runs of an adversary that shares nothing with the search found nothing worse"
     SEARCHED = "only the search has looked, by its own surrogate"
+
+
+def fewest_runs(dimension: int) -> int:
+    """Runs that an attack over so many inputs needs before its silence says anything.
+
+    >>> fewest_runs(2), fewest_runs(14)
+    (50, 100)
+    """
+    return min(PER_INPUT * dimension, FEWEST_RUNS)
 
 
 def grade_of(gap: Gap, attack: Attack | None) -> Grade:
@@ -32,4 +41,5 @@ def grade_of(gap: Gap, attack: Attack | None) -> Grade:
     if attack.is_exhaustive:
         return Grade.SEARCHED if attack.failures else Grade.PROVED
     is_silent = attack.since >= SILENT * attack.runs
-    return Grade.ATTACKED if attack.runs >= FEWEST_RUNS and is_silent else Grade.SEARCHED
+    is_long = attack.runs >= fewest_runs(attack.dimension)
+    return Grade.ATTACKED if is_long and is_silent else Grade.SEARCHED

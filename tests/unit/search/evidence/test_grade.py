@@ -8,13 +8,14 @@ from workbench import Parameter, Space
 from workbench.models.evaluator import FunctionEvaluator
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.gap import Gap
-from workbench.search.evidence.grade import FEWEST_RUNS, Grade, grade_of
+from workbench.search.evidence.grade import Grade, fewest_runs, grade_of
 
 OPEN = Gap(upper=2.0, width=1.0, coverage=0.95, kind="model-based")
 BOX = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(3)])
 
 
-def _attack(function=lambda **x: sum(x.values()), *, value=3.0, budget=FEWEST_RUNS):
+def _attack(function=lambda **x: sum(x.values()), *, value=3.0, budget=75):
+    assert fewest_runs(BOX.dimension) == 75
     return attack(FunctionEvaluator(function), BOX, value=value, budget=budget, seed=0)
 
 
@@ -33,7 +34,7 @@ def test_an_attack_counts_when_it_found_nothing():
 
 
 def test_an_attack_of_few_runs_does_not_count():
-    assert grade_of(OPEN, _attack(budget=FEWEST_RUNS - 1)) is Grade.SEARCHED
+    assert grade_of(OPEN, _attack(budget=fewest_runs(3) - 1)) is Grade.SEARCHED
 
 
 def test_an_attack_that_gained_in_its_second_half_does_not_count():

@@ -66,6 +66,11 @@ class Attack:
         return replace(self, value=value, share=share, raised_from=self.value if self.is_beaten else None)
 
     @property
+    def dimension(self) -> int:
+        """Number of uncertain parameters."""
+        return len(self.attempts[0].point)
+
+    @property
     def runs(self) -> int:
         """True runs made."""
         return len(self.attempts)

@@ -1,0 +1,34 @@
+"""The worst case of given runs, without a model to run."""
+
+import numpy as np
+import pytest
+
+from workbench import Parameter, Space
+from workbench.search.record import Status
+from workbench.search.worst_case import surrogate_worst_case
+
+
+@pytest.mark.parametrize("sense", ["max", "min"])
+@pytest.mark.parametrize("power", [1, 3, 9])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_worst_case_is_no_better_than_a_known_run_and_its_bound_no_better_than_it(sense, power, seed):
+    rng = np.random.default_rng(seed)
+    space = Space([Parameter(f"x{i}", lower=-1, upper=2) for i in range(2)])
+    rows = space.rows(rng.random((14, 2)))
+    runs = [{**row, "y": sum(v**power for v in row.values())} for row in rows]
+    found = surrogate_worst_case(space, runs, response="y", sense=sense)
+    sign = 1.0 if sense == "max" else -1.0
+    assert sign * found.value >= max(sign * run["y"] for run in runs)
+    assert sign * found.gap.upper >= sign * found.value
+    assert found.gap.width >= 0
+
+
+def test_where_nothing_worse_is_predicted_the_worst_run_is_the_answer():
+    space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
+    rows = space.rows(np.array([[i / 2, j / 2] for i in range(3) for j in range(3)]))
+    runs = [{**row, "y": -((row["a"] - 0.5) ** 2) - (row["b"] - 0.5) ** 2} for row in rows]
+    found = surrogate_worst_case(space, runs, response="y")
+    assert found.status is Status.KNOWN_RUN
+    assert found.confirmed
+    assert found.value == 0.0
+    assert dict(found.parameters) == {"a": 0.5, "b": 0.5}
