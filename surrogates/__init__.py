@@ -23,6 +23,7 @@ _PUBLIC: dict[str, str] = {
     "MorrisEffects": "surrogates.screening.morris",
     "selected_kriging": "surrogates.screening.metamodel",
     "selection_stability": "surrogates.screening.stability",
+    "Judgement": "surrogates.screening.verdict",
     "ScreeningDiagnosis": "surrogates.screening.verdict",
     "fewest_runs": "surrogates.screening.verdict",
     "ScreeningStep": "surrogates.screening.screener",

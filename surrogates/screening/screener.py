@@ -9,7 +9,7 @@ published methods, and have theta = 0 in the default, where what is not selected
 criterion is the restricted log-likelihood l of eq. (3.13): l, not 2 l, constant 0, larger is better.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from numbers import Real
 from typing import Any, Self
 
@@ -26,13 +26,14 @@ from ..kriging.given_runs import (
     check_response,
     refuse_text,
 )
+from .confirmation import Examined, examined, where_it_errs
 from .methods import METHODS, Found, find_sets
 from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs
 from .partitions.landscape import landscape_of
 from .partitions.optimum import left_out_q2, standard_scores
 from .path import ScreeningStep, screening_path, told
 from .sets.rules import Rules, threshold_for
-from .verdict import ScreeningDiagnosis, judge
+from .verdict import Evidence, Judgement, ScreeningDiagnosis, judge
 
 __all__ = ["KrigingScreener"]
 
@@ -137,7 +138,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         bounds = self._nugget_bounds(runs)
         # a response whose spread is rounding of its mean is constant
         constant = runs.scale <= 1e-13 * float(np.abs(y).max())
-        found = None
+        found = seen = None
         if not constant and runs.units:
             rules = Rules(
                 restricted=self.criterion == "reml",
@@ -149,23 +150,27 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
                 enough=self.enough,
             )
             found = find_sets(runs, self.method, rules, np.random.default_rng(self.seed))
+            asked = self.method == "default" and self.n_features is None
+            rng = np.random.default_rng(self.seed)
+            seen = examined(found, runs, rules, testify=asked, rng=rng)
         # what a later look at the stability starts from
         self._runs = runs if found is not None else None
         self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
-        self._record(runs, found, threshold, bounds, x, constant)
+        self._record(runs, seen, threshold, bounds, x, constant)
         return self
 
     def _record(
         self,
         runs: CanonicalRuns,
-        found: Found | None,
+        seen: Examined | None,
         threshold: float,
         bounds: tuple[float, float],
         x: Array,
         constant: bool,
     ) -> None:
-        """Set the fitted attributes; `found` is None where there was nothing to screen."""
+        """Set the fitted attributes; `seen` is None where there was nothing to screen."""
         d = x.shape[1]
+        found = None if seen is None else seen.found
         steps: list[ScreeningStep] = []
         base = q2 = float("nan")
         scores = np.zeros(0)
@@ -186,7 +191,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         self.log_likelihood_ = last.log_likelihood if last else base
         self.diagnosis_ = self._diagnosed(
             runs,
-            found or NOTHING_FOUND,
+            seen,
             threshold,
             bounds,
             x,
@@ -199,7 +204,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     def _diagnosed(
         self,
         runs: CanonicalRuns,
-        found: Found,
+        seen: Examined | None,
         threshold: float,
         bounds: tuple[float, float],
         x: Array,
@@ -210,8 +215,14 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         n_selected: int,
     ) -> ScreeningDiagnosis:
         n, d = x.shape
+        found = NOTHING_FOUND if seen is None else seen.found
+        side = (
+            where_it_errs(seen, runs, x, seed=self.seed)
+            if seen is not None and self.method == "default"
+            else None
+        )
         repeated = tuple(p for p in runs.repeated if set(p) & set(self.selected_.tolist()))
-        resolved, verdict, advice = judge(
+        self._evidence = Evidence(
             n_runs=n,
             n_inputs=len(runs.units),
             n_selected=n_selected,
@@ -222,7 +233,12 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             q2=q2,
             starts_at_best=found.starts_at_best,
             repeated=repeated,
+            hidden_share=seen.share.upper if seen else None,
+            confirmed=tuple(k for u in seen.confirmed for k in runs.given(u)) if seen else (),
+            disputed=tuple(k for u in seen.disputed for k in runs.given(u)) if seen else (),
+            rough_side=side,
         )
+        judged = judge(self._evidence)
         low, high = x.min(axis=0), x.max(axis=0)
         equal, near = close_pairs((x - low) / np.where(high > low, high - low, 1.0))
         return ScreeningDiagnosis(
@@ -247,10 +263,21 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             near_duplicates=tuple(near),
             constant=runs.constant,
             repeated=runs.repeated,
-            resolved=resolved,
-            verdict=verdict,
-            advice=advice,
+            unexplained=seen.share.unexplained if seen else float("nan"),
+            hidden_share=seen.share.upper if seen else float("nan"),
+            confirmed=tuple(self._evidence.confirmed),
+            disputed=tuple(self._evidence.disputed),
+            rough_side=side,
+            state=judged.state,
+            resolved=judged.state == "resolved",
+            verdict=judged.verdict,
+            advice=judged.advice,
         )
+
+    def judgement(self, names: Sequence[str], place: Callable[[int, float], str] | None = None) -> Judgement:
+        """The verdict with names (d,) for columns; `place` writes a value of a column in its own unit."""
+        check_is_fitted(self)
+        return judge(self._evidence, name=lambda k: names[k], place=place)
 
     def get_support(self, indices: bool = False) -> NDArray[Any]:
         """Mask of the selected inputs (d,), or their sorted indices."""

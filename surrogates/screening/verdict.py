@@ -1,23 +1,31 @@
 """What a screening found out about its data and itself, and whether it may be believed.
 
-A screening is *resolved* when the selected set beats every set that misses one of its inputs by a clear
-margin of likelihood, its Kriging predicts the runs left out, the other inputs together add nothing, the runs
-are not too few, and the best maximum was reached from several starts. If one of these fails, the verdict is
-"not resolved", with the reason and what to do: an honest answer that a selection of inputs alone cannot give.
+Three states, and a number: x, the share of the variance above which no input is missing
+(`surrogates.screening.hidden_share`).
+
+    resolved          x is at most 1 %, and every doubt below is out of the way
+    partly resolved   the selected inputs are certain, and others below x may hide
+    not resolved      a set that misses one of the selected inputs is nearly as likely, or the others together
+                      still act, or the runs are too few, or one start alone led here, or x is above 30 %
+
+A second witness (`surrogates.screening.witness`) that names an input which the likelihood does not confirm,
+or one that only both together show, keeps a screening from being resolved.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-__all__ = ["ScreeningDiagnosis", "fewest_runs", "judge"]
+from .hidden_share import RoughSide
+
+__all__ = ["Evidence", "Judgement", "ScreeningDiagnosis", "fewest_runs", "judge"]
 
 FEW_RUNS, FEW_RUNS_PER_INPUT = 10, 2.0  # with fewer, weaker inputs are missed without a sign
 CLEAR_MARGIN = 2.0  # in l: the rival set is e^2 = 7 times less likely
-FAIR_Q2 = 0.9  # in what is left unexplained, a tenth of the variance, further inputs may hide
+RESOLVED_SHARE, PARTLY_SHARE = 0.01, 0.3  # of the variance that an input may hide in
+ROUGH_SHARE = 0.1  # of it, unexplained with more runs than a smooth response needs: a rough one
 SILENT_REST = 1.5  # in l: what a common theta of the inputs that were not selected may add
-NOTICED = 0.02  # share of the variance from which on an unexplained part is told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +45,13 @@ class ScreeningDiagnosis:
         rest_gain: how far l rises when all inputs that were not selected share a theta; nan if not asked.
         q2: leave-one-out, of the Kriging with the selected inputs.
         duplicates, near_duplicates: pairs of runs.   constant, repeated: inputs; pairs of inputs.
-        resolved, verdict, advice: the judgement, in words.
+        unexplained: share of the variance in the leave-one-out errors, of the better of the Kriging with the
+            nugget's floor and without it.
+        hidden_share: x, its upper 95 % bound: no input above it is missing.
+        confirmed, disputed: inputs that the second witness named and the likelihood confirmed, and did not.
+        rough_side: where the errors are large, in the coordinates of X; None where they are spread.
+        state: "resolved", "partly resolved", "not resolved", "not judged" or "nothing to screen".
+        resolved: whether the state is "resolved".   verdict, advice: the judgement, in words.
     """
 
     n_runs: int
@@ -61,6 +75,12 @@ class ScreeningDiagnosis:
     near_duplicates: tuple[tuple[int, int], ...]
     constant: tuple[int, ...]
     repeated: tuple[tuple[int, int], ...]
+    unexplained: float
+    hidden_share: float
+    confirmed: tuple[int, ...]
+    disputed: tuple[int, ...]
+    rough_side: RoughSide | None
+    state: str
     resolved: bool
     verdict: str
     advice: str
@@ -75,87 +95,209 @@ def fewest_runs(n_inputs: int) -> int:
     return int(np.ceil(FEW_RUNS + FEW_RUNS_PER_INPUT * n_inputs))
 
 
-def judge(
-    *,
-    n_runs: int,
-    n_inputs: int,
-    n_selected: int,
-    constant_response: bool,
-    pool_gain: float = float("nan"),
-    margin: float | None,
-    rest_gain: float,
-    q2: float,
-    starts_at_best: int,
-    repeated: Sequence[tuple[int, int]],
-) -> tuple[bool, str, str]:
-    """Whether the screening is resolved, the verdict in a sentence, and what to do.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What a screening is judged by.
 
-    `margin` is None for a greedy method, which knows no rival sets and therefore cannot be resolved;
-    `pool_gain` is what one theta for all inputs adds to l there, over a response that depends on none.
-
-    >>> facts = {"n_runs": 50, "n_inputs": 20, "n_selected": 3, "constant_response": False, "repeated": ()}
-    >>> print(judge(**facts, margin=9.0, rest_gain=0.2, q2=0.99, starts_at_best=8)[1])
-    resolved: every set that misses a selected input is at least 9.0 lower in log-likelihood
+    Attributes:
+        n_runs, n_inputs, n_selected: sizes; inputs that vary.
+        constant_response: nothing to screen.
+        pool_gain: what one theta for all inputs adds to l over a response that depends on none (greedy
+            methods).
+        margin: see `ScreeningDiagnosis`; None for a greedy method, which knows no rival sets and therefore
+            cannot be resolved.
+        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, rough_side: see `ScreeningDiagnosis`.
+        hidden_share: x; None for 1 - q2.
     """
-    if constant_response:
-        return False, "nothing to screen: the response is constant", "check the response; widen the bounds"
-    if n_inputs == 0:
-        return (
-            False,
-            "nothing to screen: no input varies",
-            "vary the inputs: each has the same value in all runs",
-        )
-    if n_selected == 0 and pool_gain >= CLEAR_MARGIN:
-        return (
-            False,
-            f"not judged: one theta shared by all inputs raises l by {pool_gain:.1f} over noise, and no "
-            "input gains by a theta of its own",
-            "compare with method='default', which gives the inputs that do not act no theta",
-        )
-    if n_selected == 0:
-        return (
-            False,
-            "not resolved: no input explains the response better than noise does",
-            "add runs (twice as many), or average out the noise, or choose a less noisy response",
-        )
-    if margin is None:
-        return (
-            False,
-            "not judged: a greedy path knows no rival sets",
-            "compare with method='default', which searches for them",
-        )
-    reasons, cures = [], []
-    if margin < CLEAR_MARGIN:
-        reasons.append(f"a set without one of the selected inputs is only {max(margin, 0.0):.1f} lower in l")
-        cures.append(f"add about {max(8, n_runs // 4)} runs to the design")
-    if not q2 >= FAIR_Q2:
-        reasons.append(
-            f"left-out runs are predicted with Q2 = {q2:.2f} only; further inputs may hide in the rest"
-        )
-        cures.append("add runs, or look for an input that varied but is not in the table")
-    if rest_gain > SILENT_REST:
-        reasons.append(
-            f"the inputs that were not selected still act together: l rises by {rest_gain:.1f} if they may"
-        )
-        cures.append(f"add about {max(8, n_runs // 2)} runs to tell which of them")
-    needed = fewest_runs(n_inputs)
-    if n_runs < needed:
-        reasons.append(f"{n_runs} runs are few for {n_inputs} inputs: weaker ones may be missed")
-        cures.append(f"come to {needed} runs")
-    if starts_at_best <= 1:
-        reasons.append("at most one start led to the selected set")
-        cures.append("screen again with more starts")
-    advice = "; ".join(dict.fromkeys(cures))
-    if repeated:
-        pairs = ", ".join(f"{i} and {j}" for i, j in repeated)
+
+    n_runs: int
+    n_inputs: int
+    n_selected: int
+    constant_response: bool = False
+    pool_gain: float = float("nan")
+    margin: float | None
+    rest_gain: float
+    q2: float
+    starts_at_best: int
+    repeated: Sequence[tuple[int, int]] = ()
+    hidden_share: float | None = None
+    confirmed: Sequence[int] = ()
+    disputed: Sequence[int] = ()
+    rough_side: RoughSide | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """State, verdict and advice in words (see `ScreeningDiagnosis`)."""
+
+    state: str
+    verdict: str
+    advice: str
+
+
+@dataclass(slots=True)
+class _Doubts:
+    """Reasons against, and what cures them."""
+
+    reasons: list[str] = field(default_factory=list)
+    cures: list[str] = field(default_factory=list)
+
+    def add(self, reason: str, cure: str) -> None:
+        self.reasons.append(reason)
+        self.cures.append(cure)
+
+
+def judge(
+    evidence: Evidence,
+    *,
+    name: Callable[[int], str] = str,
+    place: Callable[[int, float], str] | None = None,
+) -> Judgement:
+    """The state of a screening, the verdict in a sentence, and what to do.
+
+    `name` says what a column is called, `place` how a value of a column is written (three digits).
+
+    >>> facts = {"n_runs": 50, "n_inputs": 20, "n_selected": 3, "margin": 9.0, "rest_gain": 0.2}
+    >>> found = judge(Evidence(**facts, q2=0.99, starts_at_best=8, hidden_share=0.004))
+    >>> print(found.verdict.split("; ")[0])
+    resolved: no input above 0.4 % of the variance is missing
+    >>> print(judge(Evidence(**facts, q2=0.96, starts_at_best=8, hidden_share=0.05)).state)
+    partly resolved
+    """
+    e = evidence
+    if (plain := _unjudged(e)) is not None:
+        return plain
+    assert e.margin is not None
+    x = 1.0 - e.q2 if e.hidden_share is None else e.hidden_share
+    doubts = _doubts(e, x, name)
+    missing = f"no input above {_percent(x)} of the variance is missing"
+    where = _where(e.rough_side, name, place or (lambda column, bound: f"{bound:.3g}"))
+    known = ""
+    if e.repeated:
+        pairs = ", ".join(f"{name(i)} and {name(j)}" for i, j in e.repeated)
         known = f"inputs {pairs} cannot be told apart from these runs"
-        advice = f"{advice}; {known}" if advice else known
-    if reasons:
-        return False, "not resolved: " + "; ".join(reasons), advice
-    gap = f"at least {margin:.1f} lower" if margin < 1e300 else "much lower"
-    verdict = f"resolved: every set that misses a selected input is {gap} in log-likelihood"
-    if 1.0 - q2 > NOTICED:
-        verdict += (
-            f"; {100 * (1.0 - q2):.0f} % of the variance stays unexplained, and inputs below that may hide"
+    if doubts.reasons:
+        advice = "; ".join(part for part in (*dict.fromkeys(doubts.cures), where, known) if part)
+        bound = f"; {missing}" if x <= PARTLY_SHARE else ""
+        return Judgement(
+            state="not resolved",
+            verdict="not resolved: " + "; ".join(doubts.reasons) + bound,
+            advice=advice,
         )
-    return True, verdict, advice
+    gap = f"at least {e.margin:.1f} lower" if e.margin < 1e300 else "much lower"
+    certain = f"every set that misses a selected input is {gap} in log-likelihood"
+    if x <= RESOLVED_SHARE and not e.disputed and not e.confirmed:
+        return Judgement(state="resolved", verdict=f"resolved: {missing}; {certain}", advice=known)
+    hide = f"{_percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
+    said = [hide, *_testimony(e, name), certain]
+    cures = [f"add about {max(8, e.n_runs // 2)} runs to see weaker inputs", where, known]
+    if x > ROUGH_SHARE:
+        cures.insert(1, ROUGH_ADVICE)
+    return Judgement(
+        state="partly resolved",
+        verdict="partly resolved: " + "; ".join(said),
+        advice="; ".join(part for part in cures if part),
+    )
+
+
+ROUGH_ADVICE = "the response is rough for so many runs: elementary effects (Morris) need no smoothness"
+
+
+def _percent(share: float) -> str:
+    """A share as it is said: never below a tenth of a percent.
+
+    >>> _percent(0.034), _percent(0.0042), _percent(1e-5)
+    ('3.4 %', '0.4 %', '0.1 %')
+    """
+    percent = max(100.0 * share, 0.1)
+    return f"{percent:.0f} %" if percent >= 9.95 else f"{percent:.1f} %"
+
+
+def _unjudged(e: Evidence) -> Judgement | None:
+    """The cases in which there is nothing to weigh."""
+    if e.constant_response:
+        return Judgement(
+            state="nothing to screen",
+            verdict="nothing to screen: the response is constant",
+            advice="check the response; widen the bounds",
+        )
+    if e.n_inputs == 0:
+        return Judgement(
+            state="nothing to screen",
+            verdict="nothing to screen: no input varies",
+            advice="vary the inputs: each has the same value in all runs",
+        )
+    if e.n_selected == 0 and e.pool_gain >= CLEAR_MARGIN:
+        return Judgement(
+            state="not judged",
+            verdict=f"not judged: one theta shared by all inputs raises l by {e.pool_gain:.1f} over noise, "
+            "and no input gains by a theta of its own",
+            advice="compare with method='default', which gives the inputs that do not act no theta",
+        )
+    if e.n_selected == 0:
+        return Judgement(
+            state="not resolved",
+            verdict="not resolved: no input explains the response better than noise does",
+            advice="add runs (twice as many), or average out the noise, or choose a less noisy response",
+        )
+    if e.margin is None:
+        return Judgement(
+            state="not judged",
+            verdict="not judged: a greedy path knows no rival sets",
+            advice="compare with method='default', which searches for them",
+        )
+    return None
+
+
+def _doubts(e: Evidence, x: float, name: Callable[[int], str]) -> _Doubts:
+    """What keeps a selection from being certain."""
+    assert e.margin is not None
+    doubts, n = _Doubts(), e.n_runs
+    if e.margin < CLEAR_MARGIN:
+        doubts.add(
+            f"a set without one of the selected inputs is only {max(e.margin, 0.0):.1f} lower in l",
+            f"add about {max(8, n // 4)} runs to the design",
+        )
+    if not x <= PARTLY_SHARE:
+        doubts.add(
+            f"left-out runs are predicted with Q2 = {e.q2:.2f} only; further inputs may hide in the rest",
+            "add runs, or look for an input that varied but is not in the table",
+        )
+        doubts.cures.append(ROUGH_ADVICE)
+    if e.rest_gain > SILENT_REST:
+        doubts.add(
+            f"the inputs that were not selected still act together: l rises by {e.rest_gain:.1f} if they may",
+            f"add about {max(8, n // 2)} runs to tell which of them",
+        )
+    needed = fewest_runs(e.n_inputs)
+    if n < needed:
+        doubts.add(
+            f"{n} runs are few for {e.n_inputs} inputs: weaker ones may be missed", f"come to {needed} runs"
+        )
+    if e.starts_at_best <= 1:
+        doubts.add("at most one start led to the selected set", "screen again with more starts")
+    if doubts.reasons:
+        doubts.reasons += _testimony(e, name)
+    return doubts
+
+
+def _testimony(e: Evidence, name: Callable[[int], str]) -> list[str]:
+    """What the second witness says beyond the likelihood."""
+    said = []
+    if e.confirmed:
+        said.append(f"only regression and likelihood together show {', '.join(map(name, e.confirmed))}")
+    if e.disputed:
+        said.append(
+            f"a regression on the same runs names {', '.join(map(name, e.disputed))}, the likelihood does not"
+        )
+    return said
+
+
+def _where(side: RoughSide | None, name: Callable[[int], str], place: Callable[[int, float], str]) -> str:
+    if side is None:
+        return ""
+    beyond = "above" if side.above else "below"
+    return (
+        f"put them where {name(side.column)} is {beyond} {place(side.column, side.bound)}: "
+        f"{100 * side.share:.0f} % of the squared error lies there"
+    )

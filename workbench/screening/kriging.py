@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import rankdata
 
-from surrogates import KrigingScreener, selection_stability
+from surrogates import Judgement, KrigingScreener, selection_stability
 from workbench.errors import StudyError
 from workbench.screening.record import Screening
 from workbench.screening.selected import SelectedKriging
@@ -89,6 +89,7 @@ def screen(
         share = selection_stability(screener, resamples=resamples, rng=stream(seed, "stability"))
         stability = dict(zip(space.names, share.tolist(), strict=True))
     facts = screener.diagnosis_
+    judged = screener.judgement(space.names, lambda k, u: _placed(space, k, u))
     model = SelectedKriging.fit(screener, x, y, ids, seed) if effects and len(screener.selected_) else None
     return Screening(
         response=response.name,
@@ -102,14 +103,16 @@ def screen(
         selected=tuple(names[screener.selected_].tolist()),
         ranking=tuple(names[screener.ranking_].tolist()),
         theta=dict(zip(space.names, screener.theta_.tolist(), strict=True)),
-        verdict=facts.verdict,
-        advice=_named(facts.advice, facts.repeated, space.names),
+        state=judged.state,
+        hidden_share=facts.hidden_share,
+        verdict=judged.verdict,
+        advice=judged.advice,
         stability=stability,
         kriging=model.kriging(space.names) if model else {},
         leave_one_out=model.leave_one_out() if model else {},
         main_effects=model.main_effects(space) if model else {},
         sobol=model.sobol(space) if model else {},
-        diagnosis=_diagnosis(facts, space.names, ids),
+        diagnosis=_diagnosis(facts, judged, space.names, ids),
     )
 
 
@@ -128,20 +131,28 @@ def _step(step: Any, names: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _named(advice: str, pairs: Sequence[tuple[int, int]], names: Sequence[str]) -> str:
-    for i, j in pairs:
-        advice = advice.replace(f"{i} and {j}", f"{names[i]} and {names[j]}")
-    return advice
+def _placed(space: Space, column: int, unit_value: float) -> str:
+    """A value of a column of the unit cube, as the parameter has it."""
+    parameter = space.parameters[column]
+    value = parameter.physical(np.array([min(max(unit_value, 0.0), 1.0)]))[0]
+    return f"{float(value):.4g}" + ("" if parameter.unit in ("", "1") else f" {parameter.unit}")
 
 
-def _diagnosis(facts: Any, names: Sequence[str], ids: Sequence[str]) -> dict[str, Any]:
+def _diagnosis(facts: Any, judged: Judgement, names: Sequence[str], ids: Sequence[str]) -> dict[str, Any]:
     plain = (
         "n_runs n_inputs threshold base_log_likelihood nugget starts starts_at_best search_runs evaluations"
     )
-    found = {name: getattr(facts, name) for name in [*plain.split(), "margin", "q2", "resolved", "verdict"]}
+    found = {
+        name: getattr(facts, name)
+        for name in [*plain.split(), "margin", "q2", "resolved", "unexplained", "hidden_share"]
+    }
     return found | {
         "nugget_bounds": list(facts.nugget_bounds),
-        "advice": _named(facts.advice, facts.repeated, names),
+        "state": judged.state,
+        "verdict": judged.verdict,
+        "advice": judged.advice,
+        "confirmed": [names[k] for k in facts.confirmed],
+        "disputed": [names[k] for k in facts.disputed],
         "constant": [names[k] for k in facts.constant],
         "repeated": [[names[i], names[j]] for i, j in facts.repeated],
         "duplicates": [[ids[i], ids[j]] for i, j in facts.duplicates],

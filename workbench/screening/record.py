@@ -23,7 +23,9 @@ class Screening:
         selected: names, as they entered.   ranking: all names, the one that most likely acts first;
             with too few runs a selected one may stand behind one that is not.
         theta: of the selected set, by name.
-        verdict, advice: whether it is resolved, and what to do if not.
+        state: "resolved", "partly resolved", "not resolved", "not judged" or "nothing to screen".
+        hidden_share: x, the share of the variance above which no parameter is missing.
+        verdict, advice: the state with its reasons, and what to do.
         stability: share of delete-a-tenth resamples that select the parameter, by name; empty for "welch".
         kriging, leave_one_out, main_effects, sobol: of the Kriging with the selected parameters (see
             `surrogates.selected_kriging`); empty if none. kriging["interval_factor"] says by what
@@ -43,6 +45,8 @@ class Screening:
     selected: tuple[str, ...]
     ranking: tuple[str, ...]
     theta: dict[str, float]
+    state: str
+    hidden_share: float
     verdict: str
     advice: str
     stability: dict[str, float]

@@ -17,6 +17,7 @@ __all__ = [
     "Optimum",
     "Partition",
     "bounds_of",
+    "left_out_errors",
     "left_out_q2",
     "log_reach",
     "standard_scores",
@@ -117,15 +118,24 @@ def standard_scores(landscape: Landscape, optimum: Optimum) -> Array:
     return np.asarray(gradient / np.sqrt(np.maximum(information, 1e-300)))
 
 
-def left_out_q2(landscape: Landscape, optimum: Optimum) -> float:
-    """Q^2 of the leave-one-out predictions at an optimum: 1 - sum (v_i / P_ii)^2 / sum y_i^2."""
+def left_out_errors(landscape: Landscape, optimum: Optimum) -> Array:
+    """(n,) errors of the leave-one-out predictions at an optimum, v_i / P_ii.
+
+    nan for a run that the others do not inform about: the trend is fitted to it.
+    """
     c, y = landscape.correlation(optimum), landscape.y.ravel()
     b = np.linalg.solve(c, np.column_stack([np.ones(len(y)), y]))
     inverse = np.linalg.inv(c)
     s11 = b[:, 0].sum()
     p = np.diagonal(inverse) - b[:, 0] ** 2 / s11
     v = b[:, 1] - b[:, 0] * (b[:, 1].sum() / s11)
-    # a run that the others do not inform about has P_ii near 0 and is left out, as the trend is fitted to it
     usable = p > 1e-12 * p.max()
+    return np.where(usable, v / np.where(usable, p, 1.0), np.nan)
+
+
+def left_out_q2(landscape: Landscape, optimum: Optimum) -> float:
+    """Q^2 of the leave-one-out predictions at an optimum: 1 - sum (v_i / P_ii)^2 / sum y_i^2."""
+    errors, y = left_out_errors(landscape, optimum), landscape.y.ravel()
+    usable = np.isfinite(errors)
     spread = y[usable] - y.mean()
-    return float(1.0 - ((v[usable] / p[usable]) ** 2).sum() / (spread @ spread))
+    return float(1.0 - (errors[usable] ** 2).sum() / (spread @ spread))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.report.lines.statements import state_text
 from workbench.report.lines.tables import format_number, table_lines, unit_suffix
 
 __all__ = ["other_screening_lines", "screening_lines"]
@@ -25,7 +26,11 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
     ]
     names = ", ".join(document["selected"]) or "none"
     unit = unit_suffix(document.get("unit", "1")).strip()
-    text = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
+    said = state_text(document)
+    text = [
+        f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: "
+        + (f"{said} ({document['method']})" if said else str(document["method"]))
+    ]
     text += table_lines(head, rows)
     if any(step["theta_common"] for step in document["path"]):
         text.append("theta: common range parameter of the variables not selected, on the unit cube")

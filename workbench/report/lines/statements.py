@@ -1,11 +1,11 @@
-"""Statements on a worst case that the terminal and the page make in the same words."""
+"""Statements on a screening and a worst case that the terminal and the page make in the same words."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from workbench.report.lines.tables import format_number, unit_suffix
 
-__all__ = ["limits_text", "quantile_text"]
+__all__ = ["limits_text", "quantile_text", "screening_state", "state_text"]
 
 
 def limits_text(limits: Mapping[str, Sequence[float | None]]) -> str:
@@ -31,3 +31,25 @@ def quantile_text(quantile: Mapping[str, Any]) -> str:
         f"{format_number(quantile['upper'])}{unit}, by the Kriging of "
         f"{quantile['known'] + quantile['evaluations']} runs)"
     )
+
+
+def screening_state(screening: Mapping[str, Any]) -> str:
+    """The state of a screening document, "" where it has none."""
+    if state := screening.get("state"):
+        return str(state)
+    resolved = (screening.get("diagnosis") or {}).get("resolved")
+    return "" if resolved is None else "resolved" if resolved else "not resolved"
+
+
+def state_text(screening: Mapping[str, Any]) -> str:
+    """The state with its number.
+
+    >>> state_text({"state": "partly resolved", "hidden_share": 0.034})
+    'partly resolved, down to 3.4 % of the variance'
+    >>> state_text({"state": "not resolved", "hidden_share": 0.6})
+    'not resolved'
+    """
+    state, share = screening_state(screening), screening.get("hidden_share")
+    if state not in ("resolved", "partly resolved") or share is None:
+        return state
+    return f"{state}, down to {max(100.0 * float(share), 0.1):.2g} % of the variance"

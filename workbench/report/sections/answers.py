@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.report.lines.statements import screening_state, state_text
 from workbench.report.page.blocks import (
     Card,
+    Level,
     names_of,
     number,
     percent,
@@ -13,6 +15,7 @@ from workbench.report.page.blocks import (
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.fit import GOOD_Q2, trust_in
 from workbench.report.sections.layout import improvement_sentence
+from workbench.report.sections.screening import verdict_level
 from workbench.report.worst_case.section import gap_sentence
 
 __all__ = ["answer_cards", "question"]
@@ -48,21 +51,32 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
     if (screening := folder["screening"]) is not None:
         cards.append(_screening(screening))
         if screening.get("leave_one_out"):
-            trust = trust_in(screening["leave_one_out"])
-            cards.append(
-                Card(
-                    question="How far can the Kriging be trusted?",
-                    answer={"good": "It predicts well.", "fair": "With care.", "poor": "Not far."}.get(
-                        trust.word, "Unknown."
-                    ),
-                    detail=trust.sentence,
-                    section="fit",
-                    level=trust.level,
-                )
-            )
+            cards.append(_trust(screening))
     if folder.runs:
         cards.append(_runs(folder))
+    if screening is not None and screening_state(screening) == "not resolved":
+        # what rests on a doubtful list of parameters comes behind the doubt
+        cards.sort(key=lambda card: card.section != "screening")
     return cards
+
+
+def _trust(screening: Mapping[str, Any]) -> Card:
+    """How well the Kriging predicts; never better than the list of parameters that it rests on."""
+    trust, state = trust_in(screening["leave_one_out"]), screening_state(screening)
+    level, answer = trust.level, {"good": "It predicts well.", "fair": "With care.", "poor": "Not far."}
+    said, detail = answer.get(trust.word, "Unknown."), trust.sentence
+    if level == "good" and state == "not resolved":
+        level, said = "fair", "With care."
+        detail += " Which parameters it should hold is not resolved."
+    elif level == "good" and state == "partly resolved":
+        level = "plain"
+    return Card(
+        question="How far can the Kriging be trusted?",
+        answer=said,
+        detail=detail,
+        section="fit",
+        level=level,
+    )
 
 
 def _worst(folder: CampaignFolder, worst: Mapping[str, Any], *, section: str) -> Card:
@@ -126,6 +140,8 @@ def _robust(robust: Mapping[str, Any]) -> Card:
 def _screening(screening: Mapping[str, Any]) -> Card:
     selected, total = list(screening["selected"]), len(screening["ranking"])
     left = total - len(selected)
+    said = state_text(screening)
+    state = f"{said[0].upper()}{said[1:]}." if said else ""
     rest = f"The other {left} were not selected." if left else "None was left out."
     q2 = (screening.get("leave_one_out") or {}).get("q2")
     # whatever the likelihood says: parameters that predict badly on their own are not all there are
@@ -136,10 +152,16 @@ def _screening(screening: Mapping[str, Any]) -> Card:
     return Card(
         question=f"Which parameters drive {screening['response']}?",
         answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
-        detail=f"{rest} Judged on {screening['n_runs']} runs.",
+        detail=" ".join(part for part in (state, rest, f"Judged on {screening['n_runs']} runs.") if part),
         section="screening",
-        level="plain" if enough else "fair",
+        level=_screening_level(screening, enough),
     )
+
+
+def _screening_level(screening: Mapping[str, Any], enough: bool) -> Level:
+    """The screening's own verdict, toned down where the selected parameters predict badly."""
+    level = verdict_level(screening)
+    return "fair" if level in ("good", "plain") and not enough else level
 
 
 def _runs(folder: CampaignFolder) -> Card:

@@ -4,6 +4,7 @@ import html
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.report.lines.statements import screening_state
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -102,7 +103,19 @@ def _drivers(folder: CampaignFolder) -> list[str]:
     rest = [name for name in ranking if name not in chosen]
     said = f"Of {len(ranking)} uncertain parameters {names_of(chosen, at_most=8)} drive it, on "
     said += f"{screening['n_runs']} runs."
-    return [said + (f" No effect was seen of {names_of(rest, at_most=12)}." if rest else "")]
+    return [said + (f" {_of_the_others(screening, rest)}" if rest else "")]
+
+
+def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:
+    """What may be said of the parameters that were not selected: never that they have no effect."""
+    names, state = names_of(rest, at_most=12), screening_state(screening)
+    share = screening.get("hidden_share")
+    known = "" if share is None else f"{max(100.0 * float(share), 0.1):.2g} %"
+    if state == "resolved":
+        return f"Of the variance less than {known or 'what stays unexplained'} is due to any of {names}."
+    if state == "partly resolved" and known:
+        return f"Effects of up to {known} of the variance may hide in {names}."
+    return f"These runs do not resolve which matter: effects may hide in {names}."
 
 
 def _layout(loop: Mapping[str, Any], unit: str) -> list[str]:

@@ -4,10 +4,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.figures.screening import plot_likelihood_path, plot_theta, plot_waterfall
+from workbench.report.lines.statements import screening_state
 from workbench.report.page.blocks import (
     Block,
     Column,
     Figure,
+    Level,
     Note,
     Panel,
     Section,
@@ -19,6 +21,7 @@ from workbench.report.page.folder import CampaignFolder
 
 __all__ = ["screening_section"]
 
+LEVELS: dict[str, Level] = {"resolved": "good", "partly resolved": "fair", "not resolved": "poor"}
 MOST_BARS = 14  # a longer path is drawn as a line
 
 
@@ -55,6 +58,8 @@ def screening_section(folder: CampaignFolder) -> Section | None:
         blocks=tuple(blocks),
         numbers={
             "response": screening["response"],
+            "state": screening_state(screening),
+            "hidden_share": screening.get("hidden_share"),
             "selected": selected,
             "ranking": list(screening["ranking"]),
             "theta": theta,
@@ -66,10 +71,9 @@ def screening_section(folder: CampaignFolder) -> Section | None:
     )
 
 
-def verdict_level(screening: Mapping[str, Any]) -> Any:
+def verdict_level(screening: Mapping[str, Any]) -> Level:
     """How loudly the screener's own verdict is said."""
-    resolved = (screening.get("diagnosis") or {}).get("resolved")
-    return "plain" if resolved is None else "good" if resolved else "fair"
+    return LEVELS.get(screening_state(screening), "plain")
 
 
 def threshold_of(screening: Mapping[str, Any]) -> float | None:

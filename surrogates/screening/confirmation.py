@@ -1,0 +1,129 @@
+"""Inputs that the second witness names and the likelihood confirms.
+
+The likelihood alone charges an input the price of a search among all of them. An input that shows in the
+leave-one-out errors is no longer searched for: it joins the selection when it raises l by `CONFIRMED`, the
+95 % point of a single one. What is named there and not confirmed, or by a sparse regression of the response
+alone, stays a disagreement, told in the verdict: that regression named as many inert inputs as active ones
+(`docs/decisions/0033-three-states-and-a-second-witness.md`).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .hidden_share import HiddenShare, RoughSide, hidden_share, rough_side
+from .methods import Found
+from .partitions.canonical import CanonicalRuns
+from .partitions.landscape import landscape_of
+from .partitions.optimum import Landscape, Optimum, left_out_errors
+from .sets.rules import Rules
+from .witness import inputs_in_errors, quadratic_witness
+
+__all__ = ["Examined", "examined", "where_it_errs"]
+
+CONFIRMED = 1.92  # in l: chi^2 with one degree, 95 %
+RESOLVED_SHARE = 0.01  # of the variance: below, there is nothing left to testify about
+STARTS = (-4.0, -1.5, 0.5)  # log theta of an input that joins
+FINE_NUGGET = 1e-8
+TOLERANCE, EVALUATIONS = 1e-3, 200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Examined:
+    """A screening after the second witness.
+
+    Attributes:
+        found: with the confirmed units behind the selected ones.
+        confirmed, disputed: units that the witness named and the likelihood confirmed, and did not.
+        errors: (n,) leave-one-out, of the standardised response of the canonical runs.
+        share: what stays unexplained.
+    """
+
+    found: Found
+    confirmed: tuple[int, ...]
+    disputed: tuple[int, ...]
+    errors: np.ndarray
+    share: HiddenShare
+
+
+def examined(
+    found: Found, runs: CanonicalRuns, rules: Rules, *, testify: bool, rng: np.random.Generator
+) -> Examined:
+    """Ask the witness about the selection of a screening.
+
+    `testify` False asks nobody and only reckons what is unexplained.
+    """
+    ground = landscape_of(runs, restricted=rules.restricted, eta=found.etas[found.accepted])
+    confirmed: tuple[int, ...] = ()
+    disputed: tuple[int, ...] = ()
+    errors, share = _unexplained(ground, found.optima[found.accepted], runs)
+    while testify and share.upper > RESOLVED_SHARE:
+        selected = found.sets[found.accepted]
+        named = inputs_in_errors(runs, errors, selected, rng=rng)
+        # with nothing selected the errors are the response, and a confirmation would be no second look
+        ends = [
+            (u, _joined(ground, found.optima[found.accepted], selected, u, rules)) for u in named if selected
+        ]
+        better = [(u, e) for u, e in ends if e.value - found.optima[found.accepted].value >= CONFIRMED]
+        if not better:
+            disputed = named
+            break
+        unit, end = max(better, key=lambda pair: pair[1].value)
+        at = found.accepted + 1
+        found = replace(
+            found,
+            sets=[*found.sets[:at], (*selected, unit)],
+            optima=[*found.optima[:at], end],
+            etas=[*found.etas[:at], found.etas[at - 1]],
+            accepted=at,
+            ranked=(*selected, unit, *(u for u in found.ranked if u not in (*selected, unit))),
+        )
+        confirmed += (unit,)
+        errors, share = _unexplained(ground, end, runs)
+    if testify and share.upper > RESOLVED_SHARE:
+        regression = quadratic_witness(runs, rng=rng).inputs
+        disputed = tuple(dict.fromkeys((*disputed, *regression)))
+    selected = found.sets[found.accepted]
+    disputed = tuple(u for u in disputed if u not in selected)
+    return Examined(found=found, confirmed=confirmed, disputed=disputed, errors=errors, share=share)
+
+
+def _joined(ground: Landscape, at: Optimum, selected: tuple[int, ...], unit: int, rules: Rules) -> Optimum:
+    """The best maximum with one more unit."""
+    log_theta = at.log_theta(ground.n_units)
+    partition = tuple((u,) for u in (*selected, unit))
+    base = [log_theta[u] for u in selected]
+    return max(
+        (
+            ground.climb(
+                partition,
+                np.array([*base, new, at.phi[-1]]),
+                nugget=rules.nugget,
+                tolerance=TOLERANCE,
+                max_evaluations=EVALUATIONS,
+            )
+            for new in STARTS
+        ),
+        key=lambda end: end.value,
+    )
+
+
+def _unexplained(ground: Landscape, at: Optimum, runs: CanonicalRuns) -> tuple[np.ndarray, HiddenShare]:
+    """Leave-one-out errors of the selection; the nugget's floor, which blurs what is smooth, is lifted."""
+    errors = left_out_errors(ground, at)
+    share = hidden_share(errors, runs.y)
+    if not at.partition:
+        return errors, share
+    nugget = (FINE_NUGGET, max(10.0, 1.1 * float(np.exp(at.phi[-1]))))
+    finer = left_out_errors(
+        ground,
+        ground.climb(at.partition, at.phi, nugget=nugget, tolerance=TOLERANCE, max_evaluations=EVALUATIONS),
+    )
+    other = hidden_share(finer, runs.y)
+    return (finer, other) if other.unexplained < share.unexplained else (errors, share)
+
+
+def where_it_errs(seen: Examined, runs: CanonicalRuns, x: np.ndarray, *, seed: int) -> RoughSide | None:
+    """Where the Kriging errs, in the coordinates of the given x (n, d); labels have no above and below."""
+    numbers = [int(k) for i, k in enumerate(runs.columns) if i not in runs.labels]
+    return rough_side(x[runs.rows], seen.errors, numbers, rng=np.random.default_rng(seed))

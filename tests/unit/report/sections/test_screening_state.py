@@ -1,0 +1,69 @@
+"""The verdict of a screening on the first screen, in the first line and in the findings."""
+
+import json
+
+import pytest
+
+from tests.sample_campaign import write_sample
+from workbench.report.lines.screening import screening_lines
+from workbench.report.page.folder import CampaignFolder
+from workbench.report.sections.answers import answer_cards
+from workbench.report.sections.findings import _drivers
+from workbench.report.sections.screening import screening_section
+
+STATES = {
+    "resolved": ("Resolved, down to 0.4 % of the variance.", 0.004, "good"),
+    "partly resolved": ("Partly resolved, down to 3.4 % of the variance.", 0.034, "fair"),
+    "not resolved": ("Not resolved.", 0.6, "poor"),
+}
+
+
+@pytest.fixture(params=STATES)
+def judged(request, tmp_path):
+    """A campaign's folder whose screening has one of the states."""
+    path = write_sample(tmp_path / "sample.holdfast", q2=0.95)
+    file = path / "screening.json"
+    document = json.loads(file.read_text()) | {
+        "state": request.param,
+        "hidden_share": STATES[request.param][1],
+    }
+    file.write_text(json.dumps(document))
+    return (
+        request.param,
+        CampaignFolder.opened(path, documents=["screening", "worst_case", "layout", "robust"]),
+        document,
+    )
+
+
+def test_the_state_stands_on_the_first_screen_and_nothing_green_over_it(judged):
+    state, folder, _ = judged
+    cards = answer_cards(folder)
+    (card,) = [c for c in cards if c.section == "screening"]
+    sentence, _, level = STATES[state]
+    assert card.detail.startswith(sentence)
+    assert card.level == level
+    assert screening_section(folder).blocks[0].level == level
+    (trust,) = [c for c in cards if c.section == "fit"]
+    assert (trust.level == "good") == (state == "resolved")
+    if state == "not resolved":
+        assert cards[0] is card
+        assert "is not resolved" in trust.detail
+
+
+def test_the_state_stands_in_the_first_line(judged):
+    state, _, document = judged
+    first = screening_lines(document)[0]
+    assert first.startswith("Screening of y [kN]: " + state)
+    assert first.endswith("(forward)")
+
+
+def test_no_effect_is_denied_where_one_may_hide(judged):
+    state, folder, _ = judged
+    (text,) = _drivers(folder)
+    said = {
+        "resolved": "Of the variance less than 0.4 % is due to any of",
+        "partly resolved": "Effects of up to 3.4 % of the variance may hide in",
+        "not resolved": "effects may hide in",
+    }[state]
+    assert said in text
+    assert "No effect" not in text
