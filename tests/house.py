@@ -44,7 +44,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
         "report",
         "robust",
         "screening search figures workers",
-        "study",
+        "study provenance",
         "sampling models",
         "space motion system",
         "engine errors _siblings _moved",

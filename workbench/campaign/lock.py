@@ -4,20 +4,26 @@ It also guards the runs: when the model's source changes under stored runs, cont
 so that is refused until the user says which is meant.
 """
 
+import json
 import platform
+import time
+from collections.abc import Mapping, Sequence
 from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from workbench.campaign.store import Store
 from workbench.errors import StudyError
 from workbench.models.protocol import ModelSpec
+from workbench.provenance.state import ModelState
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["check_lock", "versions", "write_lock"]
+__all__ = ["check_lock", "present_version", "take_state", "versions", "write_lock"]
 
 FILE = "study.lock.json"
+MOST_SHOWN = 5
 PACKAGES = ("holdfast", "numpy", "scipy", "numba", "scikit-learn", "pyDOE3", "pandas", "xarray", "matplotlib")
 
 
@@ -46,8 +52,12 @@ def write_lock(folder: Path, study: Study, spec: ModelSpec) -> None:
         write_json(folder / FILE, content)
 
 
-def check_lock(folder: Path, spec: ModelSpec, *, runs: int, keep_runs: bool) -> list[str]:
+def check_lock(
+    folder: Path, spec: ModelSpec, *, runs: int, keep_runs: bool, guarded: bool = True
+) -> list[str]:
     """What a person should know before continuing with `runs` stored runs.
+
+    `guarded`: compare the source with the lock's; not where runs know the state of the model that made them.
 
     Raises:
         StudyError: the model's source is not the one that made the stored runs.
@@ -59,7 +69,7 @@ def check_lock(folder: Path, spec: ModelSpec, *, runs: int, keep_runs: bool) -> 
     model: dict[str, Any] = lock.get("model", {})
     same_name = (model.get("identity"), model.get("version")) == (spec.identity, spec.version)
     now = source(spec)
-    if same_name and model.get("source") and now and model["source"] != now:
+    if guarded and same_name and model.get("source") and now and model["source"] != now:
         if not keep_runs:
             raise StudyError(
                 f"the source of the model changed after {runs} runs were stored in {folder.name}. Give "
@@ -71,6 +81,91 @@ def check_lock(folder: Path, spec: ModelSpec, *, runs: int, keep_runs: bool) -> 
     if moved:
         notes.append(f"continued with other versions than it was begun with: {', '.join(moved)}")
     return notes
+
+
+def take_state(
+    store: Store, state: ModelState, spec: ModelSpec, *, place: str, same_model: bool
+) -> list[str]:
+    """From now on answers belong to this state of the model; what a person should know.
+
+        content = next(json.loads(c) for _, digest, _, c in reversed(known) if digest == others[-1][0])
+
+    Raises:
+        StudyError: stored runs were made by another state, and nobody said that it gives the same.
+    """
+    known = store.select("SELECT id, digest, same_as, content FROM model_state ORDER BY id")
+    made = store.select(
+        "SELECT s.digest, COUNT(*), MAX(s.id) FROM evaluation AS e "
+        "JOIN model_state AS s ON s.id = e.state "
+        "WHERE e.model = ? AND e.version = ? AND e.status = 'ok' GROUP BY s.digest ORDER BY 3",
+        [spec.identity, spec.version],
+    )
+    alike = _alike(state.digest, [(digest, same_as) for _, digest, same_as, _ in known])
+    others = [(digest, runs) for digest, runs, _ in made if digest not in alike]
+    notes = []
+    vouched: list[str | None] = []
+    if others:
+        runs = sum(count for _, count in others)
+        content = next(json.loads(text) for _, digest, _, text in reversed(known) if digest == others[-1][0])
+        changes = _changes(content["decides"], state.decides)
+        if not same_model:
+            raise StudyError(
+                f"the source of the model changed after {runs} runs were stored in {place}: {changes}. Undo "
+                "that; or give --same-model when their results still hold, or --new-version to make them "
+                "anew beside the old ones"
+            )
+        vouched = [digest for digest, _ in others]
+        notes.append(f"the source of the model changed ({changes}); {runs} runs are kept as you asked")
+    text = json.dumps(state.to_dict(), sort_keys=True)
+    same = [id_ for id_, digest, _, content in known if content == text]
+    if same and not vouched:
+        store.state_now = same[0]
+        return notes
+    with store.transaction():
+        for digest in vouched or [None]:
+            store.write(
+                "INSERT INTO model_state (digest, same_as, content, seen) VALUES (?, ?, ?, ?)",
+                [state.digest, digest, text, time.time()],
+            )
+    ((store.state_now,),) = store.select("SELECT MAX(id) FROM model_state")
+    return notes
+
+
+def present_version(store: Store, base: str, *, anew: bool = False) -> str:
+    """The version that runs of the study's version `base` go by; `anew`: the next one."""
+    name = f"version {base}"
+    found = store.select("SELECT value FROM meta WHERE key = ?", [name])
+    version = str(found[0][0]) if found else base
+    if anew:
+        number = int(version.rpartition("~")[2]) if version != base else 1
+        version = f"{base}~{number + 1}"
+        store.write("INSERT OR REPLACE INTO meta VALUES (?, ?)", [name, version])
+    return version
+
+
+def _alike(digest: str, vouched: Sequence[tuple[str, str | None]]) -> set[str]:
+    """Digests of states that somebody vouched for to equal this one, one by one."""
+    found = {digest}
+    while True:
+        more = {
+            end
+            for pair in vouched
+            if None not in pair and found & set(pair)
+            for end in pair
+            if end is not None
+        }
+        if more <= found:
+            return found
+        found |= more
+
+
+def _changes(before: Mapping[str, str], after: Mapping[str, str]) -> str:
+    changed = [name for name in after if name in before and before[name] != after[name]]
+    texts = [f"{name} changed" for name in changed]
+    texts += [f"{name} is new" for name in after if name not in before]
+    texts += [f"{name} is gone" for name in before if name not in after]
+    shown = ", ".join(texts[:MOST_SHOWN])
+    return shown + (f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else "")
 
 
 def file_digest(path: Path) -> str:

@@ -5,22 +5,25 @@ returned beside its responses, from the stored history, or from the files that w
 """
 
 import math
-from collections.abc import Iterator, Mapping
+import shutil
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from workbench.campaign.read_rows import ReadRow, read_again, read_otherwise
+from workbench.campaign.read_rows import ReadRow, copied_at_baseline, read_again, read_otherwise
 from workbench.campaign.store import Store
 from workbench.campaign.store_schema import kept_name
-from workbench.errors import EvaluationFailed, StoreError
+from workbench.errors import EvaluationFailed, StoreError, StudyError
+from workbench.models.evaluation import UNFINISHED
 from workbench.models.histories import History
 from workbench.models.kept_files import unpacked
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.models.readers import read_response
+from workbench.space.box import Space
 
-__all__ = ["KEPT", "Rereading", "kept_archive", "looked_at", "reread"]
+__all__ = ["KEPT", "Rereading", "kept_archive", "looked_at", "reread", "take_at_baseline"]
 
 KEPT = "kept"
 
@@ -178,6 +181,30 @@ def looked_at(
         )
     read = sum(answer is not None for _, answer in answers)
     return answers, Rereading(read=read, looked_at=len(rows))
+
+
+def take_at_baseline(
+    store: Store, folder: Path, space: Space, version: str, key: Callable[[Mapping[str, Any]], str]
+) -> int:
+    """Let runs that were made before a parameter was added stand for runs at its baseline; how many did."""
+    baselines = {p.name: p.baseline for p in space.parameters if p.baseline is not None}
+    found = []
+    for row in store.rows(version=version):
+        missing = [name for name in space.names if name not in row.inputs]
+        if row.status in UNFINISHED or not missing or not set(row.inputs) < set(space.names):
+            continue
+        try:
+            whole = space.canonical({**row.inputs, **{name: baselines[name] for name in missing}})
+        except (KeyError, StudyError):
+            continue  # no baseline, or outside the bounds: the design says so
+        found.append((row.key, key(whole), whole))
+    copied = copied_at_baseline(store, found)
+    for place, suffix in (("histories", ".nc"), (KEPT, ".zip")):
+        for old, new in copied:
+            source = folder / place / f"{old}{suffix}"
+            if source.exists():
+                shutil.copyfile(source, source.with_stem(new))
+    return len(copied)
 
 
 def _read(run: _Run) -> tuple[Answer | None, tuple[str, str]]:

@@ -4,7 +4,6 @@ The folder, the store, our own workers, and `ask` and `tell` for results that co
 stand above (`workbench.stages`) and work on this.
 """
 
-import shutil
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,20 +11,22 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from workbench.campaign.lock import check_lock, write_lock
+from workbench.campaign.lock import check_lock, present_version, take_state, write_lock
 from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress, Silent
-from workbench.campaign.read_rows import copied_at_baseline, former_keys, present_reading, run_again
-from workbench.campaign.rereading import Rereading, kept_archive, reread
+from workbench.campaign.read_rows import former_keys, present_reading, run_again
+from workbench.campaign.rereading import Rereading, kept_archive, reread, take_at_baseline
 from workbench.campaign.store import Store, run_key
 from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
 from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
-from workbench.models.evaluation import FAILED, UNFINISHED, Evaluation
+from workbench.models.evaluation import FAILED, Evaluation
 from workbench.models.evaluator import Outcome
 from workbench.models.histories import Reduction
 from workbench.models.kept_files import ARCHIVE
 from workbench.models.opening import open_model
 from workbench.models.protocol import Answer, settle
+from workbench.provenance.content import ContentCache
+from workbench.provenance.state import model_state
 from workbench.study.record import Study
 from workbench.system.atomic import write_text
 
@@ -63,7 +64,6 @@ class CampaignRuns:
         self.permissions = Permissions() if permissions is None else permissions
         self._function = function
         self._engine: Engine | None = None
-        self.spec = study.spec(version=self._version())
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as exc:
@@ -72,11 +72,15 @@ class CampaignRuns:
             ) from exc
         self.store = Store.opened(self.folder / "runs.sqlite")
         try:
+            self.spec = study.spec(version=self._version())
+            for text in self._state_taken():
+                self.progress.note(text)
             for text in check_lock(
                 self.folder,
                 self.spec,
                 runs=self.store.counts().get("ok", 0),
                 keep_runs=self.permissions.same_model,
+                guarded=not self._knows_states,
             ):
                 self.progress.note(text)
             if study.text:
@@ -84,7 +88,8 @@ class CampaignRuns:
             write_lock(self.folder, study, self.spec)
             self._rename_former_files()
             if self.permissions.at_baseline:
-                self._take_at_baseline()
+                count = take_at_baseline(self.store, self.folder, study.space, self.spec.version, self.key)
+                self.progress.note(f"{count} runs made before a parameter was added count as at its baseline")
             present_reading(self.store, study.readings)
             self.reread()
         except BaseException:
@@ -234,7 +239,26 @@ class CampaignRuns:
             from workbench.models.table import table_digest
 
             return table_digest(self.study.folder / model["file"])
-        return str(model["version"])
+        return present_version(self.store, str(model["version"]))
+
+    def _state_taken(self) -> list[str]:
+        """Let answers belong to the present state of the model; what a person should know."""
+        cache = ContentCache(self.folder / ".content.json")
+        wanted = self.study.model.get("state") or {}
+        state = model_state(self.spec, wanted, cache=cache)
+        self._knows_states = bool(
+            self.store.select("SELECT 1 FROM evaluation WHERE state IS NOT NULL LIMIT 1")
+        )
+        place, allowed = self.folder.name, self.permissions
+        try:
+            return take_state(self.store, state, self.spec, place=place, same_model=allowed.same_model)
+        except StudyError:
+            if not allowed.new_version:
+                raise
+        version = present_version(self.store, str(self.study.model["version"]), anew=True)
+        self.spec = self.study.spec(version=version)
+        take_state(self.store, state, self.spec, place=place, same_model=False)
+        return ["the model changed: its runs are made anew, the old ones stay beside them"]
 
     def _make(self, keys: Sequence[str], *, total: int, quiet: bool) -> None:
         """Run queued rows on the engine of the study."""
@@ -275,31 +299,6 @@ class CampaignRuns:
             for path in (self.folder / place).glob("*"):
                 if path.stem in former and not path.with_stem(former[path.stem]).exists():
                     path.rename(path.with_stem(former[path.stem]))
-
-    def _take_at_baseline(self) -> None:
-        """Let runs that were made before a parameter was added stand for runs at its baseline."""
-        space = self.study.space
-        baselines = {p.name: p.baseline for p in space.parameters if p.baseline is not None}
-        found = []
-        for row in self.store.rows(version=self.spec.version):
-            missing = [name for name in space.names if name not in row.inputs]
-            if row.status in UNFINISHED or not missing or not set(row.inputs) < set(space.names):
-                continue
-            try:
-                whole = space.canonical({**row.inputs, **{name: baselines[name] for name in missing}})
-            except (KeyError, StudyError):
-                continue  # no baseline, or outside the bounds: the design says so
-            found.append((row.key, self.key(whole), whole))
-        copied = copied_at_baseline(self.store, found)
-        for place, suffix in (("histories", ".nc"), ("kept", ".zip")):
-            for key, new in copied:
-                source = self.folder / place / f"{key}{suffix}"
-                if source.exists():
-                    shutil.copyfile(source, source.with_stem(new))
-        if copied:
-            self.progress.note(
-                f"{len(copied)} runs made before a parameter was added count as at its baseline"
-            )
 
     def _workdir(self, key: str) -> Path:
         """Where a run of a command stands."""

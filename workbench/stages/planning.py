@@ -4,6 +4,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from workbench.campaign.lock import present_version
 from workbench.campaign.read_rows import known_reading
 from workbench.campaign.rereading import KEPT, looked_at
 from workbench.campaign.store import Store, run_key
@@ -64,6 +65,7 @@ def _served(study: Study, place: Path) -> dict[str, Any]:
     spec = study.spec(version=str(study.model["version"]))
     store = Store.reading(place / "runs.sqlite")
     try:
+        spec = study.spec(version=present_version(store, spec.version))
         design = read_json(place / "design.json")
         if study.design is not None and design is not None and study.design["kind"] != "table":
             answered = answered_runs(

@@ -119,8 +119,26 @@ def watch(
 
 
 @commands.command()
-def doctor(json_: Json = False) -> None:
+def doctor(
+    model: Annotated[
+        Path | None, typer.Option(help="List what the state of this study's model consists of instead.")
+    ] = None,
+    json_: Json = False,
+) -> None:
     """Check this installation: versions, packages of the same name, workers, disk."""
+    if model is not None:
+        from workbench.provenance.content import ContentCache
+        from workbench.provenance.state import model_state
+        from workbench.study.loading import load_study
+
+        read = load_study(model)
+        spec = read.spec(version=str(read.model.get("version", "")))
+        state = model_state(spec, read.model.get("state") or {}, cache=ContentCache(None))
+        lines = ["a change of these is asked about ([model.state] includes and excludes):"]
+        lines += [f"  {name}" for name in state.decides]
+        lines += ["written down with every run:", *(f"  {n} {v}" for n, v in state.circumstances.items())]
+        finish({**state.to_dict(), "digest": state.digest}, lines, as_json=json_)
+        return
     from workbench.terminal.doctor import examine
 
     found = examine()

@@ -24,6 +24,7 @@ __all__ = [
     "Dask",
     "Folder",
     "Json",
+    "NewVersion",
     "Retry",
     "RunAgain",
     "SameModel",
@@ -47,6 +48,10 @@ SameModel = Annotated[
 AtBaseline = Annotated[
     bool,
     typer.Option("--at-baseline", help="Runs made before a parameter was added were made at its baseline."),
+]
+NewVersion = Annotated[
+    bool,
+    typer.Option("--new-version", help="The model changed: make its runs anew, the old ones stay apart."),
 ]
 RunAgain = Annotated[
     bool, typer.Option("--run-again", help="Make runs anew from which a response cannot be read.")

@@ -13,6 +13,7 @@ from workbench.terminal.shared import (
     Dask,
     Folder,
     Json,
+    NewVersion,
     Retry,
     RunAgain,
     SameModel,
@@ -34,6 +35,7 @@ def run(
     workers: Workers = None,
     dask: Dask = None,
     same_model: SameModel = False,
+    new_version: NewVersion = False,
     run_again: RunAgain = False,
     at_baseline: AtBaseline = False,
     retry_failed: Retry = False,
@@ -43,7 +45,9 @@ def run(
     from workbench.campaign.permissions import Permissions
     from workbench.stages.run_all import run_lines
 
-    allowed = Permissions(same_model=same_model, run_again=run_again, at_baseline=at_baseline)
+    allowed = Permissions(
+        same_model=same_model, new_version=new_version, run_again=run_again, at_baseline=at_baseline
+    )
     with opened_campaign(study, folder, workers=workers, dask=dask, permissions=allowed) as campaign:
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")

@@ -1,0 +1,51 @@
+"""Digests of files by content, read once: a file of known size and time is not read again."""
+
+from collections.abc import Callable
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+from workbench.system.atomic import read_json, write_json
+
+__all__ = ["ContentCache", "digest_of"]
+
+
+class ContentCache:
+    """What was found in files, kept in a JSON file: path -> size, time, finding."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        found = None if path is None else read_json(path)
+        self._known: dict[str, list[Any]] = found if isinstance(found, dict) else {}
+        self._changed = False
+
+    def of(self, file: Path, find: Callable[[Path], Any]) -> Any:
+        """What `find` says of the file, in plain types; asked again only when its size or time changed.
+
+        Raises:
+            OSError: the file cannot be read.
+        """
+        status = file.stat()
+        name, stamp = f"{find.__name__} {file}", [status.st_size, status.st_mtime_ns]
+        known = self._known.get(name)
+        if known is not None and known[0] == stamp:
+            return known[1]
+        finding = find(file)
+        self._known[name] = [stamp, finding]
+        self._changed = True
+        return finding
+
+    def write(self) -> None:
+        """Keep what is new; without a place to write nothing is kept, and files are read again next time."""
+        if self._path is not None and self._changed:
+            write_json(self._path, self._known)
+            self._changed = False
+
+
+def digest_of(file: Path) -> str:
+    """A digest of a file's bytes."""
+    total = blake2b(digest_size=16)
+    with open(file, "rb") as source:
+        while block := source.read(1 << 20):
+            total.update(block)
+    return total.hexdigest()

@@ -1,0 +1,190 @@
+"""The state of a model: what decides its results, by content, and the circumstances that are written down.
+
+What decides: the function's code and all that it imports inside the study's and the user's own folders, data
+files that it names, templates and copied files, solvers with their linked libraries, an FMU, and what
+`[model.state]` lists. The circumstances (packages, Python, processor, commit) are attributed to runs; where
+they change, nothing is refused.
+"""
+
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from hashlib import blake2b
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from workbench.models.protocol import ModelSpec
+from workbench.provenance.closure import closure_of, file_of
+from workbench.provenance.content import ContentCache, digest_of
+
+__all__ = ["ModelState", "model_state", "reader_digest"]
+
+DISTRIBUTIONS = {"sklearn": "scikit-learn", "yaml": "PyYAML", "PIL": "pillow", "cv2": "opencv-python"}
+LIBRARY = re.compile(r"=> (/\S+) \(0x|^\s+(/\S+) \(0x", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelState:
+    """`decides`: what ("code solver.py", "library libm.so.6") -> digest. `circumstances`: what -> text."""
+
+    decides: Mapping[str, str]
+    circumstances: Mapping[str, str]
+
+    @property
+    def digest(self) -> str:
+        """Of what decides."""
+        return blake2b(json.dumps(dict(self.decides), sort_keys=True).encode(), digest_size=16).hexdigest()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain types for JSON."""
+        return {"decides": dict(self.decides), "circumstances": dict(self.circumstances)}
+
+
+def model_state(spec: ModelSpec, wanted: Mapping[str, Any], *, cache: ContentCache) -> ModelState:
+    """The present state of the model of a study; `wanted` is `[model.state]`."""
+    study = Path(spec.folder)
+    decides: dict[str, str] = {}
+    packages = {"numpy"}
+    starts = [file for place in _functions(spec) if (file := file_of(place, study)) is not None]
+    named = _named_files(spec)
+    starts += [study / name for name in named if name.endswith(".py")]
+    closure = closure_of(starts, study, cache)
+    packages |= closure.packages
+    decides |= {f"code {name}": digest for name, digest in closure.code.items()}
+    decides |= {f"data {name}": digest for name, digest in closure.data.items()}
+    for name in named:
+        if not name.endswith(".py"):
+            decides[f"file {name}"] = _digest(study / name, cache)
+    for pattern in wanted.get("include", ()):
+        for file in sorted(study.glob(pattern)):
+            if file.is_file():
+                decides[f"file {file.relative_to(study).as_posix()}"] = _digest(file, cache)
+    for program in _programs(spec):
+        decides |= _program(program, cache)
+    for name in wanted.get("environment", ()):
+        decides[f"environment {name}"] = os.environ.get(name, "")
+    out = wanted.get("exclude", ())
+    decides = {k: v for k, v in decides.items() if not any(fnmatch(k.partition(" ")[2], p) for p in out)}
+    cache.write()
+    return ModelState(decides=dict(sorted(decides.items())), circumstances=_circumstances(packages, study))
+
+
+def reader_digest(function: str, study: Path, *, cache: ContentCache) -> str:
+    """A digest of the code behind a reader that is a function; empty where its file is not found."""
+    file = file_of(function.rpartition(":")[0], study)
+    code = {} if file is None else closure_of([file], study, cache).code
+    return blake2b(json.dumps(code, sort_keys=True).encode(), digest_size=16).hexdigest() if code else ""
+
+
+def _functions(spec: ModelSpec) -> list[str]:
+    """Modules of the functions that are the model."""
+    given = [spec.options.get(key) for key in ("function", "gradient")] if spec.kind == "python" else []
+    return list(dict.fromkeys(reference.rpartition(":")[0] for reference in given if reference))
+
+
+def _named_files(spec: ModelSpec) -> list[str]:
+    """Files beside the study that the model's table names."""
+    if spec.kind == "fmu":
+        return [spec.options["file"]]
+    if spec.kind != "command":
+        return []
+    names = [table["from"] for table in spec.options.get("templates", ())]
+    names += spec.options.get("files", ())
+    for command in _commands(spec):
+        names += [a.removeprefix("{study}/") for a in command[1:] if a.startswith("{study}/")]
+    return list(dict.fromkeys(names))
+
+
+def _commands(spec: ModelSpec) -> list[list[str]]:
+    command = spec.options.get("command", []) if spec.kind == "command" else []
+    return [command] if command and isinstance(command[0], str) else list(command)
+
+
+def _programs(spec: ModelSpec) -> list[Path]:
+    """The programs of the commands, where they are found; this interpreter is known by its version."""
+    found = []
+    for command in _commands(spec):
+        name = shutil.which(command[0].replace("{study}", spec.folder)) if command[0] != "{python}" else None
+        if name is not None and Path(name).resolve() != Path(sys.executable).resolve():
+            found.append(Path(name).resolve())
+    return found
+
+
+def _program(path: Path, cache: ContentCache) -> dict[str, str]:
+    """A program and the libraries that it is linked with, by content."""
+    found = {f"program {path.name}": _digest(path, cache)}
+    for library in cache.of(path, linked_libraries):
+        found[f"library {Path(library).name}"] = _digest(Path(library), cache)
+    return found
+
+
+def linked_libraries(path: Path) -> list[str]:
+    """Paths of the shared libraries that the loader would take; none for scripts and static programs."""
+    with open(path, "rb") as file:
+        if file.read(4) != b"\x7fELF":
+            return []
+    tool = shutil.which("ldd")
+    if tool is None:
+        return []
+    try:
+        ended = subprocess.run([tool, str(path)], capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return []
+    return sorted({a or b for a, b in LIBRARY.findall(ended.stdout)})
+
+
+def _digest(path: Path, cache: ContentCache) -> str:
+    try:
+        return str(cache.of(path, digest_of))
+    except OSError:
+        return "missing"
+
+
+def _circumstances(packages: set[str], study: Path) -> dict[str, str]:
+    found = {"python": platform.python_version(), "machine": platform.machine(), "processor": _processor()}
+    for name in sorted({"holdfast", *packages}):
+        try:
+            found[f"package {name}"] = version(DISTRIBUTIONS.get(name, name))
+        except PackageNotFoundError:
+            continue
+    commit = _commit(study)
+    return {**found, "commit": commit} if commit else found
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+
+
+def _commit(folder: Path) -> str:
+    """The commit that the repository around a folder stands at; empty where there is none."""
+    for place in (folder, *folder.parents):
+        git = place / ".git"
+        if git.is_file():
+            git = Path(place, git.read_text().partition("gitdir:")[2].strip())
+        head = git / "HEAD"
+        if not head.is_file():
+            continue
+        text = head.read_text().strip()
+        if not text.startswith("ref: "):
+            return text
+        common = git / "commondir"
+        base = (git / common.read_text().strip()) if common.is_file() else git
+        reference = base / text[5:]
+        if reference.is_file():
+            return reference.read_text().strip()
+        packed = base / "packed-refs"
+        lines = packed.read_text().splitlines() if packed.is_file() else []
+        return next((line.split()[0] for line in lines if line.endswith(text[5:])), "")
+    return ""
