@@ -140,7 +140,13 @@ def test_the_responses_of_a_table_of_runs(tmp_path):
         tmp_path, 'responses = { travel = "max", load = "min" }', model='kind = "table"\nfile = "runs.csv"'
     )
     assert [document["response"], document["others"][0]["response"]] == ["travel", "load"]
-    assert [document["confirmed"], document["others"][0]["confirmed"]] == [False, False]
+    # the table holds both corners, and nothing beyond them is predicted: runs of the table are the answer
+    assert [document["confirmed"], document["others"][0]["confirmed"]] == [True, True]
+    assert [document["value"], document["others"][0]["value"]] == [1.0, 0.0]
+    assert [document["parameters"], document["others"][0]["parameters"]] == [
+        {"a": 1.0, "b": 0.0},
+        {"a": 0.0, "b": 0.0},
+    ]
 
 
 def test_the_order_of_the_responses_is_part_of_the_stage(tmp_path):
