@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import rankdata
 
-from surrogates import Judgement, KrigingScreener, selection_stability
+from surrogates import Judgement, KrigingScreener, choose_scale, on_scale, selection_stability
 from workbench.errors import StudyError
 from workbench.screening.record import Screening
 from workbench.screening.selected import SelectedKriging
@@ -23,7 +22,12 @@ from workbench.space.streams import stream
 __all__ = ["METHODS", "screen"]
 
 METHODS = ("default", "forward", "welch")
-TRANSFORMS = ("none", "ranks")
+TRANSFORMS = ("none", "auto", "log", "ranks")
+SCALES_IN_WORDS = {
+    "none": "",
+    "log": ", of the logarithm of the response",
+    "ranks": ", of the ranks of the response",
+}
 STABILITY_RUNS = 130  # resamples for larger designs cost seconds each
 RESAMPLES, RESAMPLES_OF_LARGE = 20, 4
 
@@ -54,9 +58,11 @@ def screen(
         rows: runs as outcomes of a campaign, mappings of parameters and response, a DataFrame or a Dataset.
             Runs that failed or have no finite response are left out and counted.
         method: "default", "forward" (as published) or "welch".
-        transform: "none", or "ranks": parameters are selected by the ranks of the response (Iman and Conover,
-            Technometrics 21, 1979), which suits one that jumps between two levels. The Kriging of the
-            selected parameters and its effects are of the response itself.
+        transform: what parameters are selected by: "none", "log" for one over decades, "ranks" (Iman and
+            Conover, Technometrics 21, 1979) for one that jumps between two levels, or "auto" for the one of
+            these that predicts left-out runs best on the response's own scale (`surrogates.choose_scale`).
+            The Kriging of the selected parameters and its effects are of the response itself; the share
+            that may hide is one of the scale screened on.
         seed: of the starts, the resamples and the draws.
         n_selected: how many parameters to select, instead of deciding it.
         groups: names of parameters that are to be selected together.
@@ -81,7 +87,9 @@ def screen(
         categorical=space.label_columns,
         groups=[[space.names.index(name) for name in group] for group in groups],
         seed=seed,
-    ).fit(x, rankdata(y) if transform == "ranks" else y)
+    )
+    scale, reason = _scale(screener, x, y, transform, response.name)
+    screener.fit(x, on_scale(y, scale))
     names = np.array(space.names)
     stability: dict[str, float] = {}
     if method != "welch":
@@ -95,7 +103,7 @@ def screen(
         response=response.name,
         unit=response.unit,
         method=method,
-        criterion=facts.criterion + (", of the ranks of the response" if transform == "ranks" else ""),
+        criterion=facts.criterion + SCALES_IN_WORDS[scale] + reason,
         rule=facts.rule,
         n_runs=len(y),
         n_left_out=runs.n_left_out,
@@ -114,6 +122,20 @@ def screen(
         sobol=model.sobol(space) if model else {},
         diagnosis=_diagnosis(facts, judged, space.names, ids),
     )
+
+
+def _scale(
+    screener: KrigingScreener, x: np.ndarray, y: np.ndarray, transform: str, response: str
+) -> tuple[str, str]:
+    """The scale to screen on, and why where it was chosen."""
+    if transform == "auto":
+        choice = choose_scale(screener, x, y)
+        return choice.scale, f" ({choice.reason})"
+    if transform == "log" and not (y > 0.0).all():
+        raise StudyError(
+            f"screening transform 'log' needs {response!r} above 0 in all runs, got {y.min():g}: take 'ranks'"
+        )
+    return transform, ""
 
 
 def _step(step: Any, names: Sequence[str]) -> dict[str, Any]:

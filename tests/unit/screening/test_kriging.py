@@ -193,8 +193,10 @@ def test_by_ranks_any_rising_scale_of_the_response_selects_the_same():
 
 
 def test_an_unknown_transform_is_refused():
-    with pytest.raises(StudyError, match=r"screening transform needs one of none, ranks, got 'log'"):
-        screen(runs(), SPACE, "head", transform="log")
+    with pytest.raises(
+        StudyError, match=r"screening transform needs one of none, auto, log, ranks, got 'sqrt'"
+    ):
+        screen(runs(), SPACE, "head", transform="sqrt")
 
 
 def test_shares_are_averaged_over_the_law_of_each_parameter():
@@ -249,3 +251,15 @@ def test_curves_over_many_levels_stand_at_levels():
     assert len(effect["x"]) == 25
     assert set(effect["x"]) <= {350.0 + 7 * i for i in range(51)}
     assert effect["mean"] == pytest.approx([1.5 * x for x in effect["x"]], rel=1e-3)
+
+
+def test_auto_takes_the_logarithm_of_a_response_over_decades_and_says_why():
+    rows = [
+        replace(r, outputs={"head": float(np.exp(2.0 * r.outputs["head"]))}) for r in runs(40) if r.outputs
+    ]
+    auto, log = (screen(rows, SPACE, "head", transform=t, effects=False) for t in ("auto", "log"))
+    assert auto.selected == log.selected
+    assert ", of the logarithm of the response (left unexplained of left-out runs" in auto.criterion
+    low = [replace(r, outputs={"head": r.outputs["head"] - 1e3}) for r in rows]
+    with pytest.raises(StudyError, match="'log' needs 'head' above 0 in all runs, got -"):
+        screen(low, SPACE, "head", transform="log", effects=False)

@@ -1,0 +1,30 @@
+"""The scale on which a response is screened, chosen by leave-one-out on its own scale."""
+
+import numpy as np
+import pytest
+
+from surrogates import KrigingScreener, choose_scale, on_scale
+
+
+def points(seed=0):
+    return np.random.default_rng([3, seed]).random((40, 5))
+
+
+def test_decades_ask_for_the_logarithm_and_smooth_responses_for_none():
+    x = points()
+    smooth = 5.0 + np.sin(3 * x[:, 0]) + x[:, 1]
+    assert choose_scale(KrigingScreener(), x, smooth).scale == "none"
+    wide = np.exp(5 * x[:, 0] + 2 * np.sin(4 * x[:, 3]))
+    choice = choose_scale(KrigingScreener(), x, wide)
+    assert choice.scale == "log"
+    assert choice.unexplained["log"] < 0.1 * choice.unexplained["none"]
+    assert "on the response's own scale: none" in choice.reason
+
+
+def test_a_response_that_is_not_positive_has_no_logarithm():
+    x = points()
+    assert "log" not in choose_scale(KrigingScreener(), x, x[:, 0] - 0.5).unexplained
+    with pytest.raises(ValueError, match="logarithm needs responses above 0, got -1"):
+        on_scale([-1.0, 2.0], "log")
+    with pytest.raises(ValueError, match="scale needs one of none, log, ranks, got 'sqrt'"):
+        on_scale([1.0, 2.0], "sqrt")
