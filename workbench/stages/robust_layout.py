@@ -14,6 +14,7 @@ from workbench.campaign.runs import CampaignRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.models.python import source_digest
+from workbench.report.claims import refuse_contradictions, robust_layout_claims
 from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
 from workbench.robust_layout.loop import find_robust_layout
@@ -87,8 +88,16 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
             "runs": runs.counts(),
             "broken_by_samples": broken is not None,
         }
+    for claim in robust_layout_claims(document):
+        refuse_contradictions(claim, _known(document))
     write_json(campaign.folder / "robust_layout.json", document)
     return document
+
+
+def _known(document: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """The robust layout's true runs in all cases, by the number of the case."""
+    values = document["layouts"][document["robust"]]["values"]
+    return [(f"in case {k}", v) for k, v in enumerate(values) if v is not None]
 
 
 def _model_identity(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:

@@ -2,14 +2,16 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.campaign.runs import CampaignRuns, outcome
 from workbench.errors import StudyError
 from workbench.models.evaluation import Evaluation
-from workbench.models.evaluator import Outcome
+from workbench.models.evaluator import Outcome, response_reader
 from workbench.models.python import load_function
+from workbench.report.claims import refuse_contradictions, worst_case_claims
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
 from workbench.stages.work import Work
@@ -30,15 +32,43 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     """Search, by true runs where the model can be run."""
     wanted = targets(campaign.study)
     reads = dict.fromkeys(name for target in wanted for name in target.reads)
-    runs = thinned_runs(campaign, screening_runs(campaign), next(iter(reads)), most=MOST_RUNS)
+    every = screening_runs(campaign)
+    runs = _with_extremes(thinned_runs(campaign, every, next(iter(reads)), most=MOST_RUNS), every, wanted)
     if campaign.study.model["kind"] == "table":
         for name in reads:
             runs_with_values(runs, name)
     sought = ", ".join(f"{target.sense} {target.name}" for target in wanted)
     campaign.progress.stage("worst_case", f"{sought} from {len(runs)} runs")
     document = _document(campaign, table, wanted, runs)
+    for claim, target in zip(worst_case_claims(document), wanted, strict=True):
+        refuse_contradictions(claim, _values(campaign.study, target, every))
     write_json(campaign.folder / "worst_case.json", document)
     return document
+
+
+def _with_extremes(
+    runs: list[Evaluation], every: Sequence[Evaluation], wanted: Sequence[Target]
+) -> list[Evaluation]:
+    """The runs a search starts from, and of all known ones the worst of every target."""
+    keys = {run.key for run in runs}
+    good = [run for run in every if run.status == "ok"]
+    for target in wanted:
+        read, sign = response_reader(target.reading), 1.0 if target.sense == "max" else -1.0
+        values = [sign * read(run.outputs) for run in good]
+        if values:
+            keys.add(good[values.index(max(values))].key)
+    return [run for run in every if run.key in keys]
+
+
+def _values(study: Study, target: Target, runs: Sequence[Evaluation]) -> list[tuple[str, float]]:
+    """The target's value in every known run that gave one and meets the constraints, with the run's key."""
+    read = response_reader(target.reading)
+    known = [
+        (run.key, read(run.outputs))
+        for run in runs
+        if run.status == "ok" and study.space.violated(run.inputs) is None
+    ]
+    return [(key, value) for key, value in known if isfinite(value)]
 
 
 def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:

@@ -323,3 +323,25 @@ def test_an_impossible_constraint_is_named():
     space = Space(BOX.parameters, constraints=("a > 5",))
     with pytest.raises(StudyError, match="no point of the space meets its constraints"):
         worst_case(bowl, space, budget=10)
+
+
+@pytest.mark.parametrize("sense", ["max", "min"])
+def test_the_worst_of_a_table_is_never_below_one_of_its_runs(sense):
+    """A Kriging smooths a cliff away; the run at its top is in the table."""
+    sign = 1.0 if sense == "max" else -1.0
+    space = Space((Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)))
+    u = np.random.default_rng(4).random((40, 2))
+    values = sign * (u[:, 0] + 0.1 * u[:, 1])
+    values[17] = sign * 50.0
+    runs = [
+        Outcome(parameters={"a": a, "b": b}, status="ok", outputs={"y": v}, key=f"row {k}")
+        for k, ((a, b), v) in enumerate(zip(u, values, strict=True))
+    ]
+    found = surrogate_worst_case(space, runs, response="y", sense=sense)
+    assert sign * found.value >= 50.0
+    assert sign * found.gap.upper >= sign * found.value
+    assert found.run_key == "row 17"
+    if found.confirmed:
+        assert found.value == sign * 50.0
+        assert found.status is Status.KNOWN_RUN
+        assert found.parameters == {"a": u[17, 0], "b": u[17, 1]}

@@ -1,0 +1,69 @@
+"""What contradicts itself or a known run is refused before it is written."""
+
+import pytest
+
+from workbench.report.claims import (
+    Claim,
+    Contradiction,
+    refuse_contradictions,
+    robust_layout_claims,
+    worst_case_claims,
+)
+
+WORST = {"response": "y", "unit": "m", "sense": "max", "value": 2.0, "confirmed": True, "run_key": "b"}
+LOOP = {
+    "unit": "m", "attack": {"runs": 1500}, "tolerance": 0.02, "bound": 1.0, "worst": 1.015, "closed": True,
+    "verdict": "green", "reasons": [],
+    "layouts": {"robust": {"values": [1.0, 0.4]}, "uniform": {"values": [1.2, None]}},
+}  # fmt: skip
+
+
+def claim(**changes):
+    (found,) = worst_case_claims({**WORST, **changes})
+    return found
+
+
+@pytest.mark.parametrize(("sense", "beyond"), [("max", 2.1), ("min", 1.9)])
+def test_a_known_run_beyond_the_worst_case_is_refused(sense, beyond):
+    said = claim(sense=sense)
+    refuse_contradictions(said, [("a", 2.0), ("b", 4.0 - beyond)])
+    with pytest.raises(Contradiction, match=f"2 m by a run, is not written: the known run c gave {beyond}"):
+        refuse_contradictions(said, [("a", 2.0), ("c", beyond)])
+
+
+@pytest.mark.parametrize(("sense", "wrong"), [("max", 1.9), ("min", 2.1)])
+def test_a_bound_on_the_wrong_side_is_refused(sense, wrong):
+    refuse_contradictions(claim(sense=sense, gap={"upper": 2.0}), [])
+    refuse_contradictions(claim(sense=sense, gap={"upper": None}), [])
+    with pytest.raises(Contradiction, match=f"its bound {wrong} lies on the wrong side"):
+        refuse_contradictions(claim(sense=sense, gap={"upper": wrong}), [])
+
+
+def test_every_response_of_a_search_makes_a_claim():
+    document = {**WORST, "others": [{**WORST, "response": "z", "confirmed": False, "sense": "min"}]}
+    first, second = worst_case_claims(document)
+    assert (first.kind, second.kind) == ("run", "prediction")
+    assert second.subject == "the worst case of z"
+
+
+def test_rounding_is_no_contradiction():
+    refuse_contradictions(claim(), [("a", 2.0 * (1 + 1e-12))])
+    assert claim().beyond(2.0) < 0 < claim().beyond(2.0 + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"attack": None}, "called closed without an attack that it withstood"),
+        ({"worst": 1.03}, "called closed without an attack that it withstood"),
+        ({"reasons": ["starts disagree"]}, "its verdict is green although starts disagree"),
+        ({"layouts": {"uniform": {"values": [0.9, 0.8]}}}, "the layout 'uniform' is better over the cases"),
+    ],
+)
+def test_what_a_robust_layout_may_not_say(changes, said):
+    (fine,) = robust_layout_claims(LOOP)
+    refuse_contradictions(fine, [("a", 1.01)])
+    (wrong,) = robust_layout_claims({**LOOP, **changes})
+    with pytest.raises(Contradiction, match=said):
+        refuse_contradictions(wrong, [])
+    assert isinstance(wrong, Claim)

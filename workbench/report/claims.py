@@ -1,0 +1,109 @@
+"""What a stage is about to claim, and the checker that refuses a contradiction before anything is written.
+
+A claim is a typed record: a worst value with its sense, what stands behind it, and the bound that goes with
+it. Refused are
+
+    a worst value that a known run, of the store or of a table, goes beyond
+    a bound on the wrong side of its value
+    a loop called closed whose own record of runs goes beyond its tolerance
+    a green verdict with reasons against it
+    a result that loses to a layout it was compared with
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.errors import HoldfastError
+
+__all__ = ["Claim", "Contradiction", "refuse_contradictions", "robust_layout_claims", "worst_case_claims"]
+
+ROUNDING = 1e-9  # of the value: what a sum in another order may change
+
+
+class Contradiction(HoldfastError):
+    """What was about to be written contradicts itself or a known run; nothing was written."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Claim:
+    """One worst value.
+
+    subject: what is claimed, as the message names it.    sense: "max" when large is bad.
+    kind: "run" or "prediction".    bound: the value that it is said not to exceed, None without one.
+    against: reasons that speak against what is said, empty where nothing does.
+    """
+
+    subject: str
+    value: float
+    unit: str
+    sense: str
+    kind: str
+    run_key: str = ""
+    bound: float | None = None
+    against: Sequence[str] = ()
+
+    def beyond(self, other: float) -> float:
+        """By how much another value is worse, less rounding; 0 or less where it is not."""
+        sign = 1.0 if self.sense == "max" else -1.0
+        return sign * (other - self.value) - ROUNDING * max(abs(other), abs(self.value))
+
+
+def worst_case_claims(document: Mapping[str, Any]) -> list[Claim]:
+    """The claims of `worst_case.json`: of its response and of the `others`, in that order."""
+    found = []
+    for part in (document, *document.get("others", ())):
+        found.append(
+            Claim(
+                subject=f"the worst case of {part['response']}",
+                value=float(part["value"]),
+                unit=str(part.get("unit") or "1"),
+                sense=part["sense"],
+                kind="run" if part["confirmed"] else "prediction",
+                run_key=str(part.get("run_key") or ""),
+                bound=(part.get("gap") or {}).get("upper"),  # of a smallest value the lower one
+            )
+        )
+    return found
+
+
+def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
+    """The claim of `robust_layout.json`."""
+    against = []
+    attack, tolerance = document["attack"], document["tolerance"]
+    limit = document["bound"] + tolerance * abs(document["bound"])
+    if document["closed"] and (attack is None or document["worst"] > limit * (1 + ROUNDING)):
+        against.append("it is called closed without an attack that it withstood")
+    if document["verdict"] == "green" and document["reasons"]:
+        against.append(f"its verdict is green although {document['reasons'][0]}")
+    for name, kept in document["layouts"].items():
+        lowest = max((v for v in kept["values"] if v is not None), default=float("inf"))
+        if lowest < document["bound"] * (1 - ROUNDING):
+            against.append(f"the layout '{name}' is better over the cases known, {lowest:.6g}")
+    return [
+        Claim(
+            subject="the worst case of the robust layout", value=float(document["worst"]),
+            unit=str(document["unit"]), sense="max", kind="run", against=tuple(against),
+        )
+    ]  # fmt: skip
+
+
+def refuse_contradictions(claim: Claim, known: Iterable[tuple[str, float]]) -> None:
+    """Check a claim against itself and the known runs, (key, value) each.
+
+    Raises:
+        Contradiction: the first that is found, with both values.
+    """
+    said = f"{claim.subject}, {claim.value:.6g} {claim.unit} by a {claim.kind},"
+    if claim.against:
+        raise Contradiction(f"{said} is not written: {claim.against[0]}")
+    if claim.bound is not None and claim.beyond(claim.bound) < -2 * ROUNDING * abs(claim.value):
+        raise Contradiction(
+            f"{said} is not written: its bound {claim.bound:.6g} lies on the wrong side of it"
+        )
+    worst = max(known, key=lambda run: claim.beyond(run[1]), default=None)
+    if worst is not None and claim.beyond(worst[1]) > 0:
+        raise Contradiction(
+            f"{said} is not written: the known run {worst[0]} gave {worst[1]:.6g} {claim.unit}. Please "
+            "report this with the campaign's folder"
+        )
