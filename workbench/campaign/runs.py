@@ -275,7 +275,7 @@ class CampaignRuns:
                 self.progress.runs(counts.total(), total, counts)
 
         if self._engine is None:
-            self._engine = self._opened_engine()
+            self._engine = self.opened_engine()
         try:
             policy = Policy(retries=self.study.evaluate.get("retries", 0))
             supervise(
@@ -324,7 +324,8 @@ class CampaignRuns:
                 left.replace(archive)
                 left.parent.rmdir()
 
-    def _opened_engine(self) -> Engine:
+    def opened_engine(self) -> Engine:
+        """What runs the model as the study says; whoever opens it closes it."""
         options = self.study.evaluate
         if self._function is not None:
             from workbench.models.python import PythonModel, check_signature

@@ -96,8 +96,7 @@ def _served(study: Study, place: Path) -> dict[str, Any]:
         store.close()
     sizes = [path.stat().st_size for path in (place / KEPT).glob("*.zip")]
     if sizes:
-        limit = spec.options["keep_limit"]
-        found["kept"] = {"runs": len(sizes), "bytes_per_run": sum(sizes) / len(sizes), "limit": limit}
+        found["kept"] = {"runs": len(sizes), "bytes_per_run": sum(sizes) / len(sizes)}
     return found
 
 

@@ -1,14 +1,21 @@
-"""Is a study file usable? Everything that can be told without running the model."""
+"""Is a study file usable, without running the model? And do stored runs come out as they are stored?"""
 
+import math
+import shutil
+from collections.abc import Mapping
 from typing import Any
 
+from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StudyError
-from workbench.models.protocol import ModelSpec
+from workbench.models.protocol import Answer, ModelSpec
 from workbench.models.table import TableModel, table_digest
+from workbench.space.streams import stream
 from workbench.stages.table import asked_stages
 from workbench.study.record import Study
 
-__all__ = ["check_study"]
+__all__ = ["check_study", "verification_lines", "verify_runs"]
+
+CLOSE = 1e-9  # relative difference that rounding in another order, or on another processor, may leave
 
 
 def check_study(study: Study) -> dict[str, Any]:
@@ -52,3 +59,85 @@ def _open_elsewhere(spec: ModelSpec) -> None:
         pool.probe()
     finally:
         pool.close()
+
+
+def verify_runs(campaign: CampaignRuns, sample: int) -> dict[str, Any]:
+    """Run some stored runs with values once more and compare; the store keeps what it has.
+
+    Each is "identical" to the bit, "close" within 1e-9 of its size, or "different"; with the state of the
+    model that made it (a row of the table `model_state`), the present one beside it.
+
+    Raises:
+        StudyError: the model is not run here, or no run has a value.
+    """
+    if campaign.study.model["kind"] in ("ask", "table"):
+        raise StudyError(
+            f"a model of kind {campaign.study.model['kind']!r} is not run here; nothing to verify"
+        )
+    stored = [row for row in campaign.runs() if row.status == "ok"]
+    if not stored:
+        raise StudyError("no stored run has a value yet; nothing to verify")
+    rng = stream(campaign.study.seed, "verification")
+    chosen = rng.choice(len(stored), min(sample, len(stored)), replace=False)
+    rows = [stored[k] for k in sorted(chosen.tolist())]
+    answers = _made_anew(campaign, {row.key: row.inputs for row in rows})
+    made_by = dict(campaign.store.select("SELECT key, state FROM evaluation WHERE state IS NOT NULL"))
+    found = [
+        {
+            "key": row.key,
+            "verdict": _verdict(row.outputs, answers[row.key]),
+            "stored": dict(row.outputs),
+            "now": dict(answers[row.key].outputs),
+            "error": answers[row.key].error,
+            "state": made_by.get(row.key),
+        }
+        for row in rows
+    ]
+    verdicts = [run["verdict"] for run in found]
+    counts = {verdict: verdicts.count(verdict) for verdict in ("identical", "close", "different")}
+    return {"runs": found, "stored": len(stored), "state_now": campaign.store.state_now, **counts}
+
+
+def verification_lines(document: Mapping[str, Any]) -> list[str]:
+    """What `verify_runs` found, for a terminal."""
+    runs = document["runs"]
+    shown = ", ".join(f"{document[word]} {word}" for word in ("identical", "close", "different"))
+    lines = [f"{len(runs)} of {document['stored']} stored runs made once more: {shown}"]
+    for run in runs:
+        if run["verdict"] == "identical":
+            continue
+        by = "an unknown state of the model" if run["state"] is None else f"state {run['state']} of the model"
+        now = run["error"] or ", ".join(f"{n} = {v!r}" for n, v in run["now"].items())
+        before = ", ".join(f"{n} = {v!r}" for n, v in run["stored"].items())
+        lines.append(f"{run['key'][:10]} {run['verdict']}: {before} by {by}; now {now}")
+    return [*lines, f"the model is in state {document['state_now']} now"]
+
+
+def _made_anew(campaign: CampaignRuns, rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Answer]:
+    engine = campaign.opened_engine()
+    folders = {key: (campaign.folder / "work" / f"verify-{key}").resolve() for key in rows}
+    waiting, running = list(rows), 0
+    answers: dict[str, Answer] = {}
+    try:
+        while waiting or running:
+            while waiting and running < engine.capacity:
+                key = waiting.pop(0)
+                engine.submit(key, rows[key], workdir=folders[key])
+                running += 1
+            for key, answer in engine.completed():
+                running -= 1
+                answers[key] = answer
+    finally:
+        engine.close()
+        for folder in folders.values():
+            shutil.rmtree(folder, ignore_errors=True)
+    return answers
+
+
+def _verdict(stored: Mapping[str, float], answer: Answer) -> str:
+    if answer.status != "ok" or set(answer.outputs) != set(stored):
+        return "different"
+    if answer.outputs == stored:
+        return "identical"
+    is_close = all(math.isclose(answer.outputs[n], v, rel_tol=CLOSE) for n, v in stored.items())
+    return "close" if is_close else "different"

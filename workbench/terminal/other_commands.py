@@ -33,6 +33,23 @@ def validate(
 
 
 @commands.command()
+def verify(
+    study: StudyFile,
+    folder: Folder = None,
+    sample: Annotated[int, typer.Option(min=1, help="How many stored runs to make once more.")] = 3,
+    json_: Json = False,
+) -> None:
+    """Make some stored runs once more and compare; ends with 2 when one comes out different."""
+    from workbench.stages.validation import verification_lines, verify_runs
+
+    with opened_campaign(study, folder) as campaign:
+        found = verify_runs(campaign, sample)
+    finish(found, verification_lines(found), as_json=json_)
+    if found["different"]:
+        raise typer.Exit(2)
+
+
+@commands.command()
 def plan(
     study: Annotated[Path | None, typer.Argument(help="The study file.", metavar="[STUDY]")] = None,
     folder: Folder = None,
