@@ -1,11 +1,10 @@
 """The exceptions of the engine, as a tree.
 
 EngineError
-├── InvalidSystem        a body, joint, member or load does not fit the system (also a ValueError)
-├── AssemblyError      the initial positions do not satisfy the joints; carries the correction (also a
-ValueError)
-├── NotConverged       the integrator stopped before the end (also an ArithmeticError)
-└── NotSupported       the chosen scheme or sensitivity cannot treat this system (also a ValueError)
+├── InvalidSystem    a body, joint, member or load does not fit the system (also a ValueError)
+├── AssemblyError    the start does not satisfy the joints; carries the correction (also a ValueError)
+├── NotConverged     the integrator stopped before the end (also an ArithmeticError)
+└── NotSupported     the chosen scheme or sensitivity cannot treat this system (also a ValueError)
 """
 
 from typing import Any

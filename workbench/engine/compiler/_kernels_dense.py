@@ -1,6 +1,5 @@
 # mypy: ignore-errors
-"""Small dense linear algebra, compiled: LU with row exchanges, in place, skipping the zeros of chains of
-bodies.
+"""Small dense linear algebra, compiled: LU with row exchanges, in place, skipping zeros of chains.
 
 Newton matrices here have 6 to a few hundred rows; a call into LAPACK costs more than the 6 x 6 work itself,
 and a chain ordered body by body leaves most multipliers zero.
@@ -15,8 +14,7 @@ __all__ = ["lu_factor", "lu_solve", "lu_solve_transposed"]
 
 @njit(**INNER)
 def lu_factor(a, pivot):
-    """Overwrite a (n, n) with L and U, pivot (n,) with the row exchanges; 0, or 1 + the column without
-    pivot."""
+    """Overwrite a (n, n) with L and U, pivot (n,) with row exchanges; 0, or 1 + the column without pivot."""
     n = a.shape[0]
     for k in range(n):
         best, p = abs(a[k, k]), k

@@ -12,8 +12,7 @@ __all__ = ["Belt", "energies", "forces", "parameter_slopes"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Belt:
-    """Piecewise linear belt, eq. (8.26): k1 up to the knee, then k2; slack in compression; optional damper
-    c."""
+    """Piecewise linear belt, eq. (8.26): k1 up to the knee, then k2; slack in compression; damper c."""
 
     k1: float = 4000.0
     k2: float = 1000.0

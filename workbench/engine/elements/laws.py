@@ -38,8 +38,7 @@ class UserLaw:
 
     Slopes are taken by complex step, so write the function with numpy operations that take complex arrays: no
     abs, no comparison of delta or rate themselves (`np.where(delta.real > 0, ...)` is fine). Or give
-    `slopes`,
-    which returns (df/ddelta, df/drate). `StoredEnergy` does not count its members.
+    `slopes`, which returns (df/ddelta, df/drate). `StoredEnergy` does not count its members.
 
     >>> cubic = UserLaw(force=lambda delta, rate, t, k3: k3 * delta**3, parameters={"k3": 1e4})
     """

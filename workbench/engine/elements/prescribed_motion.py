@@ -19,8 +19,7 @@ class Motion:
     """(x, y, theta) of a driven body as a function of time, with its two derivatives.
 
     Give velocity and acceleration where you can; otherwise they are taken by fourth-order central differences
-    of
-    the position over 1e-4 s.
+    of the position over 1e-4 s.
 
     >>> Motion(position=lambda t: (17.0 * t, 0.0, 0.0), velocity=lambda t: (17.0, 0.0, 0.0)).speed(0.3)
     array([17.,  0.,  0.])

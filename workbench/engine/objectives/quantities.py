@@ -1,8 +1,7 @@
 """Scalars g(state, t, alpha) along a trajectory, with the slopes that gradients need.
 
 A quantity gives its values at all nodes, its time derivatives at chosen nodes, and at one node the slopes of
-the
-value and of the time derivative with respect to position, velocity, acceleration and density (`Slopes`).
+the value and of the time derivative with respect to position, velocity, acceleration and density (`Slopes`).
 """
 
 from collections.abc import Callable
@@ -92,8 +91,7 @@ class Deviation:
         g = R^T W R,   R = A_ref^T (p - p_ref) minus its value at the start,   p = mass-weighted mean centre
 
     bodies: names; shares: their masses (equal if None).  weights: diagonal of W; (7.13) prints a third entry
-    for an
-    angle, which a mean of bodies does not have.
+    for an angle, which a mean of bodies does not have.
 
     >>> Deviation(bodies=("1",), reference="2").weights
     (1.0, 1.0)
@@ -200,8 +198,7 @@ class Scalar:
     """A scalar of your own: `function(t, q, v, w, density) -> number` at one node, on complex arrays too.
 
     q, v, w: (n,) positions, velocities, accelerations.  Slopes are taken by complex step (exact to rounding);
-    an
-    explicit dependence on density is followed only with `by_density=True` (N calls per node).
+    an explicit dependence on density is followed only with `by_density=True` (N calls per node).
 
     >>> spin = Scalar(function=lambda t, q, v, w, density: v[2] ** 2)
     """

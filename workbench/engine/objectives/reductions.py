@@ -288,8 +288,7 @@ class AtTime:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Integral:
-    """G = integral of g dt over the run or a window: trapezoids, with Hermite end corrections where rates are
-    known."""
+    """G = integral of g dt over the run or a window: trapezoids, Hermite corrections at the ends."""
 
     quantity: Quantity
     window: Window | None = None

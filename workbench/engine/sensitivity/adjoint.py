@@ -4,11 +4,9 @@
     dG/dalpha = integral of -lam_v^T M^-1 dF/dalpha dt                                (2.44), (2.45)
 
 Differentiate-then-discretise: Runge-Kutta of order 4 over each step, states by cubic Hermite at the middle,
-Simpson
-for the integral, so it agrees with the discrete gradient to second order only. Objectives that are maxima or
-end
-values enter as jumps of lambda at their nodes; (2.41) to (2.45) print the integral form alone. Without joints
-only.
+Simpson for the integral, so it agrees with the discrete gradient to second order only. Objectives that are
+maxima or end values enter as jumps of lambda at their nodes; (2.41) to (2.45) print the integral form alone.
+Without joints only.
 """
 
 from typing import Any

@@ -1,5 +1,4 @@
-"""A gradient check that costs five runs: the gradient along one random direction against central
-differences."""
+"""A gradient check for five runs: along one random direction, against central differences."""
 
 from dataclasses import dataclass
 from typing import Any

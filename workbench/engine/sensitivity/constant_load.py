@@ -1,13 +1,11 @@
-"""Constant dynamic loading (chapter IV): the load at the critical time is frozen, and the members answer
-statically.
+"""Constant dynamic loading (chapter IV): the load at the critical time is frozen, its response static.
 
     K_s dq/dalpha = -dF/dalpha,   K_s = B^T K B - F_g^T dB/dq     (4.6)
 
 with the transposes that (4.6) and (4.8) lose. It is not the gradient: in the studies its cosine with the
-gradient is
--0.98 when the maximum lies at the end of the window and +0.92 at a peak inside. In a free-free system K_s is
-singular (two
-zero eigenvalues) where the text inverts it; the pseudo-inverse is taken, or some bodies are held.
+gradient is -0.98 when the maximum lies at the end of the window and +0.92 at a peak inside. In a free-free
+system K_s is singular (two zero eigenvalues) where the text inverts it; the pseudo-inverse is taken, or some
+bodies are held.
 """
 
 from typing import Any

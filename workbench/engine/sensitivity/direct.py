@@ -1,9 +1,7 @@
-"""Direct differentiation (DDM, section 2.5) of the generalised-alpha scheme: d(state)/dalpha for every
-member.
+"""Direct differentiation (DDM, section 2.5) of generalised-alpha: d(state)/dalpha for every member.
 
 Differentiates the discrete step itself, so it equals the discrete adjoint to rounding; it costs n x N
-products per
-step but has the gradient of every quantity at every time at the end.
+products per step but has the gradient of every quantity at every time at the end.
 """
 
 from collections.abc import Iterator

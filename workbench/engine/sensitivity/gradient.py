@@ -43,8 +43,7 @@ def gradient(
 
     Args:    density: (N,) the one the trajectory was computed with    method: a key of `METHODS`
     Raises ValueError when the trajectory is not of this system and density or the method is unknown,
-    NotSupported
-    when the method cannot treat the system.
+    NotSupported when the method cannot treat the system.
 
     >>> from workbench.engine import Body, Coordinate, Member, Spring, System, Terminal, gradient, simulate
     >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)

@@ -1,13 +1,11 @@
-"""Iterative sensitivities (chapter VI): finite differences in time of d q/dalpha, step by step (6.9) to
-(6.29).
+"""Iterative sensitivities (chapter VI): finite differences in time of dq/dalpha by steps, (6.9) to (6.29).
 
     S_n dq_n/dalpha = -(dF_n/dalpha + M sum c_i dq_{n-i}/dalpha + C sum b_i dq_{n-i}/dalpha),  Phi_q dq_n = 0
     S_n = c_0 M + b_0 C + K
 
 dr/dalpha is -B^T dF_g/dalpha: (6.7) and (6.33) to (6.46) write dK/dalpha q, which holds for linear systems
-only, and
-(6.31) counts F_n twice. Three sets of coefficients: "printed" (6.10), which the text calls second order and
-is first;
+only, and (6.31) counts F_n twice. Three sets of coefficients: "printed" (6.10), which the text calls second
+order and is first;
 "bdf2", the true second-order ones applied twice; "truncated", (6.10) with the inverse (6.45), conditionally
 stable.
 """

@@ -1,13 +1,10 @@
 """Time-integration-incorporated sensitivities (chapter V): differentiate one Newton step from the predictor.
 
-    [q1; lambda1] = [q0; 0] - S0^-1 [r0; Phi0],   S0 at the predictor with lambda = 0 and zero acceleration
-    (5.11)
+    [q1; lambda1] = [q0; 0] - S0^-1 [r0; Phi0],   S0 at the predictor, lambda = 0, zero acceleration  (5.11)
 
 and its derivative (5.13), with or without the term dS/dalpha. (5.5) prints the signs (+, -, -); the chain
-rule gives
-+ on all three. With dS/dalpha it is the exact gradient as far as one Newton step solves a step of the scheme.
-Taken at the
-converged point instead, the term disappears: that is `direct`.
+rule gives + on all three. With dS/dalpha it is the exact gradient as far as one Newton step solves a step of
+the scheme. Taken at the converged point instead, the term disappears: that is `direct`.
 """
 
 from typing import Any
@@ -73,8 +70,7 @@ def time_integration(trajectory: AnyTrajectory, objective: Objective, *, matrix_
 def _matrix_slope(
     system: Linearised, node: int, q: Array, v: Array, step: Array, quick: float, sq: Array, sv: Array
 ) -> Array:
-    """(dS/dalpha) step: derivatives of the forces are symmetric, so one directional difference of (K, C) does
-    it."""
+    """(dS/dalpha) step: slopes of forces are symmetric, so one directional difference of (K, C) does it."""
     n = system.size
     move, lam = step[:n], step[n:]
     size = max(float(np.abs(move).max()), 1e-300)

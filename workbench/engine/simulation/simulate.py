@@ -30,8 +30,7 @@ KINDS: dict[type, Callable[..., AnyTrajectory]] = {
 
 
 def checked_density(system: AnySystem, density: Array) -> Array:
-    """(N,) densities as a fresh float array; raises ValueError for a wrong shape, negative or non-finite
-    values."""
+    """(N,) densities as a fresh float array. ValueError for other shapes, negative or infinite ones."""
     alpha = np.array(density, dtype=float)
     count = len(system.members)
     if alpha.shape != (count,):
@@ -87,8 +86,7 @@ def simulate(
              scheme: GeneralisedAlpha(rho=0.8) unless given
     Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`, of a `TreeSystem` a `TreeTrajectory`.
     Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
-    when a
-    step cannot be solved, NotSupported when the scheme cannot treat the system.
+    when a step cannot be solved, NotSupported when the scheme cannot treat the system.
 
     >>> from workbench.engine import Body, Member, Spring, System, simulate
     >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)

@@ -1,5 +1,4 @@
-"""How many equal steps reach a tolerance: runs with n, 2 n, 4 n ... steps until the estimated error is
-small enough.
+"""How many equal steps reach a tolerance: runs with n, 2 n, 4 n ... until the error is small enough.
 
 Steps of one length keep the discrete adjoint exact and the objective smooth in the design, so the step is
 chosen once, for a design, and then kept.
