@@ -28,7 +28,7 @@ from tests.house import (
     sentence,
 )
 from tests.imports import arrows, circles, files_of, named_modules, opens_by_name
-from workbench.engine.elements.table import LAWS
+from workbench.engine.elements.table import ELEMENTS, LAWS
 from workbench.models.opening import KINDS
 from workbench.stages.table import STAGES
 
@@ -229,6 +229,9 @@ OPENERS = {
     "workbench.stages.table": {f"workbench.stages.{stage.name}" for stage in STAGES},
     "workbench.engine.elements._kernels_laws": {
         f"workbench.engine.elements.{file}" for file in LAWS.values()
+    },
+    "workbench.engine.elements._kernels_elements": {
+        f"workbench.engine.elements.{file}" for file in ELEMENTS.values()
     },
     "workbench.models.opening": {place.partition(":")[0] for place in KINDS.values()},
 }

@@ -67,7 +67,7 @@ MOVED = {
     "engine.multibody.chart": "engine.integration.chart engine.planar.chart",
     "engine.multibody.compiled": "engine.planar.compiled",
     "engine.multibody.convergence": "engine.simulation.convergence",
-    "engine.multibody.elements": "engine.elements.joint_forces",
+    "engine.multibody.elements": "engine.elements.joint_spring engine.elements.bushing",
     "engine.multibody.equations": "engine.planar.equations engine.integration.equations",
     "engine.multibody.independent": "engine.integration.independent engine.integration.equations",
     "engine.multibody.joints": "engine.planar.joints",

@@ -7,7 +7,7 @@ Public names are loaded on first use.
 from importlib import import_module
 from typing import Any
 
-from .elements.table import LAWS
+from .elements.table import ELEMENTS, LAWS
 
 __distribution__ = "holdfast"
 
@@ -20,7 +20,6 @@ _PUBLIC: dict[str, str] = {
         "layout.optimise": ("optimise_layout",),
         "errors": ("AssemblyError", "EngineError", "InvalidSystem", "NotConverged", "NotSupported"),
         "simulation.convergence": ("choose_scheme", "convergence"),
-        "elements.joint_forces": ("Bushing", "JointSpring"),
         "planar.joints": (
             "AngleJoint", "DistanceJoint", "DrivenJoint", "FixedJoint", "PointOnLine", "PrismaticJoint",
             "RevoluteJoint",
@@ -66,7 +65,7 @@ _PUBLIC: dict[str, str] = {
         "tree.trajectory": ("TreeTrajectory",),
     }.items()
     for name in names
-} | {name: f"{_ROOM}elements.{file}" for name, file in LAWS.items()}  # fmt: skip
+} | {name: f"{_ROOM}elements.{file}" for name, file in {**LAWS, **ELEMENTS}.items()}  # fmt: skip
 
 __all__ = sorted(_PUBLIC)
 

@@ -22,7 +22,7 @@ from workbench.engine import (
 from workbench.engine.integration.loops import alpha_loop
 from workbench.engine.planar._kernels.tables import work_space
 from workbench.engine.planar.compiled import compiled, on_grid
-from workbench.engine.planar.equations import PlanarEquations
+from workbench.engine.planar.equations import SampledEquations
 from workbench.engine.planar.start import check_start
 
 pytestmark = pytest.mark.slow
@@ -31,7 +31,7 @@ EXACT = 1e-12
 TINY = 1e-30
 
 
-class ComplexEquations(PlanarEquations):
+class ComplexEquations(SampledEquations):
     """The same equations with every table and work array complex."""
 
     def __init__(self, parts, tables):

@@ -21,12 +21,12 @@ from workbench.engine import (
 from workbench.engine.integration.chart import chart
 from workbench.engine.integration.dop853_tableau import A, B, C
 from workbench.engine.integration.independent import march, march_rk8, point_times
-from workbench.engine.natural.compiled import natural_compiled, natural_on_grid
-from workbench.engine.natural.runs import NaturalTrajectory, natural_equations
-from workbench.engine.natural.tables import natural_work
+from workbench.engine.natural import compiled as natural
+from workbench.engine.natural import runs as natural_runs
+from workbench.engine.natural import tables as natural_tables
 from workbench.engine.planar._kernels.tables import work_space
 from workbench.engine.planar.compiled import compiled, on_grid
-from workbench.engine.planar.independent import planar_equations
+from workbench.engine.planar.independent import independent_equations
 
 pytestmark = pytest.mark.slow
 
@@ -53,7 +53,7 @@ def complex_equations(equations, parts, direction, work):
     )
     tables = tables._replace(scale=tables.scale + TINY * 1j * direction[parts.order])
     x = equations.chart
-    wide = chart(x.mass, x.weight, len(x.rows), full=len(x.full), bushings=len(x.damage), dtype=complex)
+    wide = chart(x.mass, x.weight, len(x.rows), full=len(x.full), states=len(x.states), dtype=complex)
     return equations._replace(tables=tables, work=work(tables, complex), chart=wide)
 
 
@@ -61,12 +61,13 @@ def by_complex_step(run, direction, slopes):
     """d(state at the end . slopes) along a direction of the densities."""
     r = run
     times = r.times if isinstance(r.scheme, IndependentAlpha) else point_times(r.times, C)
-    if isinstance(r, NaturalTrajectory):
-        parts = natural_compiled(r.system)
-        equations, work = natural_equations(parts, natural_on_grid(parts, r.density, times)), natural_work
+    if isinstance(r, natural_runs.NaturalTrajectory):
+        parts, work = natural.compiled(r.system), natural_tables.work_space
+        tables = natural.on_grid(parts, r.density, times)
+        equations = natural_runs.independent_equations(parts, tables)
     else:
         parts = compiled(r.system)
-        equations, work = planar_equations(parts, on_grid(parts, r.density, times)), work_space
+        equations, work = independent_equations(parts, on_grid(parts, r.density, times)), work_space
     equations = complex_equations(equations, parts, direction, work)
     q0, v0 = r.position[0].astype(complex), r.velocity[0].astype(complex)
     if isinstance(r.scheme, IndependentAlpha):

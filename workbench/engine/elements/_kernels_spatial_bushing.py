@@ -5,7 +5,7 @@
     sech^2(e/cap) force on a = -hold (1 - D) w(|r|) q,     dD/dt = (1 - D) logistic((|r| - r2)/width)/tau
 
 k and c are diagonal, |r| = sqrt(r.r + eps^2), and w falls from 1 at r1 to 0 at r2 (C2). With equal axes it is
-the planar law of `_kernels_joint_forces`. Column b of p: k (3), c (3), cap, r1, r2, tau, eps, hold,
+the planar law of `bushing`. Column b of p: k (3), c (3), cap, r1, r2, tau, eps, hold,
 preload (3), point on a (3), point on b (3), width, opening direction (3), push cap.
 """
 

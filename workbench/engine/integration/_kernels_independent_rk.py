@@ -27,8 +27,7 @@ POINTS = STAGES + 1
 def independent_rk8(
     T, W, R, X, a, b, times, q, v, w, lam, sq, sv, slope, last, rows, cols, rank, tight, info
 ):
-    """Fill q, v, w, lam (steps + 1, .) from q[0], v[0], and sq, sv (13 steps + 1, n), the states at all
-    points.
+    """Fill q, v, w, lam (steps + 1, .) from q[0], v[0], and sq, sv (13 steps + 1, n) at all points.
 
     Point 0 of sq, sv is the start, point 1 + 13 n + i belongs to sample 13 n + i. slope (12, n), last (2, n
     + m): work. info: status, step, -, -, worst redundant row.

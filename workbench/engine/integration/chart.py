@@ -60,12 +60,10 @@ class Chart(NamedTuple):
     part: Array  # (4, n)
     zero: Array  # (n,)
     none: Array  # (m,)
-    damage: Array  # (bushings,)
+    states: Array  # (states,) of first order, at 0
 
 
-def chart(
-    mass: Array, weight: Array, rows: int, *, full: int, bushings: int = 0, dtype: Any = float
-) -> Chart:
+def chart(mass: Array, weight: Array, rows: int, *, full: int, states: int = 0, dtype: Any = float) -> Chart:
     """Arrays for a system of `len(mass)` coordinates and `rows` constraints."""
     n, m = len(mass), rows
 
@@ -81,5 +79,5 @@ def chart(
         pivot=np.zeros(m, np.int64), basis=zeros(n, n), by_q=zeros(n, n), w_by_q=zeros(n, n),
         w_by_v=zeros(n, n), inertia=zeros(n, n), reduced=zeros(n, n), reduced_pivot=np.zeros(n, np.int64),
         side=zeros(m + n), known=zeros(n), part=zeros(4, n), zero=zeros(n), none=zeros(m),
-        damage=zeros(bushings),
+        states=zeros(states),
     )  # fmt: skip

@@ -43,8 +43,7 @@ DEAD = 3e-5  # below it a stage of order 8 is lost: rounding is multiplied by on
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Splits:
-    """How every step split rows and coordinates; node 0 is the start. Independent rows, dependent columns
-    first.
+    """How every step split rows and coordinates: independent rows, dependent columns first; node 0: start.
 
     rows: (steps + 1, m).  cols: (steps + 1, n).  rank: (steps + 1,).
     tight: (steps + 1,) smallest over largest pivot of the dependent Jacobian, 0 at a dead point; of order 8
@@ -59,8 +58,7 @@ class Splits:
 
 
 class IndependentEquations(NamedTuple):
-    """A system as the kernels see it: tables, work space, rates of what is prescribed, arrays of the
-    split."""
+    """A system as the kernels see it: tables, work space, rates of what is prescribed, the split's arrays."""
 
     tables: Any
     work: Any

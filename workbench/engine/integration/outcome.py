@@ -14,8 +14,7 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosis:
-    """Numbers to judge a run by. notices: what the user should know, a sentence each, also sent to the
-    log."""
+    """Numbers to judge a run by. notices: what the user should know, a sentence each, logged as well."""
 
     newton_iterations: int
     factorisations: int

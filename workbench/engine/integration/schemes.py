@@ -12,8 +12,7 @@ Array = np.ndarray[Any, Any]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GeneralisedAlpha:
-    """Generalised-alpha for the index-3 DAE, eqs. (2.29) to (2.34); second order, damping above 1/h set by
-    rho.
+    """Generalised-alpha for the index-3 DAE, (2.29) to (2.34): second order, damping above 1/h set by rho.
 
         alpha_m = (2 rho - 1)/(rho + 1),  alpha_f = rho/(rho + 1)
         gamma = 1/2 - alpha_m + alpha_f,  beta = (1/2 + gamma)^2/4
@@ -49,8 +48,10 @@ class GeneralisedAlpha:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IndependentAlpha:
-    """Generalised-alpha on the independent coordinates of a system with joints, which hold on positions,
-    velocities and accelerations; Wehage and Haug 1982 (coordinate partitioning), Chung and Hulbert 1993.
+    """Generalised-alpha on the independent coordinates of a system with joints.
+
+    The joints hold on positions, velocities and accelerations; Wehage and Haug 1982 (coordinate
+    partitioning), Chung and Hulbert 1993.
 
     q1_I = q_I + h v_I + h^2 ((1/2 - beta) a_I + beta a1_I),   Phi(q1) = 0,  Phi' = 0,  Phi'' = 0
 
@@ -77,8 +78,7 @@ class IndependentAlpha:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VelocityVerlet:
-    """Velocity Verlet: the member beta = 0, gamma = 1/2 of the same family; explicit where forces ignore the
-    velocity.
+    """Velocity Verlet: beta = 0, gamma = 1/2 of that family; explicit where forces ignore the velocity.
 
     For systems without joints. The layout figures of the two-body study were taken with it.
     """
@@ -94,8 +94,7 @@ class VelocityVerlet:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BDF2:
-    """Second-order backward differences for the index-3 DAE; started by generalised-alpha, strongest
-    damping."""
+    """Second-order backward differences, index-3 DAE; started by generalised-alpha, strongest damping."""
 
     tolerance: float = 1e-12
     iterations: int = 25
@@ -103,9 +102,10 @@ class BDF2:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RungeKutta8:
-    """Explicit Runge-Kutta of order 8 (Dormand and Prince) at a fixed step, for smooth systems; with joints
-    on
-    the independent coordinates."""
+    """Explicit Runge-Kutta of order 8 (Dormand and Prince) at a fixed step, for smooth systems.
+
+    With joints it runs on the independent coordinates.
+    """
 
 
 Scheme = GeneralisedAlpha | IndependentAlpha | VelocityVerlet | BDF2 | RungeKutta8

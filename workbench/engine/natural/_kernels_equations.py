@@ -1,6 +1,5 @@
 # mypy: ignore-errors
-"""Spatial systems in natural coordinates, compiled: quadratic constraints, gravity and members between
-points.
+"""Systems in natural coordinates, compiled: quadratic constraints, gravity, members between points.
 
     Phi_r = sum_ij value q_i q_j + sum_i value q_i + constant - drive(t)
 
@@ -18,7 +17,7 @@ from .tables import NaturalTables
 
 
 @njit(**INNER)
-def natural_rates(T, W, R, X, step, q, v, w):
+def quadratic_rates(T, W, R, X, step, q, v, w):
     """Fill W.phi, W.phi_q, X.rate, X.bend, X.t1, X.t2."""
     m, n = W.phi_q.shape
     for a in range(n):
@@ -110,8 +109,8 @@ def add_stiffness(W, one, two, n, f, fd, fv):
 
 
 @njit(**INNER)
-def natural_forces(T, W, step, q, v, lam, tangent):
-    """Fill W.force = F + Phi_q^T lambda (with the W.phi_q of `natural_rates`) and, if tangent, W.k, W.c."""
+def forces(T, W, step, q, v, lam, tangent):
+    """Fill W.force = F + Phi_q^T lambda (with the W.phi_q of `quadratic_rates`) and, if tangent, W.k, W.c."""
     m, n = W.phi_q.shape
     stretch(T, W, step, q, v)
     for a in range(n):
@@ -143,7 +142,7 @@ def natural_forces(T, W, step, q, v, lam, tangent):
 
 
 @njit(**INNER)
-def natural_contract(T, W, step, q, v, mu, gradient):
+def contract(T, W, step, q, v, mu, gradient):
     """gradient (N,) += (dF/dscale)^T mu."""
     n = q.shape[0]
     stretch(T, W, step, q, v)
@@ -160,13 +159,13 @@ def natural_contract(T, W, step, q, v, mu, gradient):
 
 
 @njit(**ENTRY)
-def natural_state(T, W, R, X, step, q, v, w):
-    """`natural_rates` for Python."""
-    natural_rates(T, W, R, X, step, q, v, w)
+def evaluate_rates(T, W, R, X, step, q, v, w):
+    """`quadratic_rates` for Python."""
+    quadratic_rates(T, W, R, X, step, q, v, w)
 
 
 @njit(**ENTRY)
-def natural_energies(T, W, q, v, out):
+def energy_series(T, W, q, v, out):
     """out (nodes, N): energy stored in every member at unit density."""
     for step in range(q.shape[0]):
         stretch(T, W, step, q[step], v[step])
@@ -179,19 +178,19 @@ def natural_energies(T, W, q, v, out):
 @overload(constraint_rates, jit_options=INNER, strict=False)
 def _constraint_rates(T, W, R, X, step, q, v, w):
     if T.instance_class is NaturalTables:
-        return lambda T, W, R, X, step, q, v, w: natural_rates(T, W, R, X, step, q, v, w)
+        return lambda T, W, R, X, step, q, v, w: quadratic_rates(T, W, R, X, step, q, v, w)
     return None
 
 
 @overload(applied_forces, jit_options=INNER, strict=False)
 def _applied_forces(T, W, X, step, q, v, lam, tangent):
     if T.instance_class is NaturalTables:
-        return lambda T, W, X, step, q, v, lam, tangent: natural_forces(T, W, step, q, v, lam, tangent)
+        return lambda T, W, X, step, q, v, lam, tangent: forces(T, W, step, q, v, lam, tangent)
     return None
 
 
 @overload(add_design, jit_options=INNER, strict=False)
 def _add_design(T, W, step, q, v, mu, gradient):
     if T.instance_class is NaturalTables:
-        return lambda T, W, step, q, v, mu, gradient: natural_contract(T, W, step, q, v, mu, gradient)
+        return lambda T, W, step, q, v, mu, gradient: contract(T, W, step, q, v, mu, gradient)
     return None

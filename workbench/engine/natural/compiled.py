@@ -1,5 +1,4 @@
-"""From a `NaturalSystem` to the flat tables of the kernels: coordinates, quadratic constraints, mass,
-members."""
+"""From a `NaturalSystem` to the flat tables of the kernels: coordinates, constraints, mass, members."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -31,7 +30,7 @@ from .system import (
 )
 from .tables import NaturalTables
 
-__all__ = ["NaturalCompiled", "natural_compiled", "natural_on_grid", "natural_rates_of"]
+__all__ = ["Compiled", "compiled", "on_grid", "rates_of"]
 
 Array = np.ndarray[Any, Any]
 Term = list[tuple[str, float]]  # a linear combination of nodes
@@ -40,9 +39,8 @@ AFFINE = 1e-9  # m: how well further points of an element follow its frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NaturalCompiled:
-    """The time-independent tables of a spatial system; `system` is the given one, `full` has added
-    directions."""
+class Compiled:
+    """The time-independent tables of a system; `system` is the given one, `full` has added directions."""
 
     system: NaturalSystem
     full: NaturalSystem
@@ -55,10 +53,10 @@ class NaturalCompiled:
     start: tuple[Array, Array]
 
 
-_CACHE: WeakKeyDictionary[NaturalSystem, NaturalCompiled] = WeakKeyDictionary()
+_CACHE: WeakKeyDictionary[NaturalSystem, Compiled] = WeakKeyDictionary()
 
 
-def natural_compiled(system: NaturalSystem) -> NaturalCompiled:
+def compiled(system: NaturalSystem) -> Compiled:
     """The compiled tables, built on first use."""
     found = _CACHE.get(system)
     if found is None:
@@ -110,7 +108,7 @@ class _Rows:
         return np.asarray(sum(x * self.at[name] for name, x in term))
 
 
-def _compile(system: NaturalSystem) -> NaturalCompiled:
+def _compile(system: NaturalSystem) -> Compiled:
     full = completed(system)
     nodes = [(p.name, p.fixed, p.velocity) for p in full.points]
     nodes += [(u.name, u.fixed, u.rate) for u in full.vectors]
@@ -143,7 +141,7 @@ def _compile(system: NaturalSystem) -> NaturalCompiled:
         "constant": np.array(rows.constant, float),
         **members,
     }
-    return NaturalCompiled(
+    return Compiled(
         system=system, full=full, index=index, arrays=arrays, row_names=tuple(rows.names),
         drives=tuple(rows.drives), order=order, power=np.array([m.power for m in full.members], float),
         start=(q0, v0),
@@ -278,7 +276,7 @@ def _members(
     return order, {"ends": ends, "length": length, "law": law, "segment": segment}
 
 
-def natural_on_grid(parts: NaturalCompiled, density: Array, times: Array) -> NaturalTables:
+def on_grid(parts: Compiled, density: Array, times: Array) -> NaturalTables:
     """Tables with the drives sampled at `times` and the densities of one design (member order)."""
     drive = np.zeros((len(times), len(parts.drives)))
     for index, function in enumerate(parts.drives):
@@ -293,7 +291,7 @@ def natural_on_grid(parts: NaturalCompiled, density: Array, times: Array) -> Nat
     )
 
 
-def natural_rates_of(parts: NaturalCompiled, times: Array) -> Rates:
+def rates_of(parts: Compiled, times: Array) -> Rates:
     """First and second derivatives of the drives (fourth-order central differences)."""
     drive = np.zeros((len(times), 2, len(parts.drives)))
     for index, function in enumerate(parts.drives):

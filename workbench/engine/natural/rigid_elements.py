@@ -22,8 +22,7 @@ SLENDER = 1e-9  # of the largest second moment: what lies outside the frame and 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
-    """Nodes that span an element: names of the directions, whether each is a point, and D (3, k) at the
-    start."""
+    """Nodes that span an element: names of the directions, whether each is a point, D (3, k) at the start."""
 
     origin: str
     names: tuple[str, ...]
@@ -86,8 +85,7 @@ def second_moment(system: NaturalSystem, element: RigidElement) -> tuple[Array, 
 
 
 def completed(system: NaturalSystem) -> NaturalSystem:
-    """The system with the unit vectors that its elements need and lack, called 'element: direction 1' and
-    so on."""
+    """The system with the unit vectors that its elements need and lack, 'element: direction 1' and so on."""
     at = places(system)
     moving = {p.name: np.array(p.velocity, float) for p in system.points}
     moving |= {u.name: np.array(u.rate, float) for u in system.vectors}

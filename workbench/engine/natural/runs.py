@@ -40,17 +40,17 @@ from ..integration.schemes import (
     Scheme,
 )
 from ..integration.seeds import NodeSeeds, Seeds, row_by_row
-from ._kernels_equations import natural_energies, natural_state
+from ._kernels_equations import energy_series, evaluate_rates
 from .compiled import (
-    NaturalCompiled,
-    natural_compiled,
-    natural_on_grid,
-    natural_rates_of,
+    Compiled,
+    compiled,
+    on_grid,
+    rates_of,
 )
 from .system import NaturalSystem
-from .tables import NaturalTables, natural_work
+from .tables import NaturalTables, work_space
 
-__all__ = ["NaturalTrajectory", "moving", "natural_equations", "run"]
+__all__ = ["NaturalTrajectory", "independent_equations", "moving", "run"]
 
 Array = np.ndarray[Any, Any]
 
@@ -100,9 +100,8 @@ class NaturalTrajectory:
         return Widths(n, n, n, self.multiplier.shape[1], 0)
 
     def coordinate(self, name: str) -> slice | None:
-        """Where a free point or vector stands in q; None for a fixed one. Raises ValueError for a
-        stranger."""
-        parts = natural_compiled(self.system)
+        """Where a free point or vector stands in q, None for a fixed one. ValueError for a stranger."""
+        parts = compiled(self.system)
         if name not in parts.index:
             raise ValueError(f"system has no point or vector '{name}'; it has {', '.join(parts.index)}")
         at = parts.index[name]
@@ -112,7 +111,7 @@ class NaturalTrajectory:
         """(steps + 1, 3) a point's position or a unit vector."""
         part = self.coordinate(name)
         if part is None:
-            at = natural_compiled(self.system).index[name] - self.position.shape[1]
+            at = compiled(self.system).index[name] - self.position.shape[1]
             return np.broadcast_to(self.tables.held[at : at + 3], (len(self.times), 3))
         return self.position[:, part]
 
@@ -124,7 +123,7 @@ class NaturalTrajectory:
         """(steps + 1,) energy stored in the members, J."""
         energy = np.zeros((len(self.times), len(self.density)))
         r = self.nodes
-        natural_energies(self.tables, natural_work(self.tables), r.position, r.velocity, energy)
+        energy_series(self.tables, work_space(self.tables), r.position, r.velocity, energy)
         return np.asarray(energy @ self.tables.scale)
 
     def gravity_energy(self) -> Array:
@@ -137,8 +136,8 @@ class NaturalTrajectory:
 
     def joint_residuals(self) -> Array:
         """(steps + 1, m) Phi at every node, redundant rows included, m."""
-        parts = natural_compiled(self.system)
-        equations = natural_equations(parts, self.tables)
+        parts = compiled(self.system)
+        equations = independent_equations(parts, self.tables)
         out = np.zeros_like(self.multiplier)
         zero = np.zeros(self.position.shape[1])
         for node in range(len(self.times)):
@@ -156,7 +155,7 @@ class NaturalTrajectory:
 
     def by_density(self, by_scale: Array) -> Array:
         """From slopes by scale in segment order to slopes by density in member order."""
-        parts = natural_compiled(self.system)
+        parts = compiled(self.system)
         out = np.zeros_like(by_scale)
         out[parts.order] = by_scale
         power, alpha = parts.power, self.density
@@ -189,25 +188,25 @@ class NaturalTrajectory:
         )
 
 
-def natural_equations(parts: NaturalCompiled, tables: NaturalTables) -> IndependentEquations:
+def independent_equations(parts: Compiled, tables: NaturalTables) -> IndependentEquations:
     """Work space and arrays for runs on the grid of `tables`."""
     n, m = len(tables.mass), len(tables.constant)
     return IndependentEquations(
         tables=tables,
-        work=natural_work(tables),
-        rates=natural_rates_of(parts, tables.times),
+        work=work_space(tables),
+        rates=rates_of(parts, tables.times),
         chart=chart(tables.mass, np.ones(n), m, full=n),
         row_names=parts.row_names,
     )
 
 
 def _look(equations: IndependentEquations, node: int, q: Array, v: Array, w: Array) -> None:
-    natural_state(*equations[:4], node, q, v, w)
+    evaluate_rates(*equations[:4], node, q, v, w)
 
 
-def _start(parts: NaturalCompiled, tables: NaturalTables) -> tuple[Array, Array, Array]:
+def _start(parts: Compiled, tables: NaturalTables) -> tuple[Array, Array, Array]:
     """q0, v0 and Phi_q there; raises AssemblyError with the nearest positions or velocities that fit."""
-    equations = natural_equations(parts, natural_on_grid(parts, np.zeros(len(parts.power)), tables.times[:1]))
+    equations = independent_equations(parts, on_grid(parts, np.zeros(len(parts.power)), tables.times[:1]))
     q, v = (x.copy() for x in parts.start)
     zero = np.zeros_like(q)
     _look(equations, 0, q, v, zero)
@@ -252,15 +251,14 @@ def _start(parts: NaturalCompiled, tables: NaturalTables) -> tuple[Array, Array,
 
 
 def moving(system: NaturalSystem, known: dict[str, tuple[float, float, float]]) -> NaturalSystem:
-    """The system with the velocities of some points (m/s) or unit vectors (1/s) given, and all others
-    following.
+    """The system with velocities of some points (m/s) or unit vectors (1/s) given, all others following.
 
     Where the conditions leave freedom the others move as little as possible. Raises AssemblyError when the
     conditions do not allow the given velocities.
     """
-    parts = natural_compiled(system)
-    tables = natural_on_grid(parts, np.zeros(len(parts.power)), np.zeros(1))
-    equations = natural_equations(parts, tables)
+    parts = compiled(system)
+    tables = on_grid(parts, np.zeros(len(parts.power)), np.zeros(1))
+    equations = independent_equations(parts, tables)
     q = parts.start[0].copy()
     _look(equations, 0, q, np.zeros_like(q), np.zeros_like(q))
     rows, right = [equations.work.phi_q], [-equations.chart.t1]
@@ -307,10 +305,10 @@ def run(system: NaturalSystem, density: Array, times: Array, scheme: Scheme) -> 
         raise NotSupported(
             f"spatial systems run with IndependentAlpha or RungeKutta8, not {type(scheme).__name__}"
         )
-    parts = natural_compiled(system)
-    tables = natural_on_grid(parts, density, times)
+    parts = compiled(system)
+    tables = on_grid(parts, density, times)
     q0, v0, phi_q = _start(parts, tables)
-    made, _ = natural_march(parts, density, times, scheme, (q0, v0))
+    made, _ = _march(parts, density, times, scheme, (q0, v0))
     lost = redundancy(parts.row_names, phi_q).rows
     return NaturalTrajectory(
         system=system, density=density, scheme=scheme, times=times, position=made.position,
@@ -324,25 +322,27 @@ def run(system: NaturalSystem, density: Array, times: Array, scheme: Scheme) -> 
     )  # fmt: skip
 
 
-def natural_march(
-    parts: NaturalCompiled, density: Array, times: Array, scheme: IndependentAlpha | RungeKutta8,
+def _march(
+    parts: Compiled, density: Array, times: Array, scheme: IndependentAlpha | RungeKutta8,
     start: tuple[Array, Array],
 ) -> tuple[March, tuple[IndependentEquations, Any]]:  # fmt: skip
     """The run, with the equations and stage states that its adjoint needs."""
     if isinstance(scheme, IndependentAlpha):
-        equations = natural_equations(parts, natural_on_grid(parts, density, times))
+        equations = independent_equations(parts, on_grid(parts, density, times))
         return march(equations, scheme, times, *start), (equations, None)
-    equations = natural_equations(parts, natural_on_grid(parts, density, point_times(times, C)))
+    equations = independent_equations(parts, on_grid(parts, density, point_times(times, C)))
     run, sq, sv = march_rk8(equations, (A, B), times, *start)
     return run, (equations, (sq, sv))
 
 
 def _gradient(trajectory: NaturalTrajectory, seeds: Seeds) -> Array:
     """(N,) sum of (dF/dscale)^T mu in segment order, exact for the run's own result; order 8 runs again."""
-    r, parts = trajectory, natural_compiled(trajectory.system)
+    r, parts = trajectory, compiled(trajectory.system)
     nodes = r.nodes
     if isinstance(r.scheme, IndependentAlpha):
-        return alpha_gradient(natural_equations(parts, r.tables), r.scheme, r.step, nodes, r.splits, seeds)
+        return alpha_gradient(
+            independent_equations(parts, r.tables), r.scheme, r.step, nodes, r.splits, seeds
+        )
     start = nodes.position[0], nodes.velocity[0]
-    made, (equations, points) = natural_march(parts, r.density, nodes.times, r.scheme, start)
+    made, (equations, points) = _march(parts, r.density, nodes.times, r.scheme, start)
     return rk8_gradient(equations, (A, B), nodes.times, made, points, seeds)

@@ -1,5 +1,4 @@
-"""Spatial mechanisms in natural (fully Cartesian) coordinates: points and unit vectors, shared by rigid
-elements.
+"""Mechanisms in natural (fully Cartesian) coordinates: points and unit vectors that elements share.
 
 Garcia de Jalon and Bayo 1994, *Kinematic and Dynamic Simulation of Multibody Systems*, chapters 2 and 4: a
 body is known by the points and unit vectors fixed to it, so the mass matrix is constant, constraints are
@@ -93,8 +92,7 @@ class Angle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointOnLine3:
-    """A point stays on the line through `origin` along `axis` (3 rows, one of them redundant: (p - o) x u =
-    0).
+    """A point stays on the line through `origin` along `axis` (3 rows, one redundant: (p - o) x u = 0).
 
     With `axis` shared by both elements a cylindrical joint; with a second shared vector a prismatic one.
     """

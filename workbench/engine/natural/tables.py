@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compiler.records import passed_as_record
 
-__all__ = ["NaturalTables", "NaturalWork", "natural_work"]
+__all__ = ["NaturalTables", "NaturalWork", "work_space"]
 
 Array = np.ndarray[Any, Any]
 
@@ -54,7 +54,7 @@ class NaturalWork(NamedTuple):
     fv: Array
 
 
-def natural_work(tables: NaturalTables, dtype: Any = np.float64) -> NaturalWork:
+def work_space(tables: NaturalTables, dtype: Any = np.float64) -> NaturalWork:
     """Arrays for the evaluations of one spatial system."""
     n, m, members = len(tables.mass), len(tables.constant), len(tables.length)
     full = n + len(tables.held)

@@ -1,5 +1,6 @@
-"""The discrete adjoints of planar runs on all coordinates: the compiled sweep of the alpha family, and the
-loops in Python behind BDF2 and users' laws.
+"""The discrete adjoints of planar runs on all coordinates.
+
+The compiled sweep of the alpha family, and the loops in Python behind BDF2 and users' laws.
 
 Backwards over the steps, with the transposed matrices of the forward run at its converged states; see
 `_kernels/alpha_adjoint`. Cost: about half a forward run, whatever the number of members, and little more for
@@ -12,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from ..elements.bushing import Bushing
+from ..elements.joint_spring import JointSpring
 from ..elements.table import PARAMETERS
 from ..errors import NotSupported
 from ..integration.kinds import Adjoints, no_parameters
@@ -22,7 +25,7 @@ from ._kernels.alpha_adjoint import alpha_adjoint, linearise
 from ._kernels.contraction import contract_history, contract_parameter_history
 from ._kernels.tables import DamageSweep, SpringTables
 from .compiled import compiled
-from .equations import PlanarEquations
+from .equations import SampledEquations
 from .start import proximal
 from .trajectory import Trajectory
 
@@ -40,7 +43,7 @@ class ByParameter:
 
     density: (N,).  law: (PARAMETERS, N) by the law's parameters, row j as in `law.names`.
     natural_length: (N,).  spring: (6, joint springs) by k, c, rest, k_stop, upper, lower.
-    bushing: (4, bushings) by k, c, cap, hold.
+    bushing: (4, bushings) by k, c, cap, hold.  element: of `System.elements`, each by its `names`.
     mass, inertia: (free bodies,).
     """
 
@@ -49,6 +52,7 @@ class ByParameter:
     natural_length: Array
     spring: Array
     bushing: Array
+    element: tuple[Array, ...]
     mass: Array
     inertia: Array
 
@@ -74,27 +78,31 @@ def _swept(trajectory: Trajectory, seeds: NodeSeeds) -> Array:
 def _swept_parameters(trajectory: Trajectory, seeds: NodeSeeds) -> ByParameter:
     """The same sweep of one row, contracted with every parameter."""
     parts = compiled(trajectory.system)
-    gradient, (law, length, spring, bushing, mass) = _sweep(trajectory, seeds, detailed=True)
+    gradient, (law, length, element, mass) = _sweep(trajectory, seeds, detailed=True)
     order = np.argsort(parts.order)
+    system = trajectory.system
+    springs, bushings = len(system.springs), len(system.springs) + len(system.bushings)
+    others = zip(system.elements, element.T[bushings:], strict=True)
     return ByParameter(
         density=trajectory.by_density(gradient[0]) + seeds.density[0],
         law=law[:, order],
         natural_length=length[order],
-        spring=spring,
-        bushing=bushing[:4],
+        spring=element[: len(JointSpring.names), :springs],
+        bushing=element[: len(Bushing.names), springs:bushings],
+        element=tuple(slopes[: len(part.names)] for part, slopes in others),
         mass=mass.reshape(-1, 3)[:, :2].sum(axis=1),
         inertia=mass.reshape(-1, 3)[:, 2],
     )
 
 
 def _alpha_row(trajectory: Trajectory, seeds: Seeds) -> Array:
-    equations = PlanarEquations(compiled(trajectory.system), trajectory.tables)
+    equations = SampledEquations(compiled(trajectory.system), trajectory.tables)
     scheme: Any = trajectory.scheme
     return alpha_adjoint_loop(equations, scheme, trajectory.step, trajectory.nodes, seeds)
 
 
 def _bdf2_row(trajectory: Trajectory, seeds: Seeds) -> Array:
-    equations = PlanarEquations(compiled(trajectory.system), trajectory.tables)
+    equations = SampledEquations(compiled(trajectory.system), trajectory.tables)
     return bdf2_adjoint_loop(equations, trajectory.step, trajectory.nodes, seeds)
 
 
@@ -115,14 +123,14 @@ BDF2_LOOP = Adjoints(by_density=lambda r, seeds: row_by_row(r, seeds, _bdf2_row)
 def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
     """First node and tangents of stretches of nodes, the latest first: those kept, or evaluated again."""
     r, tables, work, kept = trajectory.nodes, trajectory.tables, trajectory.work, trajectory.tangents
-    n, m, bushings = r.position.shape[1], r.multiplier.shape[1], r.damage.shape[1]
+    n, m, states = r.position.shape[1], r.multiplier.shape[1], r.states.shape[1]
     if kept is not None and len(kept.stiffness):
         trajectory.complete_tangents()
         yield 0, (kept.stiffness, kept.damping, kept.jacobian, np.empty((len(r.times), 0, 10)))
         return
-    size = min(last + 1, max(1, int(STRETCH // (8 * n * (2 * n + m) + 80 * bushings))))
+    size = min(last + 1, max(1, int(STRETCH // (8 * n * (2 * n + m) + 80 * states))))
     k, c = np.empty((size, n, n)), np.empty((size, n, n))
-    j, b = np.empty((size, m, n)), np.empty((size, bushings, 10))
+    j, b = np.empty((size, m, n)), np.empty((size, states, 10))
     for end in range(last + 1, 0, -size):
         first = max(0, end - size)
         part = tuple(x[: end - first] for x in (k, c, j, b))
@@ -134,21 +142,21 @@ def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[A
             r.position,
             r.velocity,
             r.multiplier,
-            r.damage,
-            r.damage_rate,
+            r.states,
+            r.state_rates,
             *part,
         )
         yield first, part
 
 
-def _damage_sweep(trajectory: Trajectory, start: NodeSeeds) -> DamageSweep:
-    """The bushings' part of a sweep, before its first stretch."""
+def _state_sweep(trajectory: Trajectory, start: NodeSeeds) -> DamageSweep:
+    """The states' part of a sweep, before its first stretch."""
     r, tables, work = trajectory.nodes, trajectory.tables, trajectory.work
     return DamageSweep(
-        bushing_pair=tables.bushing_pair, pair=tables.pair, motion=tables.motion,
+        state_pair=tables.state_pair, pair=tables.pair, motion=tables.motion,
         q=work.q, v=work.v, big=work.big, row_g=work.row_g,
-        rates=r.velocity, seed=start.states, slopes=np.empty((0, r.damage.shape[1], 10)),
-        costate=np.zeros((len(start.starts), 2, r.damage.shape[1])),
+        rates=r.velocity, seed=start.states, slopes=np.empty((0, r.states.shape[1], 10)),
+        costate=np.zeros((len(start.starts), 2, r.states.shape[1])),
     )  # fmt: skip
 
 
@@ -157,7 +165,7 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
     scheme = trajectory.scheme
     assert isinstance(scheme, GeneralisedAlpha | VelocityVerlet)
     r, tables, work = trajectory.nodes, trajectory.tables, trajectory.work
-    n, m, bushings = r.position.shape[1], r.multiplier.shape[1], r.damage.shape[1]
+    n, m, states = r.position.shape[1], r.multiplier.shape[1], r.states.shape[1]
     total, count, rows = n + m, len(trajectory.density), len(start.starts)
     nodes, pairs = int(start.starts[0]) + 1, len(tables.pair)
     gradient = np.zeros((rows, count))
@@ -167,12 +175,12 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
         np.empty((total, total)), np.empty((total, total)) if shift else None, np.empty((rows, total)),
         np.empty((2, total)), np.empty(total, np.int64), shift, np.zeros((rows, 4, n)), mu,
     )  # fmt: skip
-    damage = _damage_sweep(trajectory, start) if bushings else None
+    sweep = _state_sweep(trajectory, start) if states else None
     for first, (k, c, j, slopes) in _stretches(trajectory, nodes - 1):
         alpha_adjoint(
             tables.mass, scheme.numbers, trajectory.step, first, r.position, start.starts, start.at,
             start.position, start.velocity, start.acceleration, start.multiplier,
-            *space, k, c, j, None if damage is None else damage._replace(slopes=slopes),
+            *space, k, c, j, None if sweep is None else sweep._replace(slopes=slopes),
         )  # fmt: skip
     plain = rows == 1 and isinstance(tables, SpringTables)
     contract_history(
@@ -182,11 +190,11 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
     if not detailed:
         return gradient, ()
     law, length = np.zeros((PARAMETERS, count)), np.zeros(count)
-    spring = np.zeros((6, len(tables.torsion_pair)))
-    bushing, mass = np.zeros((5, bushings)), np.zeros(n)
+    names = max((len(part.names) for part in trajectory.system.force_elements), default=0)
+    element, mass = np.zeros((names, len(tables.element))), np.zeros(n)
     contract_parameter_history(
-        tables, work, nodes - 1, r.position, r.velocity, r.acceleration, r.damage,
-        np.ascontiguousarray(mu[:, 0]), law, length, spring, bushing, mass,
-        np.zeros(PARAMETERS), np.zeros((5, 3)),
+        tables, work, nodes - 1, r.position, r.velocity, r.acceleration, r.states,
+        np.ascontiguousarray(mu[:, 0]), law, length, element, mass,
+        np.zeros(PARAMETERS), np.zeros((names, 3)),
     )  # fmt: skip
-    return gradient, (law, length, spring, bushing, mass)
+    return gradient, (law, length, element, mass)

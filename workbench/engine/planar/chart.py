@@ -9,14 +9,14 @@ from ._kernels.row_kinds import ANGLE
 from ._kernels.tables import Tables
 from .compiled import Compiled, drive_slopes
 
-__all__ = ["planar_chart", "rates_of"]
+__all__ = ["chart_of", "rates_of"]
 
 Array = np.ndarray[Any, Any]
 
 TURNING = 0.1  # angles become dependent only where ten times as well determined as positions
 
 
-def planar_chart(tables: Tables, phi_q: Array, dtype: Any = float) -> Chart:
+def chart_of(tables: Tables, phi_q: Array, dtype: Any = float) -> Chart:
     """The arrays of a planar system; phi_q is its Jacobian at the start, for the scale of the angles."""
     n, m = len(tables.mass), len(tables.row)
     weight = np.ones(n)
@@ -24,7 +24,7 @@ def planar_chart(tables: Tables, phi_q: Array, dtype: Any = float) -> Chart:
         longest = np.abs(phi_q[tables.row[:, 0] != ANGLE, at]).max(initial=0.0)
         weight[at] = TURNING / max(longest, 1e-12) if longest > 0.0 else TURNING
     full = n + tables.motion.shape[2]
-    return chart(np.diag(tables.mass), weight, m, full=full, bushings=len(tables.bushing_pair), dtype=dtype)
+    return chart(np.diag(tables.mass), weight, m, full=full, states=len(tables.state_pair), dtype=dtype)
 
 
 def rates_of(parts: Compiled, times: Array) -> Rates:

@@ -11,6 +11,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..elements.element import Element
 from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import Motion, _slope
 from ..elements.table import PARAMETERS, code_of
@@ -105,15 +106,7 @@ def _compile(system: System) -> Compiled:
         if body.gravity:
             gravity[i, :2] = body.mass * np.asarray(system.gravity)
 
-    torsion = [
-        (
-            s.k, s.c, places[pairs.index[s.a]][2] - places[pairs.index[s.b]][2] if s.rest is None else s.rest,
-            s.k_stop, s.upper, s.lower, s.width,
-        )
-        for s in system.springs
-    ]  # fmt: skip
-    torsion_pair = [pairs(s.a, s.b) for s in system.springs]
-    bushing_pair = [pairs(b.a, b.b) for b in system.bushings]
+    element, element_data = _elements(system.force_elements, pairs, places)
     rows, data, names, drives = _rows(system, pairs, places)
     load = [(pairs.index[load.body], int(load.follower), 0, 0) for load in system.loads]
     arrays = {
@@ -123,12 +116,9 @@ def _compile(system: System) -> Compiled:
         "segment": np.array(segments, np.int64).reshape(-1, 4),
         "geometry": geometry,
         "law": law,
-        "torsion_pair": np.array(torsion_pair, np.int64),
-        "torsion": np.ascontiguousarray(np.array(torsion, float).reshape(-1, 7).T),
-        "bushing_pair": np.array(bushing_pair, np.int64),
-        "bushing": np.ascontiguousarray(
-            np.array([b.column() for b in system.bushings], float).reshape(-1, 18).T
-        ),
+        "element": element,
+        "element_data": element_data,
+        "state_pair": element[element[:, 2] >= 0, 0].copy(),
         "row": np.array(rows, np.int64).reshape(-1, 4),
         "row_data": np.array(data, float).reshape(-1, 7),
         "load": np.array(load, np.int64).reshape(-1, 4),
@@ -196,6 +186,27 @@ def _segments(
     return order, segments, geometry, law, tuple(user)
 
 
+def _elements(elements: tuple[Element, ...], pairs: _Pairs, places: list[Array]) -> tuple[Array, Array]:
+    """(E, 3) pair, code and number of the state or -1 of the force elements, and (., E) their parameters."""
+    numbers, columns, states = [], [], 0
+    for element in elements:
+        pair = pairs(element.a, element.b)
+        numbers.append((pair, element.code, states if element.states else -1))
+        states += element.states
+        columns.append(element.column(_seen(places[pairs.index[element.a]], places[pairs.index[element.b]])))
+    data = np.zeros((max(map(len, columns), default=0), len(columns)))
+    for number, column in enumerate(columns):
+        data[: len(column), number] = column
+    return np.array(numbers, np.int64).reshape(-1, 3), data
+
+
+def _seen(a: Array, b: Array) -> Array:
+    """(3,) position and angle of a body seen from another."""
+    c, s = np.cos(b[2]), np.sin(b[2])
+    x, y, angle = a - b
+    return np.array([c * x + s * y, c * y - s * x, angle])
+
+
 def _rows(
     system: System, pairs: _Pairs, places: list[Array]
 ) -> tuple[list[tuple[int, int, int, int]], list[tuple[float, ...]], list[str], list[Any]]:
@@ -238,15 +249,13 @@ def plain(parts: Compiled) -> bool:
     arrays = parts.arrays
     return bool(
         (arrays["segment"][:, 1] == FUSED).all()
-        and arrays["torsion_pair"].size == 0
-        and arrays["bushing_pair"].size == 0
+        and len(arrays["element"]) == 0
         and (arrays["row"][:, 0] <= COINCIDENT_Y).all()
     )
 
 
 def on_grid(parts: Compiled, density: Array, times: Array) -> Tables:
-    """Tables with loads, motions and drives sampled at `times` and the densities of one design (member
-    order)."""
+    """Tables of one design (member order), with loads, motions and drives sampled at `times`."""
     system = parts.system
     count = len(times)
     loads = np.zeros((count, len(system.loads), 3))

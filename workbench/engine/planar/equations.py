@@ -15,16 +15,15 @@ from ._kernels.equations import (
 from ._kernels.tables import Tables, work_space
 from .compiled import Compiled, UserSegment
 
-__all__ = ["PlanarEquations"]
+__all__ = ["SampledEquations"]
 
 Array = np.ndarray[Any, Any]
 
 COMPLEX_STEP = 1e-30
 
 
-class PlanarEquations:
-    """`Equations` of a planar system on a sampled grid. Breakable bushings need the compiled loop and are
-    absent."""
+class SampledEquations:
+    """`Equations` of a planar system on a sampled grid; states of force elements stay 0 here."""
 
     def __init__(self, parts: Compiled, tables: Tables) -> None:
         self.tables = tables
@@ -34,7 +33,7 @@ class PlanarEquations:
         self.mass = np.diag(tables.mass)
         self.force, self.stiffness, self.damping = self.work.force, self.work.k, self.work.c
         self.constraint, self.jacobian = self.work.phi, self.work.phi_q
-        self._z = np.zeros(len(tables.bushing_pair))
+        self._z = np.zeros(len(tables.state_pair))
 
     def look(self, node: int, q: Array, v: Array, lam: Array) -> None:
         """Evaluate everything at a state."""

@@ -23,7 +23,7 @@ from ..integration.schemes import IndependentAlpha, RungeKutta8
 from ..integration.seeds import Seeds, row_by_row
 from ._kernels import chart_answers  # noqa: F401  (answers the chart's questions by type)
 from ._kernels.tables import Tables, work_space
-from .chart import planar_chart, rates_of
+from .chart import chart_of, rates_of
 from .compiled import Compiled, compiled, on_grid
 from .start import check_start
 from .trajectory import Trajectory
@@ -38,21 +38,21 @@ def _refuse(parts: Compiled, scheme: str) -> None:
         raise NotSupported(
             f"{scheme} with joints runs the engine's own laws only; use GeneralisedAlpha(rho=0.99) or less"
         )
-    if any(b.breakable for b in parts.system.bushings):
+    if parts.system.has_states:
         raise NotSupported(
-            f"{scheme} with joints does not carry the damage of bushings; use GeneralisedAlpha(rho=0.99) "
-            "or less"
+            f"{scheme} with joints does not carry the states of force elements, as the damage of bushings; "
+            "use GeneralisedAlpha(rho=0.99) or less"
         )
 
 
-def planar_equations(parts: Compiled, tables: Tables) -> IndependentEquations:
+def independent_equations(parts: Compiled, tables: Tables) -> IndependentEquations:
     """Work space and arrays for runs on the grid of `tables`, with the Jacobian at the start."""
     _, _, phi_q = check_start(parts, tables)
     return IndependentEquations(
         tables=tables,
         work=work_space(tables),
         rates=rates_of(parts, tables.times),
-        chart=planar_chart(tables, phi_q),
+        chart=chart_of(tables, phi_q),
         row_names=parts.row_names,
     )
 
@@ -64,7 +64,7 @@ def independent_alpha(
     _refuse(parts, "IndependentAlpha")
     tables = on_grid(parts, alpha, times)
     q0, v0, _ = check_start(parts, tables)
-    equations = planar_equations(parts, tables)
+    equations = independent_equations(parts, tables)
     return _record(parts, alpha, times, scheme, tables, march(equations, scheme, times, q0, v0), reason)
 
 
@@ -79,7 +79,7 @@ def jointed_rk8(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
 def _rk8(parts: Compiled, alpha: Array, times: Array) -> tuple[March, tuple[IndependentEquations, Any]]:
     tables = on_grid(parts, alpha, point_times(times, C))
     q0, v0, _ = check_start(parts, tables)
-    equations = planar_equations(parts, tables)
+    equations = independent_equations(parts, tables)
     run, sq, sv = march_rk8(equations, (A, B), times, q0, v0)
     return run, (equations, (sq, sv))
 
@@ -88,13 +88,13 @@ def _record(
     parts: Compiled, alpha: Array, times: Array, scheme: IndependentAlpha | RungeKutta8, tables: Tables,
     run: March, reason: str,
 ) -> Trajectory:  # fmt: skip
-    bushings = np.zeros((len(times), len(tables.bushing_pair)))
+    states = np.zeros((len(times), len(tables.state_pair)))
     _, _, phi_q = check_start(parts, tables)
     lost = redundancy(parts.row_names, phi_q).rows
     return Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=run.position,
-        velocity=run.velocity, acceleration=run.acceleration, multiplier=run.multiplier, damage=bushings,
-        damage_rate=bushings.copy(), tables=tables, splits=run.splits, adjoints=INDEPENDENT,
+        velocity=run.velocity, acceleration=run.acceleration, multiplier=run.multiplier, states=states,
+        state_rates=states.copy(), tables=tables, splits=run.splits, adjoints=INDEPENDENT,
         diagnosis=Diagnosis(
             newton_iterations=run.evaluations, factorisations=run.evaluations,
             redundant_rows=lost, reason=reason, notices=notices(type(scheme).__name__, run, lost, times),
@@ -110,7 +110,7 @@ def _row(trajectory: Trajectory, seeds: Seeds) -> Array:
     r, parts = trajectory, compiled(trajectory.system)
     if isinstance(r.scheme, IndependentAlpha):
         assert r.splits is not None
-        equations = planar_equations(parts, r.tables)
+        equations = independent_equations(parts, r.tables)
         return alpha_gradient(equations, r.scheme, r.step, r.nodes, r.splits, seeds)
     run, (equations, points) = _rk8(parts, r.density, r.nodes.times)
     return rk8_gradient(equations, (A, B), r.nodes.times, run, points, seeds)

@@ -121,8 +121,7 @@ class PrismaticJoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DistanceJoint:
-    """A massless rod: the distance between two points is kept (1 row). length None: the distance at the
-    start."""
+    """A massless rod: the distance of two points is kept (1 row). length None: the distance at the start."""
 
     a: str
     b: str

@@ -1,8 +1,7 @@
 """The equations of motion linearised at the nodes of a run: M, C, K, Phi_q and the design matrix dF/dalpha.
 
 What the forward methods (direct, time integration, iterative, constant load) and the continuous adjoint
-share. They
-propagate positions and velocities only; systems with breakable bushings have more states and are refused.
+share. They propagate positions and velocities only; systems with more states (damage) are refused.
 """
 
 from typing import Any
@@ -16,18 +15,18 @@ from ._kernels.equations import evaluate, place, unit_rows
 from ._kernels.tables import Tables, Work, work_space
 from .compiled import Compiled, scale_slope
 
-__all__ = ["PlanarLinearised"]
+__all__ = ["LinearisedRun"]
 
 Array = np.ndarray[Any, Any]
 
 
-class PlanarLinearised:
+class LinearisedRun:
     """Linearisations of a planar system on the grid of `tables`; `method` is named in what is refused."""
 
     def __init__(self, parts: Compiled, tables: Tables, density: Array, *, method: str) -> None:
-        if any(bushing.breakable for bushing in parts.system.bushings):
+        if parts.system.has_states:
             raise NotSupported(
-                f"{method} does not carry the damage state of breakable bushings; "
+                f"{method} does not carry the states of force elements, as the damage of breakable bushings; "
                 "use method='discrete_adjoint'"
             )
         if parts.user:
@@ -41,7 +40,7 @@ class PlanarLinearised:
         self.members = len(density)
         self._slope = scale_slope(parts, density)
         self._b = np.zeros((3, self.members))
-        self._z = np.zeros(len(self.tables.bushing_pair))
+        self._z = np.zeros(len(self.tables.state_pair))
 
     def tangents(self, node: int, q: Array, v: Array, lam: Array) -> Linearisation:
         """Linearise at a state."""

@@ -15,8 +15,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Member:
-    """A force element between `point_a` of body `a` and `point_b` of body `b` (body names; "ground" is the
-    world).
+    """A force element between `point_a` of body `a` and `point_b` of body `b`; "ground" is the world.
 
     natural_length: m, None for the length at the start, measured with `offset`.
     offset: constant distance out of the plane, m: length = sqrt(dx^2 + dy^2 + offset^2).

@@ -38,8 +38,11 @@ def stage_times(times: Array) -> Array:
 
 def refuse(parts: Compiled) -> None:
     """Raise NotSupported for systems the explicit scheme cannot treat."""
-    if any(b.breakable for b in parts.system.bushings):
-        raise NotSupported("explicit Runge-Kutta does not carry the damage of bushings; use GeneralisedAlpha")
+    if parts.system.has_states:
+        raise NotSupported(
+            "explicit Runge-Kutta does not carry the states of force elements, as the damage of bushings; "
+            "use GeneralisedAlpha"
+        )
 
 
 def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
@@ -57,11 +60,11 @@ def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
             "is beyond its stability. Take more steps, or GeneralisedAlpha for stiff systems",
             float(times[bad]),
         )
-    bushings = np.zeros((len(times), len(tables.bushing_pair)))
+    states = np.zeros((len(times), len(tables.state_pair)))
     return Trajectory(
         system=parts.system, density=alpha, scheme=RungeKutta8(), times=times, position=q, velocity=v,
         acceleration=w, multiplier=np.zeros((len(times), 0)),
-        damage=bushings, damage_rate=bushings.copy(), tables=tables, adjoints=STAGEWISE,
+        states=states, state_rates=states.copy(), tables=tables, adjoints=STAGEWISE,
         diagnosis=Diagnosis(
             newton_iterations=0, factorisations=0, redundant_rows=(), reason="RungeKutta8 as asked",
         ),
@@ -136,10 +139,10 @@ def with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Traje
     def with_it(kept: Array, new: Array) -> Array:
         return np.concatenate([kept[keep[:at]], new[1:], kept[keep[at:]]])
 
-    bushings = np.zeros((len(times), r.damage.shape[1]))
+    states = np.zeros((len(times), r.states.shape[1]))
     return replace(
         r, times=times, tables=tables, position=with_it(r.position, run.position),
         velocity=with_it(r.velocity, run.velocity), acceleration=with_it(r.acceleration, run.acceleration),
-        multiplier=np.zeros((len(times), 0)), damage=bushings, damage_rate=bushings.copy(),
+        multiplier=np.zeros((len(times), 0)), states=states, state_rates=states.copy(),
         memo={"work": r.work},
     )  # fmt: skip

@@ -1,6 +1,7 @@
 """Runs of planar systems: which loop takes which scheme, and the trajectory it leaves."""
 
 import logging
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from ._kernels.tables import (
 )
 from .adjoint import BDF2_LOOP, COMPILED, PYTHON
 from .compiled import Compiled, compiled, on_grid
-from .equations import PlanarEquations
+from .equations import SampledEquations
 from .independent import independent_alpha
 from .runge_kutta import runge_kutta
 from .start import accelerations_from, check_start, initial_accelerations, proximal
@@ -64,7 +65,7 @@ def run(system: System, alpha: Array, times: Array, scheme: Scheme) -> Trajector
             rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations
         )  # no joints: every coordinate is independent
     if isinstance(scheme, GeneralisedAlpha) and scheme.rho > UNDAMPED and jointed and parts.fused:
-        if not any(b.breakable for b in system.bushings):
+        if not system.has_states:
             instead = IndependentAlpha(
                 rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations
             )
@@ -86,48 +87,41 @@ def _implicit(
     found = redundancy(parts.row_names, phi_q)
     redundant = len(found.rows) > 0
     if isinstance(scheme, BDF2) or not parts.fused:
-        if any(b.breakable for b in parts.system.bushings):
-            raise NotSupported("breakable bushings run with GeneralisedAlpha and the engine's own laws only")
+        if parts.system.has_states:
+            raise NotSupported(
+                "states of force elements, as the damage of breakable bushings, need GeneralisedAlpha and "
+                "the engine's own laws"
+            )
         start = (q0, v0, *_start_with_laws(parts, tables, q0, v0))
-        equations = PlanarEquations(parts, tables)
+        equations = SampledEquations(parts, tables)
         shift = proximal(tables, redundant=redundant)
         if isinstance(scheme, BDF2):
             nodes = bdf2_loop(equations, scheme, times, start, shift)
         else:
             nodes = alpha_loop(equations, scheme, times, start, shift)
-        empty = np.zeros((len(times), len(tables.bushing_pair)))
-        return _agreeing(_record(
-            parts, alpha, times, scheme, tables, nodes.position, nodes.velocity,
-            nodes.acceleration, nodes.multiplier, empty, empty.copy(), found, nodes.newton, nodes.newton,
-        ))  # fmt: skip
-    made = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
-    if made.info[0] != 0 or not np.isfinite(made.q[-1]).all():
-        raise _failure(parts, alpha, times, scheme, made.info)
-    return _agreeing(_record(
-        parts, alpha, times, scheme, tables, made.q, made.v, made.w, made.lam, made.z, made.zdot, found,
-        int(made.info[2]), int(made.info[4]), made.tangents,
-        made.work,
+        empty = np.zeros((len(times), len(tables.state_pair)))
+        made = Run(
+            q=nodes.position, v=nodes.velocity, w=nodes.acceleration, lam=nodes.multiplier, z=empty,
+            zdot=empty.copy(), info=np.array([0, len(times) - 1, nodes.newton, 0, nodes.newton]),
+        )  # fmt: skip
+    else:
+        made = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
+        if made.info[0] != 0 or not np.isfinite(made.q[-1]).all():
+            raise _failure(parts, alpha, times, scheme, made.info)
+    return _agreeing(Trajectory(
+        system=parts.system, density=alpha, scheme=scheme, times=times, position=made.q, velocity=made.v,
+        acceleration=made.w, multiplier=made.lam, states=made.z, state_rates=made.zdot, tables=tables,
+        adjoints=BDF2_LOOP if isinstance(scheme, BDF2) else COMPILED if parts.fused else PYTHON,
+        tangents=made.tangents, memo={} if made.work is None else {"work": made.work},
+        diagnosis=Diagnosis(
+            newton_iterations=int(made.info[2]), factorisations=int(made.info[4]),
+            redundant_rows=found.rows, reason=f"{type(scheme).__name__} as asked",
+            notices=_told(found),
+        ),
     ))  # fmt: skip
 
 
-def _record(
-    parts: Compiled, alpha: Array, times: Array, scheme: Scheme, tables: Tables, q: Array, v: Array, w: Array,
-    lam: Array, z: Array, zdot: Array, found: Redundancy, newton: int, factorisations: int,
-    tangents: Tangents | None = None, work: Work | None = None,
-) -> Trajectory:  # fmt: skip
-    loop = BDF2_LOOP if isinstance(scheme, BDF2) else COMPILED if parts.fused else PYTHON
-    return Trajectory(
-        system=parts.system, density=alpha, scheme=scheme, times=times, position=q, velocity=v,
-        acceleration=w, multiplier=lam, damage=z, damage_rate=zdot, tables=tables, adjoints=loop,
-        tangents=tangents, memo={} if work is None else {"work": work},
-        diagnosis=Diagnosis(
-            newton_iterations=newton, factorisations=factorisations, redundant_rows=found.rows,
-            reason=f"{type(scheme).__name__} as asked", notices=_told(parts, found),
-        ),
-    )  # fmt: skip
-
-
-def _told(parts: Compiled, found: Redundancy) -> tuple[str, ...]:
+def _told(found: Redundancy) -> tuple[str, ...]:
     """Say that joints are redundant: the run goes on, and shares their forces out evenly."""
     if not found.rows:
         return ()
@@ -137,8 +131,7 @@ def _told(parts: Compiled, found: Redundancy) -> tuple[str, ...]:
 
 
 def _agreeing(run: Trajectory) -> Trajectory:
-    """A run whose redundant joints agreed along the motion. Raises NotConverged by name where they did
-    not."""
+    """A run whose redundant joints agreed along the motion. Raises NotConverged, by name, for others."""
     if not run.diagnosis.redundant_rows:
         return run
     off = np.abs(run.joint_residuals())
@@ -158,29 +151,39 @@ def _agreeing(run: Trajectory) -> Trajectory:
 
 def _start_with_laws(parts: Compiled, tables: Tables, q0: Array, v0: Array) -> tuple[Array, Array]:
     """Consistent initial accelerations with the users' laws in the forces."""
-    equations = PlanarEquations(parts, tables)
+    equations = SampledEquations(parts, tables)
     equations.look(0, q0, v0, np.zeros(len(tables.row)))
     return accelerations_from(parts, tables, equations.work)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Run:
-    """Arrays of one integration, and the kernel's account of it."""
+    """Arrays of one integration, and the loop's account of it.
 
-    __slots__ = ("info", "lam", "q", "tangents", "v", "w", "work", "z", "zdot")
+    q, v, w: (nodes, n).  lam: (nodes, m).  z, zdot: (nodes, states).
+    info: (5,) status, step, Newton iterations, last update, factorisations.
+    """
 
-    def __init__(self, nodes: int, n: int, m: int, bushings: int, *, springs: bool) -> None:
-        self.q, self.v, self.w = np.zeros((nodes, n)), np.zeros((nodes, n)), np.zeros((nodes, n))
-        self.lam = np.zeros((nodes, m))
-        self.z, self.zdot = np.zeros((nodes, bushings)), np.zeros((nodes, bushings))
-        self.info = np.zeros(5)
-        self.work: Work | None = None
-        # bushings carry states of their own: their adjoint needs more than the tangents
-        small = bushings == 0 and 8 * nodes * n * (2 * n + m) <= KEEP
-        kept = nodes if small else 0
-        self.tangents = Tangents(
-            stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), jacobian=np.empty((kept, m, n)),
-            energy=np.empty(kept if springs else 0),
-        )  # fmt: skip
+    q: Array
+    v: Array
+    w: Array
+    lam: Array
+    z: Array
+    zdot: Array
+    info: Array
+    tangents: Tangents | None = None
+    work: Work | None = None
+
+
+def _tangents(nodes: int, n: int, m: int, states: int, *, springs: bool) -> Tangents:
+    """Room for the tangents that a run keeps: none for large runs and for those with states."""
+    # the adjoint of states needs more than the tangents
+    small = states == 0 and 8 * nodes * n * (2 * n + m) <= KEEP
+    kept = nodes if small else 0
+    return Tangents(
+        stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), jacobian=np.empty((kept, m, n)),
+        energy=np.empty(kept if springs else 0),
+    )  # fmt: skip
 
 
 def integrate(
@@ -193,23 +196,28 @@ def integrate(
     redundant: bool,
 ) -> Run:
     """Run the compiled loop from consistent initial accelerations."""
-    n, m, bushings = len(q0), len(tables.row), len(tables.bushing_pair)
-    run = Run(len(tables.times), n, m, bushings, springs=isinstance(tables, SpringTables))
-    work = run.work = work_space(tables)
-    run.q[0], run.v[0] = q0, v0
-    run.w[0], run.lam[0] = initial_accelerations(parts, tables, work, q0, v0)
-    run.zdot[0] = work.zdot
+    nodes, n, m, states = len(tables.times), len(q0), len(tables.row), len(tables.state_pair)
+    springs = isinstance(tables, SpringTables)
+    work = work_space(tables)
+    kept = _tangents(nodes, n, m, states, springs=springs)
+    q, v, w = (np.zeros((nodes, n)) for _ in range(3))
+    z, zdot = np.zeros((nodes, states)), np.zeros((nodes, states))
+    run = Run(
+        q=q, v=v, w=w, lam=np.zeros((nodes, m)), z=z, zdot=zdot, info=np.zeros(5), tangents=kept, work=work
+    )
+    q[0], v[0] = q0, v0
+    w[0], run.lam[0] = initial_accelerations(parts, tables, work, q0, v0)
+    zdot[0] = work.zdot
     total = n + m
     # 1: factors are kept from step to step until Newton slows down; forces alone are cheaper than tangents
     settings = np.array([
         scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), 1.0,
-        0.0 if isinstance(tables, SpringTables) else 1.0,
+        0.0 if springs else 1.0,
     ])  # fmt: skip
     alpha_forward(
-        tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), run.q, run.v, run.w, run.lam,
-        run.z, run.zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
-        settings, run.info, run.tangents.stiffness, run.tangents.damping, run.tangents.jacobian,
-        run.tangents.energy,
+        tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), q, v, w, run.lam,
+        z, zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
+        settings, run.info, kept.stiffness, kept.damping, kept.jacobian, kept.energy,
     )  # fmt: skip
     return run
 

@@ -1,5 +1,4 @@
-"""Consistent initial conditions: assembly of the positions, check of the velocities, accelerations and
-multipliers.
+"""Consistent initial conditions: positions, velocities, accelerations and multipliers.
 
 M w + F + Phi_q^T lambda = 0,   Phi_q w = -(d/dt Phi_q) v - ...   at t = 0 (section 2.4: a_0 = q''_0)
 """
@@ -31,7 +30,7 @@ SHIFT = 1e-8  # proximal term for redundant joints, relative to the inverse mass
 
 def residual_of_joints(tables: Tables, work: Work, q: Array, v: Array) -> tuple[Array, Array]:
     """Phi and Phi_q at the first sample."""
-    z = np.zeros(len(tables.bushing_pair))
+    z = np.zeros(len(tables.state_pair))
     evaluate(tables, work, 0, q, v, np.zeros(len(tables.row)), z, z, 0.0, False)
     return work.phi.copy(), work.phi_q.copy()
 
@@ -180,7 +179,7 @@ def initial_accelerations(
     parts: Compiled, tables: Tables, work: Work, q: Array, v: Array
 ) -> tuple[Array, Array]:
     """w_0 (n,) and lambda_0 (m,) from the saddle system; least squares when joints are redundant."""
-    z = np.zeros(len(tables.bushing_pair))
+    z = np.zeros(len(tables.state_pair))
     evaluate(tables, work, 0, q, v, np.zeros(len(tables.row)), z, z, 0.0, False)
     return accelerations_from(parts, tables, work)
 

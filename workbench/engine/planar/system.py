@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..elements.joint_forces import Bushing, JointSpring
+from ..elements.bushing import Bushing
+from ..elements.element import Element
+from ..elements.joint_spring import JointSpring
 from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import Motion
 from ..errors import InvalidSystem
@@ -28,8 +30,7 @@ class Body:
     """A rigid planar body.
 
     mass: kg.  inertia: kg m^2 about the mass centre.  position: (x, y, theta) at the start.  velocity: its
-    rate.
-    motion: prescribes the body's motion; then mass, inertia, position and velocity are ignored.
+    rate.  motion: prescribes the body's motion; then mass, inertia, position and velocity are ignored.
     gravity: whether gravity acts on it.
 
     >>> Body(name="1", mass=60.0, inertia=10.0).position
@@ -70,7 +71,9 @@ class System:
     """Bodies joined by joints, loaded, and tied by members whose densities are the design.
 
     Two systems are equal only when they are the same object, so compiled arrays are kept with it.
-    The order of `members` is the order of densities and gradients. `gravity` is an acceleration, m/s^2.
+    The order of `members` is the order of densities and gradients. `elements`: force elements of any
+    kind, beside the joint springs and bushings that have a field of their own. `gravity` is an acceleration,
+    m/s^2.
 
     >>> from workbench.engine import Body, Member, Spring, System
     >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
@@ -85,10 +88,11 @@ class System:
     loads: tuple[Load, ...] = ()
     springs: tuple[JointSpring, ...] = ()
     bushings: tuple[Bushing, ...] = ()
+    elements: tuple[Element, ...] = ()
     gravity: tuple[float, float] = (0.0, -9.8)
 
     def __post_init__(self) -> None:
-        for name in ("bodies", "members", "joints", "loads", "springs", "bushings"):
+        for name in ("bodies", "members", "joints", "loads", "springs", "bushings", "elements"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [body.name for body in self.bodies]
         known = {*names, "ground"}
@@ -105,7 +109,7 @@ class System:
                     f"body '{body.name}' needs mass > 0 kg and inertia > 0 kg m^2, "
                     f"got mass={body.mass} and inertia={body.inertia}"
                 )
-        for kind in ("members", "joints", "springs", "bushings"):
+        for kind in ("members", "joints", "springs", "bushings", "elements"):
             for index, part in enumerate(getattr(self, kind)):
                 for end in (part.a, part.b):
                     if end not in known:
@@ -141,7 +145,17 @@ class System:
     def smooth(self) -> bool:
         """Whether every force is smooth (C-infinity): no contact, belt, airbag or breakable bushing."""
         smooth = all(member.law.smooth for member in self.members)
-        return smooth and not any(b.breakable for b in self.bushings)
+        return smooth and all(element.smooth for element in self.force_elements)
+
+    @property
+    def force_elements(self) -> tuple[Element, ...]:
+        """Joint springs, bushings and other elements, as the kernels number them."""
+        return (*self.springs, *self.bushings, *self.elements)
+
+    @property
+    def has_states(self) -> bool:
+        """Whether a force element has a state that can change, as the damage of a breakable bushing."""
+        return any(element.has_state for element in self.force_elements)
 
     @property
     def in_python(self) -> bool:

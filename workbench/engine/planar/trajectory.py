@@ -19,14 +19,14 @@ from ..integration.kinds import (
 from ..integration.outcome import Diagnosis, Status
 from ..integration.schemes import Scheme
 from ..integration.seeds import NodeSeeds
-from ._kernels.energy import member_energy_series, member_power, torsion_energy_sum
+from ._kernels.energy import element_energies, member_energy_series, member_power
 from ._kernels.equations import evaluate, place
 from ._kernels.tables import Tables, Work, work_space
 from .compiled import compiled, in_member_order, on_grid, scale_slope
 from .forward import forward_sensitivities
-from .linearised import PlanarLinearised
+from .linearised import LinearisedRun
 from .system import System
-from .view import PlanarView, columns_of
+from .view import MeanView, columns_of
 
 __all__ = ["Tangents", "Trajectory"]
 
@@ -50,7 +50,7 @@ class Tangents:
     energy: Array
 
 
-class DamageNodes(NamedTuple):
+class StateNodes(NamedTuple):
     """States at the nodes as the kernels take them, which compile once, for arrays that could be written."""
 
     times: Array
@@ -58,8 +58,8 @@ class DamageNodes(NamedTuple):
     velocity: Array
     acceleration: Array
     multiplier: Array
-    damage: Array
-    damage_rate: Array
+    states: Array
+    state_rates: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -67,8 +67,8 @@ class Trajectory:
     """States at the nodes of the time grid; coordinates are (x, y, theta) of every free body in order.
 
     times: (steps + 1,).  position, velocity, acceleration: (steps + 1, n).  multiplier: (steps + 1, m), one
-    per joint row.  damage: (steps + 1, bushings) with rate damage_rate. These arrays cannot be written;
-    `nodes` holds them for the kernels.
+    per joint row.  states: (steps + 1, states) of force elements (the damage of bushings) with rates
+    state_rates. These arrays cannot be written; `nodes` holds them for the kernels.
     """
 
     system: System
@@ -79,8 +79,8 @@ class Trajectory:
     velocity: Array
     acceleration: Array
     multiplier: Array
-    damage: Array
-    damage_rate: Array
+    states: Array
+    state_rates: Array
     diagnosis: Diagnosis
     tables: Tables
     adjoints: Adjoints  # of the scheme that made the run
@@ -88,11 +88,11 @@ class Trajectory:
     splits: Splits | None = None  # of a run in independent coordinates
     status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)  # derived series, computed once
-    nodes: DamageNodes = field(init=False, repr=False)
+    nodes: StateNodes = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        states = {name: writable(getattr(self, name)) for name in DamageNodes._fields}
-        object.__setattr__(self, "nodes", DamageNodes(**states))
+        states = {name: writable(getattr(self, name)) for name in StateNodes._fields}
+        object.__setattr__(self, "nodes", StateNodes(**states))
         for name, array in (*states.items(), ("density", self.density)):
             object.__setattr__(self, name, read_only(array))
 
@@ -125,7 +125,7 @@ class Trajectory:
         if kept is None or len(kept.stiffness) == 0 or "start" in self.memo:
             return
         r, work = self.nodes, self.work
-        z = r.damage[0]
+        z = r.states[0]
         evaluate(self.tables, work, 0, r.position[0], r.velocity[0], r.multiplier[0], z, z, 0.0, True)
         kept.stiffness[0], kept.damping[0], kept.jacobian[0] = work.k, work.c, work.phi_q
         kept.energy[:1] = work.energy
@@ -146,12 +146,12 @@ class Trajectory:
         return np.array(self.memo["stored_energy"])
 
     def spring_energy(self) -> Array:
-        """(steps + 1,) energy stored in the joint springs, J."""
+        """(steps + 1,) energy stored in the elastic force elements (joint springs), J; none in bushings."""
         work = self.work
         energy = np.zeros(len(self.times))
         for step in range(len(self.times)):
             place(self.tables, work, step, self.nodes.position[step], self.nodes.velocity[step])
-            energy[step] = torsion_energy_sum(self.tables, work)
+            energy[step] = element_energies(self.tables, work)
         return energy
 
     def gravity_energy(self) -> Array:
@@ -167,7 +167,7 @@ class Trajectory:
         r, work = self.nodes, self.work
         out = np.zeros((len(r.times), len(self.tables.row)))
         for step in range(len(r.times)):
-            z = r.damage[step]
+            z = r.states[step]
             evaluate(
                 self.tables, work, step, r.position[step], r.velocity[step], r.multiplier[step],
                 z, z, 0.0, False,
@@ -176,15 +176,15 @@ class Trajectory:
         return out
 
     @property
-    def states(self) -> Array:
-        """(steps + 1, bushings) the damage."""
-        return self.damage
+    def damage(self) -> Array:
+        """(steps + 1, bushings) the damage of `System.bushings`."""
+        return self.states[:, : len(self.system.bushings)]
 
     @property
     def widths(self) -> Widths:
         """Lengths of slopes and seeds."""
         n = self.position.shape[1]
-        return Widths(n, n, n, self.multiplier.shape[1], self.damage.shape[1])
+        return Widths(n, n, n, self.multiplier.shape[1], self.states.shape[1])
 
     def adjoint(self, seeds: NodeSeeds) -> Array:
         """(R, N) gradients by density of the implicit parts, in the order of the rows: exact for the run."""
@@ -204,18 +204,20 @@ class Trajectory:
         by_density = in_member_order(by_scale, parts.inverse)
         return np.asarray(by_density if slope is None else by_density * slope)
 
-    def linearised(self, *, method: str, times: Array | None = None) -> PlanarLinearised:
+    def linearised(self, *, method: str, times: Array | None = None) -> LinearisedRun:
         """The equations on the run's grid or another. Raises NotSupported, naming the method that asks."""
         parts = compiled(self.system)
         tables = self.tables if times is None else on_grid(parts, self.density, times)
-        return PlanarLinearised(parts, tables, self.density, method=method)
+        return LinearisedRun(parts, tables, self.density, method=method)
 
     @property
     def goes_forward(self) -> bool:
-        """Whether the system has no internal states (damage) and no redundant joints or laws in Python, and
-        the run is not in independent coordinates."""
+        """Whether sensitivities can go forward with the run.
+
+        Not with internal states (damage), redundant joints, laws in Python, or in independent coordinates.
+        """
         return (
-            self.damage.shape[1] == 0
+            self.states.shape[1] == 0
             and self.splits is None
             and not self.diagnosis.redundant_rows
             and not self.system.in_python
@@ -254,12 +256,12 @@ class Trajectory:
                 seen[node] = MemberPower(float(rate[a]), slopes[a, 0, :n], slopes[a, 1, :n], explicit[a])
         return [seen[node] for node in nodes]
 
-    def view(self, *, bodies: tuple[str, ...], reference: str, shares: tuple[float, ...]) -> PlanarView:
+    def view(self, *, bodies: tuple[str, ...], reference: str, shares: tuple[float, ...]) -> MeanView:
         """The mean of some bodies' centres, weighted by shares, seen from another."""
-        views: dict[Any, PlanarView] = self.memo.setdefault("views", {})
+        views: dict[Any, MeanView] = self.memo.setdefault("views", {})
         key = bodies, reference, shares
         if key not in views:
-            views[key] = PlanarView(
+            views[key] = MeanView(
                 columns=columns_of(self.system, bodies=bodies, reference=reference, shares=shares),
                 position=self.position, velocity=self.velocity, motion=self.tables.motion,
             )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from .system import System
 
-__all__ = ["PlanarView", "columns_of"]
+__all__ = ["MeanView", "columns_of"]
 
 Array = np.ndarray[Any, Any]
 Columns = tuple[tuple[int, float], ...]
@@ -44,7 +44,7 @@ def columns_of(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlanarView:
+class MeanView:
     """Mass-weighted mean of some bodies' centres, seen from a reference body (or the ground).
 
     columns: as from `columns_of`.  position, velocity: (steps + 1, n).  motion: (steps + 1, 2, k) of the

@@ -18,7 +18,7 @@ from ..integration.schemes import (
 )
 from ..objectives.reductions import Objective
 from ..planar.compiled import compiled, on_grid
-from ..planar.equations import PlanarEquations
+from ..planar.equations import SampledEquations
 from ..planar.start import check_start
 from ..planar.system import System
 from .simulate import simulate
@@ -128,7 +128,7 @@ def choose_scheme(system: System, density: Array, *, t_end: float, steps: int) -
         return Choice(scheme=GeneralisedAlpha(), reason="a user's law is not known to be smooth")
     if not system.smooth:
         return Choice(scheme=GeneralisedAlpha(), reason="rounded kinks or breakable bushings spoil order 8")
-    equations = PlanarEquations(parts, tables)
+    equations = SampledEquations(parts, tables)
     equations.look(0, q, v, np.zeros(0))
     root = 1.0 / np.sqrt(tables.mass)
     n = len(q)

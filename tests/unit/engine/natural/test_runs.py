@@ -31,7 +31,7 @@ from workbench.engine import (
     moving,
     simulate,
 )
-from workbench.engine.natural.compiled import natural_compiled
+from workbench.engine.natural.compiled import compiled
 
 
 def body(**changes):
@@ -48,7 +48,7 @@ def body(**changes):
 
 def test_the_mass_matrix_has_the_kinetic_energy_of_a_rigid_body():
     omega, drift, centre = np.array([0.3, -1.0, 0.7]), np.array([0.1, 0.2, -0.3]), np.array([0.5, 0.5, 0.1])
-    parts = natural_compiled(body())
+    parts = compiled(body())
     nodes = {**{p.name: np.array(p.position) for p in parts.full.points}}
     v = np.zeros(len(parts.start[0]))
     for name, at in parts.index.items():
@@ -64,7 +64,7 @@ def test_the_mass_matrix_has_the_kinetic_energy_of_a_rigid_body():
 def test_a_slender_rod_needs_its_two_points_alone():
     ends = [NaturalPoint(name="A", position=(0, 0, 0)), NaturalPoint(name="B", position=(0, 2, 0))]
     rod = RigidElement(name="rod", points=("A", "B"), mass=3.0, inertia=np.diag([1.0, 0.0, 1.0]))
-    parts = natural_compiled(NaturalSystem(points=ends, elements=(rod,)))
+    parts = compiled(NaturalSystem(points=ends, elements=(rod,)))
     np.testing.assert_allclose(parts.arrays["mass"], np.kron([[1.0, 0.5], [0.5, 1.0]], np.eye(3)), atol=1e-12)
 
 
@@ -234,8 +234,8 @@ def element(*, points=("P",), **rest):
             lambda: NaturalSystem(points=(BALL,), vectors=(UnitVector(name="u", direction=(0, 0, 0)),)),
             "unit vector 'u' needs a direction",
         ),
-        (lambda: natural_compiled(body(inertia=np.diag([1.0, 0.1, 0.1]))), "no body can have"),
-        (lambda: natural_compiled(body(inertia=np.ones((2, 2)))), r"symmetric inertia of shape \(3, 3\)"),
+        (lambda: compiled(body(inertia=np.diag([1.0, 0.1, 0.1]))), "no body can have"),
+        (lambda: compiled(body(inertia=np.ones((2, 2)))), r"symmetric inertia of shape \(3, 3\)"),
     ],
     ids=range(10),
 )  # fmt: skip

@@ -17,9 +17,9 @@ from .pairs import pair_covector, pull_back
 
 @njit(**ENTRY)
 def linearise(T, W, first, h, q, v, lam, z, zdot, k, c, j, b):
-    """Fill the tangents of the nodes first..first+len(k)-1: k, c (., n, n), j (., m, n), b (., B, 10).
+    """Fill the tangents of the nodes first..first+len(k)-1: k, c (., n, n), j (., m, n), b (., Z, 10).
 
-    b holds dg/dD (1), dF/dD, dg/dX and dD/dX (3 each) of the bushings.
+    b holds the slopes of the elements' states, as in `Work`.
     """
     for a in range(k.shape[0]):
         step = first + a
@@ -28,16 +28,13 @@ def linearise(T, W, first, h, q, v, lam, z, zdot, k, c, j, b):
         evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, a >= 0)
         keep_tangents(W, k[a], c[a], j[a])
         for e in range(z.shape[1]):
-            b[a, e, 0] = W.gz[e]
-            for i in range(3):
-                b[a, e, 1 + i] = W.fz[e, i]
-                b[a, e, 4 + i] = W.gx[e, i]
-                b[a, e, 7 + i] = W.zx[e, i]
+            for i in range(10):
+                b[a, e, i] = W.slopes[e, i]
 
 
 @njit(**INNER)
-def damage_back(D, at, row, half):
-    """Take the costate of the damage of a row to the start of its step; the seeds of the step come after."""
+def states_back(D, at, row, half):
+    """Take the costate of a row's states to the start of its step; the seeds of the step come after."""
     eta, lz = D.costate[row, 0], D.costate[row, 1]
     for e in range(eta.shape[0]):
         lz[e] = -eta[e] * (1.0 + half * D.slopes[at, e, 0])
@@ -45,11 +42,11 @@ def damage_back(D, at, row, half):
 
 
 @njit(**INNER)
-def damage_to_motion(D, at, row, out):
-    """out (n,) += sum over the bushings of J^T (eta dg/dX + lz dD/dX)."""
+def states_to_motion(D, at, row, out):
+    """out (n,) += sum over the states of J^T (eta dg/dX + lz dz/dX)."""
     eta, lz, free = D.costate[row, 0], D.costate[row, 1], out.shape[0] // 3
     for e in range(eta.shape[0]):
-        p = D.bushing_pair[e]
+        p = D.state_pair[e]
         i, j = D.pair[p, 0], D.pair[p, 1]
         g, d = D.slopes[at, e, 4:7], D.slopes[at, e, 7:10]
         f0, f1, f2 = eta[e] * g[0] + lz[e] * d[0], eta[e] * g[1] + lz[e] * d[1], eta[e] * g[2] + lz[e] * d[2]
@@ -57,11 +54,11 @@ def damage_to_motion(D, at, row, out):
 
 
 @njit(**INNER)
-def motion_to_damage(D, at, row, mu, half):
-    """eta: the costate of the damage at the start of the step, from the adjoint mu (n,) of its forces."""
+def motion_to_states(D, at, row, mu, half):
+    """eta: the costate of the states at the start of the step, from the adjoint mu (n,) of its forces."""
     eta, lz, w, free = D.costate[row, 0], D.costate[row, 1], D.row_g, mu.shape[0] // 3
     for e in range(eta.shape[0]):
-        p = D.bushing_pair[e]
+        p = D.state_pair[e]
         pair_covector(D.q, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
         b = D.slopes[at, e]
         eta[e] = -(lz[e] + b[1] * w[0] + b[2] * w[1] + b[3] * w[2]) / (1.0 - half * b[0])
@@ -96,8 +93,10 @@ def solve_row(matrix, unshifted, pivot, rhs, right, n, shift):
 
 @njit(**INNER)
 def fill_kept(mass, k, c, j, hc, h2c, shift, matrix):
-    """The saddle matrix of the step from kept tangents; `fill_matrix` with these arguments slows the forward
-    loop by a third."""
+    """The saddle matrix of the step from kept tangents.
+
+    One kernel with `fill_matrix` would slow the forward loop by a third.
+    """
     n, m = mass.shape[0], j.shape[0]
     for a in range(n):
         for b in range(n):
@@ -125,7 +124,7 @@ def alpha_adjoint(
     at (E, 2): node and row of every seed, nodes descending; seed_* (E, ...) are dG/d(node state).
     The gradient of a row is the sum over the nodes of (dr/dparameter)^T mu.
     It takes arrays one by one, not the whole tables: so it is compiled once for all kinds of systems. What
-    only some have is None for the others, and compiled away: D, a `DamageSweep`, without bushings; unshifted
+    only some have is None for the others, and compiled away: D, a `DamageSweep`, without states; unshifted
     (n + m, n + m) without redundant constraints.
     costate (R, 4, n): zeros at first; rhs (R, n + m) and the rest are work space.
     """
@@ -159,7 +158,7 @@ def alpha_adjoint(
         if D is not None:
             set_state(D.pair, D.motion, step, q[step], D.rates[step], D.q, D.v, D.big)
             for row in range(active):
-                damage_back(D, here, row, 0.5 * h)
+                states_back(D, here, row, 0.5 * h)
         while cursor < at.shape[0] and at[cursor, 0] == step:
             row = at[cursor, 1]
             for i in range(n):
@@ -176,7 +175,7 @@ def alpha_adjoint(
             lq, lv, la, lw = costate[row, 0], costate[row, 1], costate[row, 2], costate[row, 3]
             x, m_row = rhs[row], mu[step, row]
             if D is not None:
-                damage_to_motion(D, here, row, lq)
+                states_to_motion(D, here, row, lq)
             for i in range(n):
                 x[i] = -(lw[i] + share * (la[i] + ahead * lv[i] + ahead2 * lq[i]))
             solve_row(matrix, unshifted, pivot, x, right, n, shift)
@@ -185,7 +184,7 @@ def alpha_adjoint(
             if first:
                 continue
             if D is not None:
-                motion_to_damage(D, here, row, m_row, 0.5 * h)
+                motion_to_states(D, here, row, m_row, 0.5 * h)
             for a in range(n):
                 for i in range(n):
                     lq[i] += k[a, i] * x[a]

@@ -24,7 +24,7 @@ def _constraint_rates(T, W, R, X, step, q, v, w):
 def _applied_forces(T, W, X, step, q, v, lam, tangent):
     if T.instance_class in PLANAR:
         return lambda T, W, X, step, q, v, lam, tangent: evaluate(
-            T, W, step, q, v, lam, X.damage, X.damage, 0.0, tangent
+            T, W, step, q, v, lam, X.states, X.states, 0.0, tangent
         )
     return None
 

@@ -9,7 +9,7 @@ from numba import njit
 from numpy import cos, sin
 
 from ...compiler.options import ENTRY, INNER
-from ...elements._kernels_joint_forces import bushing_parameters, torsion_parameters
+from ...elements._kernels_elements import parameter_slopes
 from ...elements._kernels_laws import USER, law_parameters, laws
 from ...elements.table import code_of
 from .equations import FUSED, set_state, unit_forces
@@ -78,23 +78,21 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
 
 
 @njit(**ENTRY)
-def contract_parameter_history(
-    T, W, last, q, v, w, z, mu, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
-):
+def contract_parameter_history(T, W, last, q, v, w, z, mu, by_law, by_length, by_element, by_mass, dp, dq):
     """Add the sum over the nodes up to `last` of (dr/dparameter)^T mu; see `contract_parameters`."""
     for step in range(last + 1):
         set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
         for e in range(z.shape[1]):
             W.z[e] = z[step, e]
-        contract_parameters(
-            T, W, step, mu[step], w[step], by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq
-        )
+        contract_parameters(T, W, step, mu[step], w[step], by_law, by_length, by_element, by_mass, dp, dq)
 
 
 @njit(**INNER)
-def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by_bushing, by_mass, dp, dq):
-    """Add (dr/dparameter)^T mu: laws (PARAMETERS, N), natural lengths (N,), joint springs (6, T),
-    bushings (5, B), masses (n,)."""
+def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_element, by_mass, dp, dq):
+    """Add (dr/dparameter)^T mu: laws (PARAMETERS, N), natural lengths (N,), elements (., E), masses (n,).
+
+    dp (PARAMETERS,), dq (., 3): work space, dq with as many rows as by_element.
+    """
     n = mu.shape[0]
     free = n // 3
     t = T.times[step]
@@ -115,18 +113,15 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_torsion, by
             by_length[i] -= along * W.fd[i]
             for k in range(dp.shape[0]):
                 by_law[k, i] += along * dp[k]
-    for e in range(T.torsion_pair.shape[0]):
-        p = T.torsion_pair[e]
+    for e in range(T.element.shape[0]):
+        p, code, s = T.element[e, 0], T.element[e, 1], T.element[e, 2]
         pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
-        torsion_parameters(T.torsion, e, W.big[p], dp)
-        for k in range(6):
-            by_torsion[k, e] += w[2] * dp[k]
-    for e in range(T.bushing_pair.shape[0]):
-        p = T.bushing_pair[e]
-        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
-        bushing_parameters(T.bushing, e, W.big[p], W.z[e], dq)
-        for k in range(5):
-            by_bushing[k, e] += dq[k, 0] * w[0] + dq[k, 1] * w[1] + dq[k, 2] * w[2]
+        for k in range(dq.shape[0]):
+            for a in range(3):
+                dq[k, a] = 0.0
+        parameter_slopes(code, T.element_data, e, W.big[p], W.z[s] if s >= 0 else 0.0, dq)
+        for k in range(dq.shape[0]):
+            by_element[k, e] += dq[k, 0] * w[0] + dq[k, 1] * w[1] + dq[k, 2] * w[2]
     for a in range(n):
         weight = T.gravity[a] / T.mass[a]
         by_mass[a] += mu[a] * (w_acc[a] - weight)

@@ -10,7 +10,7 @@ from numba import njit
 from numba.extending import overload
 
 from ...compiler.options import ENTRY, INNER
-from ...elements._kernels_joint_forces import torsion_energy
+from ...elements._kernels_elements import energy as element_energy
 from ...elements._kernels_laws import (
     USER,
     elastic,
@@ -157,9 +157,9 @@ def member_power(T, W, nodes, q, v, rate, slopes, k, explicit):
 
 
 @njit(**ENTRY)
-def torsion_energy_sum(T, W):
-    """Energy stored in the joint springs at the state that `place` left in W."""
-    total = 0.0 * W.q[0]
-    for e in range(T.torsion_pair.shape[0]):
-        total += torsion_energy(T.torsion, e, W.big[T.torsion_pair[e]])
-    return total
+def element_energies(T, W):
+    """Energy stored in the elastic force elements at the state that `place` left in W."""
+    W.out[0] = 0.0
+    for e in range(T.element.shape[0]):
+        element_energy(T.element[e, 1], T.element_data, e, W.big[T.element[e, 0]], W.out)
+    return W.out[0]

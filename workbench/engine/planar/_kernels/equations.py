@@ -4,10 +4,8 @@
     r = M w + F(q, v, z, t) + Phi_q^T lambda = 0,   Phi(q, t) = 0,   dz/dt = g(q, v, z, t)
 
 F is internal minus external (the signs of (2.8); (2.27) prints the other). K = d(F + Phi_q^T lambda)/dq holds
-the
-geometric term of the joints, C = dF/dv. `Tables` and `Work` are described in `tables`. A segment is code 0
-with
-law code LINEAR and a zero damper (fused sweep), or any other code (measure, law, gather).
+the geometric term of the joints, C = dF/dv. `Tables` and `Work` are described in `tables`. A segment has
+the code FUSED (undamped springs: one sweep) or that of its law (measure, law, gather).
 """
 
 from numba import njit
@@ -15,7 +13,7 @@ from numba.extending import overload
 from numpy import cos, sin
 
 from ...compiler.options import ENTRY, INNER
-from ...elements._kernels_joint_forces import bushing, torsion
+from ...elements._kernels_elements import forces, forces_with_state
 from ...elements._kernels_laws import USER, laws
 from ...elements.table import code_of
 from .joint_rows import pair_row
@@ -64,7 +62,7 @@ def place(T, W, step, q, v):
 
 @njit(**INNER)
 def _elements(T, W, step, lam, z, zrate, half, tangent):
-    """Members with other laws, joint springs, bushings and the constraint rows of pair coordinates."""
+    """Members with other laws, force elements and the constraint rows of pair coordinates."""
     n = W.force.shape[0]
     free = n // 3
     t = T.times[step]
@@ -83,19 +81,17 @@ def _elements(T, W, step, lam, z, zrate, half, tangent):
         else:
             gather(T.geometry, T.scale, W.f, first, last, X[0], X[1], X[2], W.fr[p])
 
-    for e in range(T.torsion_pair.shape[0]):
-        p = T.torsion_pair[e]
-        torsion(T.torsion, e, W.big[p], W.fr[p], W.kr[p], W.cr[p])
-
-    for e in range(T.bushing_pair.shape[0]):
-        p = T.bushing_pair[e]
-        bushing(
-            T.bushing, e, W.big[p], z[e], zrate[e], half, tangent,
-            W.fr[p], W.kr[p], W.cr[p], W.fz[e], W.gx[e], W.zx[e], W.out,
-        )  # fmt: skip
-        W.z[e] = W.out[0]
-        W.zdot[e] = W.out[1]
-        W.gz[e] = W.out[2]
+    for e in range(T.element.shape[0]):
+        p, code, s = T.element[e, 0], T.element[e, 1], T.element[e, 2]
+        if s < 0:
+            forces(code, T.element_data, e, W.big[p], W.fr[p], W.kr[p], W.cr[p])
+        else:
+            forces_with_state(
+                code, T.element_data, e, W.big[p], z[s], zrate[s], half, tangent,
+                W.fr[p], W.kr[p], W.cr[p], W.slopes[s], W.out,
+            )  # fmt: skip
+            W.z[s] = W.out[0]
+            W.zdot[s] = W.out[1]
 
     for r in range(T.row.shape[0]):
         kind, p = T.row[r, 0], T.row[r, 1]
@@ -176,7 +172,7 @@ def _choose_forces(T, W, step, code, first, last):
 def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
     """Fill W.force = F + Phi_q^T lambda, W.phi, W.phi_q, W.z, W.zdot and, if tangent, W.k, W.c, W.energy.
 
-    z, zrate, half: damage and its rate at the start of a trapezoidal step of length 2 half (half = 0: z as
+    z, zrate, half: states and their rates at the start of a trapezoidal step of length 2 half (half = 0: z as
     given).
     """
     n = q.shape[0]

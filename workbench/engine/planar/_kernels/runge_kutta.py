@@ -1,11 +1,10 @@
 # mypy: ignore-errors
-"""Explicit Runge-Kutta of order 8 and its discrete adjoint, compiled, for systems without joints and damage.
+"""Explicit Runge-Kutta of order 8 and its discrete adjoint, compiled, for systems without joints and states.
 
     k_i = (v_i, -M^-1 F(q_i, v_i, t_i)),  y_i = y + h sum_j a_ij k_j,  y' = y + h sum_i b_i k_i
 
-Sample 12 n + i of the tables is stage i of step n; the steps may differ in length. The adjoint walks the
-stages
-backwards with the transposed tangents at the stored stage states.
+Sample 12 n + i of the tables is stage i of step n; the steps may differ in length. The adjoint walks
+the stages backwards with the transposed tangents at the stored stage states.
 """
 
 from numba import njit
@@ -18,8 +17,10 @@ STAGES = 12
 
 @njit(**CAREFUL)
 def rk8_forward(T, W, a, b, times, q, v, w, stage_q, stage_v, slope):
-    """Fill q, v (steps + 1, n) from node 0, w at all nodes but the last, and the stage states (12 steps, n);
-    slope (12, n) is work space."""
+    """Fill q, v (steps + 1, n) from node 0, w but for the last node, and stage states (12 steps, n).
+
+    slope (12, n) is work space.
+    """
     n = q.shape[1]
     none = W.phi
     for step in range(q.shape[0] - 1):
@@ -50,8 +51,10 @@ def rk8_forward(T, W, a, b, times, q, v, w, stage_q, stage_v, slope):
 
 @njit(**CAREFUL)
 def rk8_adjoint(T, W, a, b, times, last, stage_q, stage_v, seed_q, seed_v, costate, yq, yv, mu, gradient):
-    """gradient (N,) += sum over stages of (dF/dscale)^T mu; yq, yv (12, n), costate (2, n), mu (n,) work
-    space."""
+    """gradient (N,) += sum over stages of (dF/dscale)^T mu.
+
+    yq, yv (12, n), costate (2, n), mu (n,): work space.
+    """
     n = stage_q.shape[1]
     none = W.phi
     lq, lv = costate[0], costate[1]

@@ -18,7 +18,7 @@ Array = np.ndarray[Any, Any]
 
 @passed_as_record
 class Tables(NamedTuple):
-    """One system at one time grid; N members, P pairs, S segments, T joint springs, B bushings, m rows."""
+    """One system at one time grid; N members, P pairs, S segments, E force elements with Z states, m rows."""
 
     mass: Array  # (3 free,) diagonal of the mass matrix
     gravity: Array  # (3 free,) generalised force
@@ -27,10 +27,9 @@ class Tables(NamedTuple):
     geometry: Array  # (6, N) s1x, s1y, s2x, s2y, offset^2, natural length
     law: Array  # (PARAMETERS, N) parameters of the laws
     scale: Array  # (N,) alpha^power
-    torsion_pair: Array  # (T,)
-    torsion: Array  # (7, T)
-    bushing_pair: Array  # (B,)
-    bushing: Array  # (18, B)
+    element: Array  # (E, 3) pair, code, number of its state or -1
+    element_data: Array  # (., E) parameters of the elements
+    state_pair: Array  # (Z,) pair of the element of each state
     row: Array  # (m, 4) kind, pair, body 1, body 2
     row_data: Array  # (m, 7)
     load: Array  # (L, 4) body, follower, index of the sample row, 0
@@ -72,21 +71,18 @@ class Work(NamedTuple):
     f: Array
     fd: Array
     fv: Array
-    z: Array  # (B,) damage at the end of the step
-    zdot: Array  # (B,)
-    gz: Array  # (B,)
-    fz: Array  # (B, 3)
-    gx: Array  # (B, 3)
-    zx: Array  # (B, 3)
-    out: Array  # (3,)
+    z: Array  # (Z,) states at the end of the step
+    zdot: Array  # (Z,)
+    slopes: Array  # (Z, 10) dg/dz (1), dF/dz, dg/dX and dz/dX (3 each)
+    out: Array  # (2,)
     energy: Array  # (1,) stored in the undamped springs, where tangents were asked for
 
 
 @passed_as_record
 class DamageSweep(NamedTuple):
-    """What the adjoint of bushings needs beside the tangents; systems without bushings have none."""
+    """What the adjoint of states needs beside the tangents; systems without states have none."""
 
-    bushing_pair: Array  # (B,)
+    state_pair: Array  # (Z,)
     pair: Array  # (P, 2) body 1, body 2
     motion: Array  # (samples, 2, 3 prescribed)
     q: Array  # (3 bodies,) work space, as in `Work`
@@ -94,16 +90,16 @@ class DamageSweep(NamedTuple):
     big: Array  # (P, 6)
     row_g: Array  # (3,)
     rates: Array  # (nodes, n) velocities of the run
-    seed: Array  # (E, B) dG/d(damage)
-    costate: Array  # (R, 2, B)
-    slopes: Array  # (., B, 10) as from `linearise`
+    seed: Array  # (E, Z) dG/d(state)
+    costate: Array  # (R, 2, Z)
+    slopes: Array  # (., Z, 10) as from `linearise`
 
 
 def work_space(tables: Tables, dtype: Any = np.float64) -> Work:
     """Arrays for the evaluations of one system."""
     n, m, p = len(tables.mass), len(tables.row), len(tables.pair)
     full = n + tables.motion.shape[2]
-    members, bushings = tables.scale.size, tables.bushing_pair.size
+    members, states = tables.scale.size, tables.state_pair.size
 
     def zeros(*shape: int) -> Array:
         return np.zeros(shape, dtype)
@@ -115,6 +111,5 @@ def work_space(tables: Tables, dtype: Any = np.float64) -> Work:
         half=zeros(3, 6),
         row_g=zeros(3), row_h=zeros(3, 3),
         delta=zeros(members), rate=zeros(members), f=zeros(members), fd=zeros(members), fv=zeros(members),
-        z=zeros(bushings), zdot=zeros(bushings), gz=zeros(bushings),
-        fz=zeros(bushings, 3), gx=zeros(bushings, 3), zx=zeros(bushings, 3), out=zeros(3), energy=zeros(1),
+        z=zeros(states), zdot=zeros(states), slopes=zeros(states, 10), out=zeros(2), energy=zeros(1),
     )  # fmt: skip

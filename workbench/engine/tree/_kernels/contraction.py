@@ -8,9 +8,9 @@ the virtual rate of its length, so mu^T dr/dscale = f u . (virtual velocity of a
 from numba import njit
 
 from ...compiler.options import CAREFUL, INNER
-from ...elements._kernels_joint_forces import torsion_parameters
 from ...elements._kernels_laws import energies, law_parameters, laws
 from ...elements._kernels_spatial_bushing import spatial_bushing
+from ...elements.joint_spring import torque_slopes
 from .elements import bushing_state, turned_back
 from .members import measure_members
 from .motion import columns, inertia_times, link_wrenches, places, twists
@@ -88,7 +88,7 @@ def contract_parameters(
             j, at = T.spring_column[t, 0], T.spring_column[t, 1]
             six[0, 2] = q[at]
             six[0, 5] = v[j]
-            torsion_parameters(T.spring, t, six[0], dp)
+            torque_slopes(T.spring, t, six[0], dp)
             for e in range(6):
                 spring[e, t] += dp[e] * m[j]
             spring[7, t] -= m[j]

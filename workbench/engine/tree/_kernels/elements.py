@@ -14,8 +14,8 @@ moves b.
 from numba import njit
 
 from ...compiler.options import INNER
-from ...elements._kernels_joint_forces import torsion
 from ...elements._kernels_spatial_bushing import spatial_bushing
+from ...elements.joint_spring import forces as torsion
 from .members import add_member_forces, add_member_slopes, add_point_slope, measure_members
 from .motion import cross_force, cross_motion, dot6
 from .rotations import inverse_tangent, logarithm

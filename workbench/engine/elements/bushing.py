@@ -1,60 +1,111 @@
-# mypy: ignore-errors
-"""Joint springs with stops and breakable bushings, compiled.
+"""Bushings: two axes between two points, with saturation; they may break for good."""
 
-Pair coordinates X, U as in `planar/_kernels/members`. Every element adds F (3,), K = dF/dX and C = dF/dU of
-its pair; `planar/_kernels/pairs` maps their sums to the bodies once per pair.
-"""
+from dataclasses import dataclass
+from math import hypot
+from typing import Any, ClassVar
 
-from numba import njit
 from numpy import cos, exp, sin, sqrt, tanh
 
-from ..compiler.options import INNER
-from ._kernels_rounding import smoothstep, softplus, softplus_integral
+from ..compiler.options import inner
+from ._kernels_rounding import smoothstep
+from .table import code_of
+
+__all__ = ["Bushing", "forces", "parameter_slopes"]
+
+Point = tuple[float, float]
 
 
-@njit(**INNER)
-def torsion(p, t, big, fr, kr, cr):
-    """Joint spring: k phi + c phi' + k_stop [softplus(phi - upper) - softplus(-phi - lower)], phi = theta -
-    rest.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bushing:
+    """Two axes between a point of `a` and a point of `b`, in b's frame; it saturates and may let go for good.
 
-    Column t of p: k, c, rest, k_stop, upper, lower, width.
+        force on a = -hold (1 - D) w(r) [cap tanh(k r/cap) e + c r' sech^2(k r/cap) - preload]
+        dD/dt = (1 - D) logistic((r - release)/width)/tau,   D(0) = 0
+
+    w falls from 1 at r = slip to 0 at r = release (C2), e is the unit separation, r its length (rounded at
+    eps), m.  k: N/m.  c: N s/m.  cap: N; None: linear.  slip, release: m; None: it never breaks.  tau: s.
+    width: m.  hold: in [0, 1], scales all.
+    preload: the force (N, b's frame) that it exerts on `a` with no separation.
+    opens: direction (b's frame) in which `a` comes loose; `cap` then limits the force on that side only, and
+    `push_cap` the force when `a` is pressed on, with a C2 transition between e . opens = 0 and -1.
+    Raises ValueError for other values.
     """
-    phi = big[2] - p[2, t]
-    high, high1 = softplus(phi - p[4, t], p[6, t])
-    low, low1 = softplus(-phi - p[5, t], p[6, t])
-    fr[2] += p[0, t] * phi + p[1, t] * big[5] + p[3, t] * (high - low)
-    kr[2, 2] += p[0, t] + p[3, t] * (high1 + low1)
-    cr[2, 2] += p[1, t]
+
+    a: str
+    b: str
+    point_a: Point = (0.0, 0.0)
+    point_b: Point = (0.0, 0.0)
+    k: float
+    c: float = 0.0
+    cap: float | None = None
+    slip: float | None = None
+    release: float | None = None
+    tau: float = 0.02
+    width: float = 0.005
+    eps: float = 5e-4
+    hold: float = 1.0
+    preload: Point = (0.0, 0.0)
+    opens: Point | None = None
+    push_cap: float | None = None
+    name: str = ""
+
+    code: ClassVar[int] = code_of("Bushing")
+    names: ClassVar[tuple[str, ...]] = ("k", "c", "cap", "hold")  # parameters with a gradient
+    states: ClassVar[int] = 1  # of first order
+    elastic: ClassVar[bool] = False  # whether its energy is counted: it slips and breaks
+
+    def __post_init__(self) -> None:
+        if (self.slip is None) != (self.release is None):
+            raise ValueError(f"bushing '{self.a}'-'{self.b}' needs both slip and release, or neither")
+        if self.slip is not None and self.release is not None and not 0.0 <= self.slip < self.release:
+            raise ValueError(
+                f"bushing '{self.a}'-'{self.b}' needs 0 <= slip < release in m, "
+                f"got {self.slip} and {self.release}"
+            )
+        if self.cap is not None and self.cap <= 0.0:
+            raise ValueError(f"bushing '{self.a}'-'{self.b}' needs cap > 0 N, got cap={self.cap}")
+        if (self.opens is None) != (self.push_cap is None):
+            raise ValueError(f"bushing '{self.a}'-'{self.b}' needs both opens and push_cap, or neither")
+        if self.push_cap is not None and (self.cap is None or self.push_cap <= 0.0):
+            raise ValueError(
+                f"bushing '{self.a}'-'{self.b}' needs cap > 0 N and push_cap > 0 N together, "
+                f"got cap={self.cap} and push_cap={self.push_cap}"
+            )
+        if self.opens is not None and hypot(*self.opens) == 0.0:
+            raise ValueError(f"bushing '{self.a}'-'{self.b}' needs a direction opens, got {self.opens}")
+        if min(self.tau, self.width, self.eps) <= 0.0:
+            raise ValueError(f"bushing '{self.a}'-'{self.b}' needs tau, width and eps > 0")
+
+    @property
+    def breakable(self) -> bool:
+        """Whether it has a release distance."""
+        return self.release is not None
+
+    @property
+    def smooth(self) -> bool:
+        """Whether its force has all derivatives."""
+        return not self.breakable
+
+    @property
+    def has_state(self) -> bool:
+        """Whether its damage can grow."""
+        return self.breakable
+
+    def column(self, start: Any) -> tuple[float, ...]:
+        """Parameters in the order of the kernels, wherever the bodies are at the start."""
+        nx, ny = (0.0, 0.0) if self.opens is None else self.opens
+        length = hypot(nx, ny) or 1.0
+        return (
+            self.k, self.c, 1e30 if self.cap is None else self.cap,
+            0.0 if self.slip is None else self.slip, 1.0 if self.release is None else self.release,
+            self.tau if self.breakable else 0.0, self.eps, self.hold, *self.preload,
+            *self.point_a, *self.point_b, self.width,
+            nx / length, ny / length, 0.0 if self.push_cap is None else self.push_cap,
+        )  # fmt: skip
 
 
-@njit(**INNER)
-def torsion_parameters(p, t, big, dp):
-    """Slopes of the torque with respect to k, c, rest, k_stop, upper, lower."""
-    phi = big[2] - p[2, t]
-    high, high1 = softplus(phi - p[4, t], p[6, t])
-    low, low1 = softplus(-phi - p[5, t], p[6, t])
-    dp[0] = phi
-    dp[1] = big[5]
-    dp[2] = -p[0, t] - p[3, t] * (high1 + low1)
-    dp[3] = high - low
-    dp[4] = -p[3, t] * high1
-    dp[5] = p[3, t] * low1
-
-
-@njit(**INNER)
-def torsion_energy(p, t, big):
-    """Elastic energy of a joint spring: k phi^2/2 and the integral of the stops' softplus."""
-    phi = big[2] - p[2, t]
-    total = 0.5 * p[0, t] * phi * phi
-    if p[3, t].real != 0.0:
-        total += p[3, t] * (
-            softplus_integral(phi - p[4, t], p[6, t]) + softplus_integral(-phi - p[5, t], p[6, t])
-        )
-    return total
-
-
-@njit(**INNER)
-def directed_cap(p, b, rx, ry, r):
+@inner
+def directed_cap(p: Any, b: int, rx: Any, ry: Any, r: Any) -> Any:
     """Limit of the force at a separation (rx, ry) of length r: value, slope by (rx, ry), slope by the cap.
 
     cap on the side that opens (e.n >= 0), push cap when pressed on (e.n = -1), smoothstep(-e.n) between.
@@ -69,8 +120,11 @@ def directed_cap(p, b, rx, ry, r):
     return p[2, b] + (p[17, b] - p[2, b]) * part, x, y, 1.0 - part
 
 
-@njit(**INNER)
-def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
+@inner
+def forces(
+    p: Any, b: int, big: Any, z: Any, rate0: Any, half: Any, tangent: bool, fr: Any, kr: Any, cr: Any,
+    slopes: Any, out: Any,
+) -> None:  # fmt: skip
     """Breakable bushing: -(force on body 1) = s [cap tanh(k r/cap) r_/r + c r' sech^2(k r/cap) - preload].
 
     s = hold (1 - D) w(r), r = sqrt(r_.r_ + eps^2), w falls from 1 at r1 to 0 at r2; the damage obeys
@@ -78,7 +132,8 @@ def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
     D = (z + half (rate0 + a))/(1 + half a), a = logistic/tau; half = 0 leaves D = z.
     Column b of p: k, c, cap, r1, r2, tau, eps, hold, preload x, y, s1x, s1y, s2x, s2y, width, n x, n y,
     push cap; tau = 0: unbreakable; push cap = 0: one cap for all directions.
-    out = D, dD/dt, dg/dD; fz = dF/dD, gx = dg/dX, zx = dD/dX of the step.
+    out = D, dD/dt.  slopes: dg/dD, dF/dD (3), dg/dX (3) and dD/dX (3) of the step, all but the first where
+    `tangent`.
     """
     c, s = cos(big[2]), sin(big[2])
     ax = c * p[10, b] - s * p[11, b]
@@ -114,7 +169,7 @@ def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
         damage = (z + half * (rate0 + a)) / (1.0 + half * a)
     out[0] = damage
     out[1] = (1.0 - damage) * a
-    out[2] = -a
+    slopes[0] = -a
     hold = p[7, b]
     strength = hold * (1.0 - damage) * w
     qx = g * rx + damping * vx * h - p[8, b]
@@ -146,6 +201,7 @@ def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
         k10 += my * cap_x
         k11 += my * cap_y
     cd = strength * damping * h
+    fz, gx, zx = slopes[1:4], slopes[4:7], slopes[7:10]
     fz[0] = -hold * w * qx
     fz[1] = -hold * w * qy
     fz[2] = ax * fz[1] - ay * fz[0]
@@ -179,10 +235,9 @@ def bushing(p, b, big, z, rate0, half, tangent, fr, kr, cr, fz, gx, zx, out):
             kr[m, n] += fz[m] * share * gx[n]
 
 
-@njit(**INNER)
-def bushing_parameters(p, b, big, z, dp):
-    """dp (5, 3): slopes of F with respect to k, c, cap, hold, at damage z (breakage parameters stay
-    fixed)."""
+@inner
+def parameter_slopes(p: Any, b: int, big: Any, z: Any, dp: Any) -> None:
+    """Fill the first 4 rows of dp (., 3): slopes of F by k, c, cap, hold at damage z (breakage stays)."""
     c, s = cos(big[2]), sin(big[2])
     ax = c * p[10, b] - s * p[11, b]
     ay = s * p[10, b] + c * p[11, b]
@@ -202,7 +257,7 @@ def bushing_parameters(p, b, big, z, dp):
         w = 1.0 - step
     hold = p[7, b] * (1.0 - z) * w
     slope = -2.0 * saturation * h  # dh/du
-    for m in range(5):
+    for m in range(4):
         dp[m, 0] = 0.0
         dp[m, 1] = 0.0
     dp[0, 0] = hold * (h * rx + damping * vx * slope * r / cap)
@@ -215,5 +270,5 @@ def bushing_parameters(p, b, big, z, dp):
     share = (1.0 - z) * w
     dp[3, 0] = share * (cap * saturation / r * rx + damping * vx * h - p[8, b])
     dp[3, 1] = share * (cap * saturation / r * ry + damping * vy * h - p[9, b])
-    for m in range(5):
+    for m in range(4):
         dp[m, 2] = ax * dp[m, 1] - ay * dp[m, 0]
