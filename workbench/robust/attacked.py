@@ -46,7 +46,6 @@ def attacked(game: CuttingSets, found: Minimax, *, budget: int | None, tolerance
     if found.status is MinimaxStatus.EXHAUSTED or not total:
         return replace(found, status=_unattacked(found.status))
     _, x, _ = _place(game, found)
-    own = len(runs.y)
     each = max(total // ROUNDS, min(total, least))
     spent, number, n_given = 0, 0, len(runs.scenarios)
     while True:
@@ -73,7 +72,7 @@ def attacked(game: CuttingSets, found: Minimax, *, budget: int | None, tolerance
         lower=min(found.lower, value),
         status=_status(found.status, made, is_broken=is_broken),
         scenarios=tuple(runs.uncertain.rows(np.array(runs.scenarios))) if runs.scenarios else (),
-        evaluations=own + spent,
+        evaluations=runs.made,
         budget=found.budget + (budget or 0),
         failed=tuple(runs.failed),
         # of another design it says nothing
@@ -127,7 +126,7 @@ def _attack(game: CuttingSets, x: Array, value: float, *, budget: int, seed: int
     design = runs.design.rows(runs.worst_design(x)[None])[0]
 
     def held(rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
-        outcomes = runs.evaluate([{**design, **row} for row in rows], purpose=f"minimax {purpose}")
+        outcomes = runs.outcomes([{**design, **row} for row in rows], purpose=f"minimax {purpose}")
         return [replace(o, parameters=dict(row)) for o, row in zip(outcomes, rows, strict=True)]
 
     return attack(held, runs.uncertain.space, value=value, budget=budget, seed=seed, response=runs.read)

@@ -1,6 +1,6 @@
 """The true runs of a minimax search: points z = (x, u) of design and uncertainty, and their values."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 import doe
 from workbench.errors import StudyError
-from workbench.models.evaluator import Evaluator, Reading
+from workbench.models.evaluator import Evaluator, Outcome, Reading
 from workbench.robust.minimax_record import FailedRun
 from workbench.robust.region import Region
 from workbench.search.runs.unit_space import SearchSpace
@@ -43,6 +43,7 @@ class JointRuns:
     z: Array = field(init=False)
     y: Array = field(init=False)
     _place: dict[tuple[Any, ...], int] = field(init=False, default_factory=dict)  # row -> its number
+    _known: dict[Any, Outcome] = field(default_factory=dict)
     _feasibility: Feasibility | None = field(init=False, default=None)
     _learnt_at: int = field(init=False, default=0)
     _every: int | None = field(init=False, default=None)  # allowed points, None when there is no end of them
@@ -88,7 +89,7 @@ class JointRuns:
     @property
     def has_failures(self) -> bool:
         """Whether a run gave no value."""
-        return bool(self.failed)
+        return bool(np.isnan(self.y).any())
 
     def features(self, z: Array) -> Array:
         """Kriging features (m, p) of points z (m, dx + du)."""
@@ -112,13 +113,22 @@ class JointRuns:
         return self.y[places]
 
     def _make(self, z: Array, rows: list[dict[str, Any]], purpose: str) -> None:
-        outcomes = self.evaluate(rows, purpose=purpose)
+        outcomes = self.outcomes(rows, purpose=purpose)
         y = np.array([self.read(o.outputs) if o.status == "ok" else np.nan for o in outcomes])
         # a reading such as `within` leaves a run out whose outputs are finite
         y[~np.isfinite(y)] = np.nan
-        for row, outcome, value in zip(rows, outcomes, y, strict=True):
+        for row in rows:
             self._place[_address(row)] = len(self._place)
-            if np.isnan(value):
+        self.z, self.y = np.vstack([self.z, z]), np.concatenate([self.y, y])
+
+    def outcomes(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+        """The outcomes of design and scenario in one row each; no row is run twice, failures are kept."""
+        new = {_address(row): row for row in rows if _address(row) not in self._known}
+        made = self.evaluate([dict(row) for row in new.values()], purpose=purpose) if new else []
+        for (address, row), outcome in zip(new.items(), made, strict=True):
+            self._known[address] = outcome
+            # a reading such as `within` leaves a run out whose outputs are finite
+            if outcome.status != "ok" or not np.isfinite(self.read(outcome.outputs)):
                 self.failed.append(
                     FailedRun(
                         design={name: row[name] for name in self.design.space.names},
@@ -127,7 +137,12 @@ class JointRuns:
                         error=outcome.error,
                     )
                 )
-        self.z, self.y = np.vstack([self.z, z]), np.concatenate([self.y, y])
+        return [self._known[_address(row)] for row in rows]
+
+    @property
+    def made(self) -> int:
+        """Runs that were made, those of an attack included."""
+        return len(self._known)
 
     def _rows(self, z: Array) -> list[dict[str, Any]]:
         x_rows, u_rows = self.design.rows(z[:, : self.dx]), self.uncertain.rows(z[:, self.dx :])

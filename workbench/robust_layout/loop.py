@@ -298,7 +298,8 @@ class _Loop:
         return self.keep(name, found)
 
     def keep(self, name: str, found: Found) -> Found:
-        self.worst[name] = found
+        """Keep what was found; a look at a layout that was attacked leaves it its attack and a worse case."""
+        self.worst[name] = found if found.attack is not None else found.after(self.worst.get(name))
         return found
 
     def compare(self) -> None:

@@ -9,7 +9,7 @@ What breaks the bound is run again at half the step, where the model can (`refin
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
@@ -52,6 +52,12 @@ class Found:
     attack: Mapping[str, Any] | None = None
     others: Sequence[Mapping[str, Any]] = ()
     disbelieved: Sequence[Mapping[str, Any]] = ()
+
+    def after(self, before: "Found | None") -> "Found":
+        """What is known after this look: a layout that was attacked keeps its attack, and a worse case."""
+        if before is None or before.attack is None:
+            return self
+        return replace(before, value=self.value, case=self.case) if self.value > before.value else before
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,7 +26,7 @@ def test_every_path_and_name_that_is_written_exists():
         ("[a](howto/attic.md), [b](notation.md#greek), [c](https://example.org/a.md)", ["howto/attic.md"]),
         ("workbench/search/worst_case.py, doe/latin/, tests/unit/space/test_*.py", []),
         ("workbench.search.attic.find, doe.lhs, workbench.engine.Body.name", ["workbench.search.attic.find"]),
-        ("workbench.worst_case is a function, workbench.design an old module", ["workbench.design"]),
+        ("workbench.worst_case is a function, and no module hides it", []),
         ("the style `workbench.style`, a user's doe.py, my_study.holdfast/runs.sqlite", []),
     ],
 )  # fmt: skip
