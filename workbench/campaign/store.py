@@ -9,7 +9,7 @@ import os
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -51,9 +51,11 @@ class Store:
             StoreError: it is no database, of a newer version, or another coordinator has it open.
         """
         lock = take_lock(path)
-        try:
+        with ExitStack() as undone:
+            undone.callback(os.close, lock)
             new = not path.exists()
             db = connected(path)
+            undone.callback(db.close)
             store = cls(path, db, lock)
             with explained(path):
                 wal = file_system(path.parent) not in NETWORK
@@ -64,9 +66,7 @@ class Store:
                     db.executescript(f"BEGIN; {SCHEMA} {made} PRAGMA user_version = {VERSION}; COMMIT;")
                 store._check_version(migrating=True)
             store._release_stale()
-        except BaseException:
-            os.close(lock)
-            raise
+            undone.pop_all()
         return store
 
     @classmethod
@@ -75,9 +75,11 @@ class Store:
         if not path.exists():
             raise StoreError(f"no database {path}; `holdfast run` makes it")
         store = cls(path, connected(path), None)
-        with explained(path):
+        with ExitStack() as undone, explained(path):
+            undone.callback(store.close)
             store._db.execute("PRAGMA query_only = ON")
             store._check_version()
+            undone.pop_all()
         return store
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ import sqlite3
 import pytest
 
 from workbench.campaign import store as module
-from workbench.campaign.database import file_system
+from workbench.campaign.database import connected, file_system
 from workbench.campaign.store import Store, run_key
 from workbench.errors import StoreError
 from workbench.models.protocol import Answer
@@ -136,6 +136,19 @@ def test_databases_that_are_not_ours(tmp_path):
         Store.reading(tmp_path / "gone.sqlite")
     with pytest.raises(StoreError, match="cannot write in"):
         Store.opened(tmp_path / "no" / "folder" / "runs.sqlite")
+
+
+def test_a_database_that_is_refused_is_not_left_open(tmp_path, monkeypatch):
+    (tmp_path / "noise.sqlite").write_bytes(b"x" * 5000)
+    held = []
+    monkeypatch.setattr(module, "connected", lambda path: held.append(connected(path)) or held[-1])
+    for way in (Store.opened, Store.reading):
+        with pytest.raises(StoreError, match="file is not a database"):
+            way(tmp_path / "noise.sqlite")
+    for db in held:
+        with pytest.raises(sqlite3.ProgrammingError, match="closed"):
+            db.execute("SELECT 1")
+    assert len(held) == 2
 
 
 @pytest.mark.parametrize(("kind", "journal"), [("ext4", "wal"), ("nfs4", "truncate"), ("lustre", "truncate")])
