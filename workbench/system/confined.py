@@ -24,9 +24,17 @@ def confined(folder: Path, name: str, *, what: str) -> Path:
         )
     path = folder / pure
     try:
-        inside = path.resolve().is_relative_to(folder.resolve())
+        inside = _resolved(path).is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError):
         inside = False
     if not inside:
         raise StudyError(f"{what} {name!r} leads out of {folder.name or folder} through a link")
     return path
+
+
+def _resolved(path: Path) -> Path:
+    """The path without links; strict where it exists, since else Python 3.13 passes a loop of links."""
+    try:
+        return path.resolve(strict=True)
+    except FileNotFoundError:
+        return path.resolve()
