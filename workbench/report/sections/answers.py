@@ -1,6 +1,7 @@
 """The first screen: each question of the study with its answer in a plain sentence."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from workbench.report.lines.statements import screening_state, state_text
@@ -38,16 +39,17 @@ def question(folder: CampaignFolder) -> str:
 def answer_cards(folder: CampaignFolder) -> list[Card]:
     """One card per stage that has run."""
     cards = []
+    loop = folder["robust_layout"]
     if (worst := folder["worst_case"]) is not None:
-        cards.append(_worst(folder, worst, section="worst-case"))
+        cards.append(_worst(folder, worst, loop, section="worst-case"))
         cards += [
-            _worst(folder, other, section=f"worst-case-{other['response']}")
+            _worst(folder, other, loop, section=f"worst-case-{other['response']}")
             for other in worst.get("others") or ()
         ]
     if (layout := folder["layout"]) is not None:
-        cards.append(_layout(layout))
+        cards.append(_no_better_than(loop, _layout(layout)))
     if (robust := folder["robust"]) is not None:
-        cards.append(_robust(robust))
+        cards.append(_no_better_than(loop, _robust(robust)))
     if (screening := folder["screening"]) is not None:
         cards.append(_screening(screening))
         if screening.get("leave_one_out"):
@@ -79,7 +81,32 @@ def _trust(screening: Mapping[str, Any]) -> Card:
     )
 
 
-def _worst(folder: CampaignFolder, worst: Mapping[str, Any], *, section: str) -> Card:
+def _no_better_than(loop: Mapping[str, Any] | None, card: Card) -> Card:
+    """A card on the robust layout, good only where the verdict of the loop that made it is green."""
+    if loop is None or loop.get("verdict", "green") == "green":
+        return card
+    detail = f"{card.detail} But {'; '.join(loop['reasons'])}."
+    if not loop["closed"]:
+        detail += f" Another attack may find {percent(loop['may_exceed'], 1)} more."
+    return replace(card, detail=detail, level="fair" if card.level == "good" else card.level)
+
+
+def _beyond(worst: Mapping[str, Any], loop: Mapping[str, Any] | None) -> str:
+    """The run of the robust loop that goes beyond a worst case of the bare model, or ""."""
+    bare = ((loop or {}).get("layouts") or {}).get("none") or {}
+    known, sign = bare.get("worst"), 1.0 if worst["sense"] == "max" else -1.0
+    if loop is None or known is None or loop["response"] != worst["response"]:
+        return ""
+    if sign * (known - worst["value"]) <= 0:
+        return ""
+    return (
+        f"A run of the robust loop without a layout went to {quantity(known, str(worst.get('unit') or '1'))}."
+    )
+
+
+def _worst(
+    folder: CampaignFolder, worst: Mapping[str, Any], loop: Mapping[str, Any] | None, *, section: str
+) -> Card:
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     confirmed = bool(worst["confirmed"])
     if confirmed:
@@ -87,16 +114,20 @@ def _worst(folder: CampaignFolder, worst: Mapping[str, Any], *, section: str) ->
             f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}, after {worst['evaluations']} "
             f"runs of the search. {gap_sentence(worst)}"
         )
+        beyond = _beyond(worst, loop)
+        level: Level = "fair" if beyond else "plain" if worst.get("grade") == "searched" else "good"
+        detail = " ".join(part for part in (detail, worst.get("grade_sentence"), beyond) if part)
     else:
         std = worst.get("predicted_std")
         bar = f" (standard deviation {quantity(std, unit, 3)})" if isinstance(std, (int, float)) else ""
         detail = f"Surrogate only, unconfirmed: no run was made there{bar}. Run the model at this point."
+        level = "fair"
     return Card(
         question=f"How {'large' if worst['sense'] == 'max' else 'small'} can {response} get?",
         answer=f"{response} = {quantity(worst['value'], unit)}",
         detail=detail,
         section=section,
-        level="good" if confirmed else "fair",
+        level=level,
     )
 
 

@@ -30,7 +30,9 @@ def judged(request, tmp_path):
     file.write_text(json.dumps(document))
     return (
         request.param,
-        CampaignFolder.opened(path, documents=["screening", "worst_case", "layout", "robust"]),
+        CampaignFolder.opened(
+            path, documents=["screening", "worst_case", "layout", "robust", "robust_layout"]
+        ),
         document,
     )
 
