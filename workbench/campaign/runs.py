@@ -30,7 +30,7 @@ from workbench.provenance.state import model_state
 from workbench.study.record import Study
 from workbench.system.atomic import write_text
 
-__all__ = ["Asked", "CampaignRuns", "outcome"]
+__all__ = ["Asked", "CampaignRuns"]
 
 RECYCLE = 400  # runs of a worker of an FMU before it is replaced: units leak instances
 
@@ -184,7 +184,7 @@ class CampaignRuns:
 
     def outcomes_of_search(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
         """`evaluate` in the terms of a search; its progress is the search's to tell."""
-        return [outcome(row) for row in self.evaluate(rows, batch="worst_case", quiet=True)]
+        return [row.as_outcome() for row in self.evaluate(rows, batch="worst_case", quiet=True)]
 
     def ask(self, n: int | None = None) -> list[Asked]:
         """Up to `n` rows that wait for an answer, in the order they were asked for."""
@@ -367,15 +367,3 @@ def _told_answer(
         return settle(outputs, reductions)
     except EvaluationFailed as exc:
         return Answer(status="failed", error=str(exc))
-
-
-def outcome(row: Evaluation) -> Outcome:
-    """A stored run in the terms of a search."""
-    return Outcome(
-        parameters=row.inputs,
-        status=row.status,
-        outputs=row.outputs,
-        gradients=row.gradients,
-        key=row.key,
-        error=row.error,
-    )

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from workbench.models.evaluator import Outcome
+
 __all__ = ["COLUMNS", "FAILED", "UNFINISHED", "Evaluation", "evaluation_of"]
 
 UNFINISHED = ("queued", "running")
@@ -38,6 +40,17 @@ class Evaluation:
     cpu: float | None
     host: str | None
     seed: int | None
+
+    def as_outcome(self) -> Outcome:
+        """The run in the terms of a screening or a search."""
+        return Outcome(
+            parameters=self.inputs,
+            status=self.status,
+            outputs=self.outputs,
+            gradients=self.gradients,
+            key=self.key,
+            error=self.error,
+        )
 
 
 def evaluation_of(row: Sequence[Any]) -> Evaluation:

@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome
 from workbench.space.box import Space
 
@@ -17,7 +18,7 @@ __all__ = ["Rows", "UsableRuns", "usable_runs"]
 
 FEWEST_RUNS = 3
 
-Rows = Sequence[Outcome | Mapping[str, Any]] | pd.DataFrame | xr.Dataset
+Rows = Sequence[Outcome | Evaluation | Mapping[str, Any]] | pd.DataFrame | xr.Dataset
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,8 +75,8 @@ def _as_outcomes(rows: Rows, space: Space, response: str) -> list[Outcome]:
         return [_outcome(row, space, response, key) for row, key in zip(table, index, strict=True)]
     found = []
     for i, row in enumerate(rows):
-        if isinstance(row, Outcome):
-            found.append(row)
+        if isinstance(row, Outcome | Evaluation):
+            found.append(row if isinstance(row, Outcome) else row.as_outcome())
             continue
         missing = [name for name in (*space.names, response) if name not in row]
         if missing:

@@ -15,7 +15,7 @@ from surrogates import (
     morris_effects,
     morris_points,
 )
-from workbench.campaign.runs import CampaignRuns, outcome
+from workbench.campaign.runs import CampaignRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
 from workbench.screening.kriging import METHODS, screen
@@ -52,7 +52,7 @@ def other_screening(
         raise StudyError("the study has no [screen] table, which names the response to screen")
     response = campaign.study.response(table["response"])
     if method in METHODS:
-        stored = [outcome(row) for row in screening_runs(campaign)]
+        stored = [row.as_outcome() for row in screening_runs(campaign)]
         return screen(
             stored,
             campaign.study.space,
@@ -81,7 +81,7 @@ def _value(run: Outcome, response: str) -> float:
 
 
 def _rivals(campaign: CampaignRuns, response: Response) -> dict[str, Any]:
-    outcomes = [outcome(row) for row in screening_runs(campaign)]
+    outcomes = [row.as_outcome() for row in screening_runs(campaign)]
     x, y, left_out = _usable(campaign, outcomes, response.name)
     if len(y) < 5:
         raise NotEnoughRuns(f"rivals need at least 5 runs with a value of {response.name!r}, got {len(y)}")
@@ -116,7 +116,7 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
         raise StudyError("Morris needs runs of its own, and a table cannot be run: take --method rivals")
     d, names = study.space.dimension, study.space.names
     points = morris_points(d, trajectories, rng=stream(study.seed, "morris"))
-    made = [outcome(row) for row in campaign.evaluate(study.space.rows(points), batch="morris")]
+    made = [row.as_outcome() for row in campaign.evaluate(study.space.rows(points), batch="morris")]
     values = np.array([_value(run, response.name) for run in made]).reshape(trajectories, d + 1)
     whole = np.isfinite(values).all(axis=1)  # a trajectory with a failed run gives no effects
     if not whole.any():
@@ -138,7 +138,7 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
     }
     if not hybrid:
         return document
-    x, y, _ = _usable(campaign, [outcome(row) for row in screening_runs(campaign)], response.name)
+    x, y, _ = _usable(campaign, [row.as_outcome() for row in screening_runs(campaign)], response.name)
     both = hybrid_screening(
         points[rows],
         values[whole].ravel(),

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from workbench.campaign.runs import CampaignRuns, outcome
+from workbench.campaign.runs import CampaignRuns
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.report.lines.robust import robust_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
@@ -55,7 +55,7 @@ def _with_values(campaign: CampaignRuns, values: Mapping[str, Any]) -> Evaluator
 
     def evaluate(rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
         asked = [{**row, **values} for row in rows]
-        return [outcome(row) for row in campaign.evaluate(asked, batch="robust", quiet=True)]
+        return [row.as_outcome() for row in campaign.evaluate(asked, batch="robust", quiet=True)]
 
     return evaluate
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.campaign.runs import CampaignRuns, outcome
+from workbench.campaign.runs import CampaignRuns
 from workbench.report.lines.screening import screening_lines
 from workbench.space.groups import chosen
 from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
@@ -25,7 +25,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     used = sum(row.status == "ok" for row in runs)
     campaign.progress.stage("screen", f"{response.name} on {used} of {len(runs)} runs")
     document = screen(
-        [outcome(row) for row in runs],
+        [row.as_outcome() for row in runs],
         study.space,
         response,
         method=table["method"],

@@ -6,7 +6,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.campaign.runs import CampaignRuns, outcome
+from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome, response_reader
@@ -98,7 +98,7 @@ def _document(
     campaign: CampaignRuns, table: Mapping[str, Any], wanted: Sequence[Target], runs: Sequence[Evaluation]
 ) -> dict[str, Any]:
     """`worst_case.json` of a search that starts from `runs`: that of the first target, the `others` in it."""
-    start = [outcome(row) for row in runs]
+    start = [row.as_outcome() for row in runs]
     if campaign.study.model["kind"] == "table":
         found = [_predicted(campaign, target, start) for target in wanted]
     elif len(wanted) == 1:
@@ -194,7 +194,7 @@ def _quantile(
         sense=target.sense,
         budget=table.get("quantile_budget", QUANTILE_BUDGET),
         seed=campaign.study.seed,
-        start=[outcome(row) for row in known],
+        start=[row.as_outcome() for row in known],
         workers=_batch(campaign, table),
         evaluator=campaign.outcomes_of_search,
     )

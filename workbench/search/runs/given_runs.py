@@ -6,6 +6,7 @@ from math import isfinite, nan
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from workbench.errors import StudyError
+from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome, Reading
 from workbench.space.box import Space
 
@@ -33,7 +34,7 @@ class Run:
     error: str = ""
 
 
-Start: TypeAlias = "Sequence[Outcome | Run | Mapping[str, Any]] | pd.DataFrame"
+Start: TypeAlias = "Sequence[Outcome | Evaluation | Run | Mapping[str, Any]] | pd.DataFrame"
 
 
 def given_outcomes(start: Any, space: Space, *, response: str | Reading | None) -> list[Outcome]:
@@ -66,6 +67,8 @@ def given_rows(start: Any) -> list[Any]:
 def _given(run: Any, place: str, space: Space, response: str | Reading | None) -> Outcome:
     if isinstance(run, Outcome):
         return run
+    if isinstance(run, Evaluation):
+        return run.as_outcome()
     if isinstance(run, Run):
         return _of_run(run, place, response)
     if isinstance(run, Mapping):
