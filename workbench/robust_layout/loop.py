@@ -5,7 +5,8 @@
              worst  <- look at random corners; when they do not break the bound, spend evaluations until the
                        first-order condition holds, and send the adversary
              stop when nothing exceeds the bound by more than the tolerance, else S <- S + what broke it
-    look at the layouts it is compared with, and optimise from other starts; go on when they change the best
+    look at the layouts it is compared with, and optimise from other starts until one agrees with the best
+    (`workbench.robust_layout.other_starts`); go on when they change it
 
 (cutting sets with a pessimising oracle, Mutapcic and Boyd 2009; the stratified set is the sample approach of
 Calafiore and Campi 2006; the oracle is `workbench.robust_layout.oracle`). Of the cases that broke the bound
@@ -30,13 +31,16 @@ from numpy.typing import NDArray
 
 from workbench.engine.errors import EngineError
 from workbench.errors import StudyError
-from workbench.models.evaluator import Evaluator, Outcome
+from workbench.models.evaluator import Evaluator
 from workbench.robust_layout.cases import Optimised, optimise_for_cases, trivial_layouts
 from workbench.robust_layout.cuts import distinct
-from workbench.robust_layout.model import LayoutModel, layout_name
+from workbench.robust_layout.judged import ROUNDS, JudgedLayouts
+from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.oracle import Found, LayoutOracle
+from workbench.robust_layout.other_starts import OtherStarts, random_densities
 from workbench.robust_layout.record import (
     LoopSettings,
+    OtherStartsFound,
     RobustLayout,
     Round,
     excess,
@@ -46,12 +50,11 @@ from workbench.robust_layout.record import (
 from workbench.robust_layout.scenarios import stratified_cases
 from workbench.space.box import Space
 
-__all__ = ["NEAR", "SECOND", "THIRD", "find_robust_layout"]
+__all__ = ["NEAR", "find_robust_layout"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
-SECOND, THIRD = "second start", "third start"
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 JOINING = 6  # cases that join the next optimisation at most
 FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
@@ -85,47 +88,49 @@ def find_robust_layout(
         model=model, space=space, evaluator=evaluator, folder=folder / "rounds", identity=identity,
         budget=settings.budget, corners=settings.corners, seed=settings.seed,
     )  # fmt: skip
+    drawn = stratified_cases(space, settings.scenarios, seed=settings.seed)
+    cases = distinct([space.canonical(case) for case in [*start, *drawn]])
+    judged = JudgedLayouts(evaluator=evaluator, response=model.response, cases=cases)
     loop = _Loop(
-        model=model, space=space, evaluator=evaluator, oracle=oracle, folder=folder, settings=settings,
-        identity=identity, tell=tell,
+        model=model, oracle=oracle, folder=folder, settings=settings, identity=identity, tell=tell,
+        judged=judged,
     )  # fmt: skip
-    return loop.run(start)
+    return loop.run()
 
 
 @dataclass(slots=True, kw_only=True)
 class _Loop:
     model: LayoutModel
-    space: Space
-    evaluator: Callable[[Array], Evaluator]
     oracle: LayoutOracle
     folder: Path
     settings: LoopSettings
     identity: str
     tell: Callable[[str], None]
-    cases: list[dict[str, Any]] = field(default_factory=list)
+    judged: JudgedLayouts
     fresh: int = 0  # the first case that was added since the last optimisation
     unusable: set[int] = field(default_factory=set)  # cases that the optimiser cannot run
-    layouts: dict[str, Array] = field(default_factory=dict)
-    documents: dict[str, Mapping[str, Any]] = field(default_factory=dict)
-    latest: str = "uniform"  # the layout made last
     worst: dict[str, Found] = field(default_factory=dict)
     bounds: dict[str, float] = field(default_factory=dict)  # of layouts that were attacked, at that time
-    answers: dict[str, dict[str, float | None]] = field(default_factory=dict)  # of layouts, by case
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
-    apart: float = 0.0  # how far the best of the other starts stayed above the best layout
 
-    def run(self, start: Sequence[Case]) -> RobustLayout:
-        drawn = stratified_cases(self.space, self.settings.scenarios, seed=self.settings.seed)
-        self.cases = distinct([self.space.canonical(case) for case in [*start, *drawn]])
+    def run(self) -> RobustLayout:
         nominal = self.optimised([0], None)
         if nominal is None:
             raise StudyError(f"the nominal case cannot be optimised: {self.failures[-1]}")
-        self.layouts = {
-            **trivial_layouts(self.model.problem(self.cases[:1])),
-            "nominal only": nominal.density,
-        }
-        self.documents["nominal only"] = nominal.document
+        problem = self.model.problem(self.judged.cases[:1])
+        self.judged.layouts |= {**trivial_layouts(problem), "nominal only": nominal.density}
+        self.judged.documents["nominal only"] = nominal.document
+        self.judged.origins["nominal only"] = ROUNDS
+        others = OtherStarts(
+            judged=self.judged, optimised=lambda best, start: self.optimised(self.active(best), start),
+            starts={
+                "second start": None,
+                "third start": nominal.density,
+                "fourth start": random_densities(problem, seed=self.settings.seed),
+            },
+            tolerance=self.settings.tolerance, tell=self.tell,
+        )  # fmt: skip
         compared = False
         while len(self.rounds) < self.settings.rounds:
             if not self.round(len(self.rounds) + 1):
@@ -133,10 +138,12 @@ class _Loop:
             if not compared:
                 compared = True
                 self.compare()
-                self.other_starts()
-            if self.holds(self.best()):
+            others.agree()
+            if self.holds(self.judged.best()):
                 break
-        return self.result(self.attacked_best())
+        others.first()
+        robust = self.attacked_best()
+        return self.result(robust, others.found())
 
     def limit(self, bound: float) -> float:
         """What a worst case may reach without breaking a bound."""
@@ -146,7 +153,7 @@ class _Loop:
         """Whether a layout was attacked, and neither that nor any case found since breaks its bound."""
         if name not in self.bounds:
             return False
-        worst = max(self.worst[name].value, largest(self.values(self.layouts[name])))
+        worst = max(self.worst[name].value, self.judged.worst(name))
         return worst <= self.limit(self.bounds[name])
 
     def round(self, number: int) -> bool:
@@ -154,12 +161,12 @@ class _Loop:
         usable, made, note = self.improved(number)
         chosen, found = self.looked_at(number)
         spent = 0
-        while found.value <= self.limit(largest(self.values(self.layouts[chosen]))) and spent < LONGER:
+        while found.value <= self.limit(self.judged.worst(chosen)) and spent < LONGER:
             spent += 1
             if not self.longer(chosen, f"round {number}, evaluations added {spent}"):
                 break
             chosen, found = self.looked_at(number)
-        bound = largest(self.values(self.layouts[chosen]))
+        bound = self.judged.worst(chosen)
         attacked = found.value <= self.limit(bound)
         if attacked:
             found = self.attack(chosen, number)
@@ -181,12 +188,13 @@ class _Loop:
         """The layout of a round, from the best one: the cases it was made for, and why there is none."""
         note = ""
         while True:
-            best = self.best()
+            best = self.judged.best()
             usable = self.active(best)
-            self.tell(f"round {number}: layout for {len(usable)} of {len(self.cases)} cases")
-            made = self.optimised(usable, self.layouts[best])
+            self.tell(f"round {number}: layout for {len(usable)} of {len(self.judged.cases)} cases")
+            made = self.optimised(usable, self.judged.layouts[best])
             if made is not None:
-                self.add(f"round {number}", made)
+                origin = self.judged.origins.get(best, ROUNDS)  # a trivial layout is where rounds begin
+                self.judged.add(f"round {number}", made, origin=origin)
                 return usable, made, note
             self.unusable |= self.culprits(usable)  # they still judge every layout by true runs
             note = self.failures[-1]
@@ -195,27 +203,22 @@ class _Loop:
 
     def longer(self, name: str, new: str) -> bool:
         """Spend more evaluations where the optimiser had not ended; True when they gave a better layout."""
-        document = self.documents.get(name)
+        document = self.judged.documents.get(name)
         if document is None or document["converged"] or _promise(document) <= FIRST_ORDER:
             return False
-        before = largest(self.values(self.layouts[name]))
+        before = self.judged.worst(name)
         self.tell(f"more evaluations for the layout '{name}'")
-        made = self.optimised(self.active(name), self.layouts[name])
+        made = self.optimised(self.active(name), self.judged.layouts[name])
         if made is None:
             return False
-        added = self.add(new, made)
-        return min(largest(self.values(self.layouts[n])) for n in added) < before - GAIN * abs(before)
+        added = self.judged.add(new, made, origin=self.judged.origins[name])
+        return min(self.judged.worst(n) for n in added) < before - GAIN * abs(before)
 
     def join(self, found: Found, bound: float) -> None:
         """Let what broke a bound judge every layout from now on."""
-        self.fresh = len(self.cases)
+        self.fresh = len(self.judged.cases)
         also = [dict(other["case"]) for other in found.others if other["value"] > self.limit(bound)]
-        self.cases = distinct([*self.cases, dict(found.case), *also[: JOINING - 1]])
-
-    def best(self) -> str:
-        """The layout whose worst over the known cases is smallest."""
-        known = {name: largest(self.values(a)) for name, a in self.layouts.items()}
-        return min(known, key=lambda name: known[name])
+        self.judged.join([found.case, *also[: JOINING - 1]])
 
     def active(self, best: str) -> list[int]:
         """Cases for the optimiser: the new ones, and those near the bound for the layout it starts from or
@@ -224,7 +227,7 @@ class _Loop:
         The others cost time and change nothing; every layout is judged in them all the same, and one that
         breaks there is not chosen.
         """
-        values, latest = (self.values(self.layouts[name]) for name in (best, self.latest))
+        values, latest = (self.judged.values(name) for name in (best, self.judged.latest))
         high = NEAR * largest(values)
         near = [
             k
@@ -238,27 +241,16 @@ class _Loop:
         found = set()
         for k in usable:
             try:
-                problem = self.model.problem([self.cases[k]])
+                problem = self.model.problem([self.judged.cases[k]])
                 problem.checked(problem.into_budgets(problem.start.copy()))
             except (EngineError, ArithmeticError):
                 found.add(k)
         return found or {usable[-1]}
 
-    def add(self, name: str, made: Optimised) -> list[str]:
-        """Judge an optimised layout from now on, and its purified form where that is no worse."""
-        self.latest = name
-        self.layouts[name], self.documents[name] = made.density, made.document
-        clean = made.document.get("purified")
-        if not clean or not clean["accepted"] or clean["value"] > clean["before"]:
-            return [name]
-        pure = f"{name}, purified"
-        self.layouts[pure], self.documents[pure] = np.array(clean["density"]), made.document
-        return [name, pure]
-
     def optimised(self, indices: Sequence[int], start: Array | None) -> Optimised | None:
         """The layout for these cases; None, with the reason in `failures`, when it cannot be made."""
         found = optimise_for_cases(
-            self.model, [self.cases[k] for k in indices], start=start, folder=self.folder / "rounds",
+            self.model, [self.judged.cases[k] for k in indices], start=start, folder=self.folder / "rounds",
             evaluations=self.settings.evaluations, identity=self.identity,
         )  # fmt: skip
         if isinstance(found, str):
@@ -266,35 +258,23 @@ class _Loop:
             return None
         return found
 
-    def values(self, density: Array) -> list[float | None]:
-        """The response of a layout in every case; None where it cannot be run."""
-        known = self.answers.setdefault(layout_name(density), {})
-        names = [repr(sorted(case.items())) for case in self.cases]
-        missing = {name: case for name, case in zip(names, self.cases, strict=True) if name not in known}
-        if missing:
-            outcomes = self.evaluator(density)(list(missing.values()), purpose="cases")
-            known.update(zip(missing, self.read(outcomes), strict=True))
-        return [known[name] for name in names]
-
-    def read(self, outcomes: Sequence[Outcome]) -> list[float | None]:
-        """The response of every run, None where it gave none."""
-        return [o.outputs[self.model.response] if o.status == "ok" else None for o in outcomes]
-
     def looked_at(self, turn: int) -> tuple[str, Found]:
         """The best layout, and what random corners found on it."""
-        name = self.best()
+        name = self.judged.best()
         return name, self.look_at(name, turn)
 
     def look_at(self, name: str, turn: int) -> Found:
-        limit = self.limit(largest(self.values(self.layouts[name])))
-        found = self.oracle.look(self.layouts[name], self.cases, limit=limit, turn=turn)
+        limit = self.limit(self.judged.worst(name))
+        found = self.oracle.look(self.judged.layouts[name], self.judged.cases, limit=limit, turn=turn)
         return self.keep(name, found)
 
     def attack(self, name: str, turn: int) -> Found:
-        bound = largest(self.values(self.layouts[name]))
+        bound = self.judged.worst(name)
         self.tell(f"attack on the layout '{name}', bound {bound:.6g} {self.model.unit}")
         self.bounds[name] = bound
-        found = self.oracle.attack(self.layouts[name], self.cases, limit=self.limit(bound), turn=turn)
+        found = self.oracle.attack(
+            self.judged.layouts[name], self.judged.cases, limit=self.limit(bound), turn=turn
+        )
         return self.keep(name, found)
 
     def keep(self, name: str, found: Found) -> Found:
@@ -304,12 +284,13 @@ class _Loop:
 
     def compare(self) -> None:
         """Look at the layouts that it is compared with; what breaks the best one joins the cases."""
-        best, turn = self.best(), len(self.rounds)
-        bound = largest(self.values(self.layouts[best]))
+        best, turn = self.judged.best(), len(self.rounds)
+        bound = self.judged.worst(best)
         for name in ("uniform", "nominal only"):
             found = self.look_at(name, turn)
             rows = [found.case, *(other["case"] for other in found.others)]
-            values = self.read(self.evaluator(self.layouts[best])(rows, purpose="cases"))
+            evaluate = self.judged.evaluator(self.judged.layouts[best])
+            values = self.judged.read(evaluate(rows, purpose="cases"))
             broken = [
                 dict(row)
                 for row, v in zip(rows, values, strict=True)
@@ -317,50 +298,28 @@ class _Loop:
             ]
             if broken:
                 self.tell(f"broken by a case of the layout '{name}'")
-                self.fresh = min(self.fresh, len(self.cases))
-                self.cases = distinct([*self.cases, *broken[:JOINING]])
-
-    def other_starts(self) -> None:
-        """Layouts from the start of the problem and, when that does not agree, from the nominal-only one.
-
-        One that is worse than the best gets more evaluations; one that is better becomes the best.
-        """
-        for name, start in ((SECOND, None), (THIRD, self.layouts["nominal only"])):
-            best = self.best()
-            known = largest(self.values(self.layouts[best]))
-            self.tell(f"the layout from a {name}")
-            made = self.optimised(self.active(best), start)
-            if made is None:
-                return
-            reached = min(largest(self.values(self.layouts[n])) for n in self.add(name, made))
-            for spent in range(LONGER):
-                if reached <= self.limit(known) or not self.longer(name, f"{name}, {spent + 1}"):
-                    break
-                name = f"{name}, {spent + 1}"
-                reached = min(reached, largest(self.values(self.layouts[name])))
-            self.apart = excess(reached, known)
-            if self.apart <= self.settings.tolerance:
-                return
+                self.fresh = min(self.fresh, len(self.judged.cases))
+                self.judged.join(broken[:JOINING])
 
     def attacked_best(self) -> str:
         """The best layout over all cases found for any layout, attacked."""
         while True:
-            self.cases = distinct([*self.cases, *(dict(found.case) for found in self.worst.values())])
-            name = self.best()
+            self.judged.join([found.case for found in self.worst.values()])
+            name = self.judged.best()
             if name in self.bounds:
                 return name
             self.attack(name, len(self.rounds) + 1)
 
-    def result(self, robust: str) -> RobustLayout:
+    def result(self, robust: str, others: OtherStartsFound | None) -> RobustLayout:
         """Every layout judged over all cases found; `robust` is the best of them."""
-        values = {name: self.values(density) for name, density in self.layouts.items()}
+        values = {name: self.judged.values(name) for name in self.judged.layouts}
         known = {name: largest(row) for name, row in values.items()}
         for name, row in values.items():
             k = int(np.argmax([-np.inf if v is None else v for v in row]))
             before = self.worst.get(name)
             if before is None or known[name] > before.value:
                 self.worst[name] = Found(
-                    value=known[name], case=self.cases[k], runs=before.runs if before else 0,
+                    value=known[name], case=self.judged.cases[k], runs=before.runs if before else 0,
                     status=before.status if before else JUDGED, attack=before.attack if before else None,
                 )  # fmt: skip
         closed, bound = self.holds(robust), self.bounds[robust]
@@ -369,23 +328,26 @@ class _Loop:
         may_exceed = self.settings.tolerance if closed else max(excess(found.value, bound), *gaps, 0.0)
         return RobustLayout(
             robust=robust, closed=closed, status=loop_status(found, bound, closed=closed),
-            layouts=self.layouts, worst=self.worst, cases=self.cases, values=values, rounds=self.rounds,
-            failures=self.failures, reasons=self.reasons(robust, closed), may_exceed=may_exceed,
-            document=self.documents.get(robust, {}),
+            layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
+            rounds=self.rounds, failures=self.failures, may_exceed=may_exceed, other_starts=others,
+            reasons=self.reasons(robust, others, closed=closed),
+            document=self.judged.documents.get(robust, {}),
         )  # fmt: skip
 
-    def reasons(self, robust: str, closed: bool) -> list[str]:
+    def reasons(self, robust: str, others: OtherStartsFound | None, *, closed: bool) -> list[str]:
         """What keeps the verdict from being green."""
         said = [] if closed else ["the loop is not closed"]
-        document = self.documents.get(robust)
+        document = self.judged.documents.get(robust)
         if document is not None and _promise(document) > FIRST_ORDER:
             ended = "ended" if document["converged"] else "stopped at its limit"
             said.append(
                 f"the optimiser {ended} where the first-order condition is off by "
                 f"{100 * _promise(document):.2g} %: a better layout may stand nearby"
             )
-        if self.apart > self.settings.tolerance:
-            said.append(f"layouts from other starts stayed {100 * self.apart:.3g} % above this one")
+        if others is None:
+            said.append("no layout could be made from another start: a better one may stand elsewhere")
+        elif not others.agrees:
+            said.append(f"layouts from other starts stayed {100 * others.apart:.3g} % above this one")
         attack = self.worst[robust].attack
         if attack is not None and any(attack["failures"].values()):
             said.append(f"{sum(attack['failures'].values())} runs of the attack gave no value")

@@ -7,7 +7,6 @@ from typing import Any
 from workbench.engine.layout.outcome.purify import fractional_members
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
-from workbench.robust_layout.loop import SECOND, THIRD
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.record import RobustLayout
 
@@ -59,7 +58,12 @@ def loop_document(
         },
         "failures": found.failures,
         "samples": len(compared.values) - len(found.cases),
-        "second_start": _second_start(found, table["tolerance"]),
+        "other_starts": None
+        if found.other_starts is None
+        else {
+            **_plain(asdict(found.other_starts)),
+            "starts": list(found.other_starts.starts),
+        },
     }
 
 
@@ -121,23 +125,6 @@ def response_slope(model: LayoutModel, value: float) -> float:
     if not value:
         return 1.0
     return (model.as_response(value * 1.001) - model.as_response(value)) / (1e-3 * value)
-
-
-def _second_start(found: RobustLayout, tolerance: float) -> dict[str, Any] | None:
-    """The worst of the layout from another start in all cases, and whether it agrees."""
-    starts = [k for k in found.values if k.startswith((SECOND, THIRD))]
-    if found.robust in starts or not starts:
-        others = [k for k in found.values if k.startswith("round")] if starts else []
-    else:
-        others = starts
-    other = min((_largest(found.values[k]) for k in others), default=None)
-    if other is None:
-        return None
-    return {"worst": other, "agrees": bool(abs(other - found.bound) <= tolerance * found.bound)}
-
-
-def _largest(values: list[float | None]) -> float:
-    return max((v for v in values if v is not None), default=float("inf"))
 
 
 def _names(found: RobustLayout) -> dict[str, str]:

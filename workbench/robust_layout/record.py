@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from workbench.errors import NotEnoughRuns
 from workbench.robust_layout.oracle import Found
 
-__all__ = ["LoopSettings", "RobustLayout", "Round", "excess", "largest", "loop_status"]
+__all__ = ["LoopSettings", "OtherStartsFound", "RobustLayout", "Round", "excess", "largest", "loop_status"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -54,6 +54,19 @@ class Round:
     note: str = ""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherStartsFound:
+    """worst: of the best layout that descends from another start than the best one does, over all cases.
+
+    apart: by which share that lies above the best.    starts: where the layouts came from.
+    """
+
+    worst: float
+    apart: float
+    agrees: bool
+    starts: tuple[str, ...]
+
+
 @dataclass(slots=True, kw_only=True)
 class RobustLayout:
     """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known.
@@ -74,6 +87,7 @@ class RobustLayout:
     failures: list[str]
     reasons: list[str]
     may_exceed: float
+    other_starts: OtherStartsFound | None = None
     document: Mapping[str, Any] = field(default_factory=dict)  # of the robust layout, as `layout.json`
 
     @property

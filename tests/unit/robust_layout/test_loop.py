@@ -14,7 +14,8 @@ from workbench.models.evaluator import FunctionEvaluator
 from workbench.report.writing import write_report
 from workbench.robust_layout.model import load_layout_model
 from workbench.robust_layout.oracle import Found, LayoutOracle
-from workbench.robust_layout.record import loop_status
+from workbench.robust_layout.other_starts import OtherStarts
+from workbench.robust_layout.record import OtherStartsFound, loop_status
 from workbench.stages import robust_layout as robust_layout_stage
 from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
@@ -111,6 +112,7 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
     """The layout of the last round breaks; the best over the cases of all layouts is another one."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
+    text = changed("budget = 40", "budget = 160", text)  # a border of failures takes more runs
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
     last, best = found["rounds"][-1], found["layouts"]["robust"]
     assert last["worst"] > (1 + NEAR) * last["bound"]
@@ -120,10 +122,26 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert max(fine) <= found["worst"] * (1 + NEAR)
     assert found["closed"]
     assert found["grade"] == "attacked"
-    assert found["attack"]["runs"] == 40
-    assert found["status"].startswith("40 true runs of an adversary found nothing more than")
+    assert found["attack"]["runs"] == 160
+    assert found["status"].startswith("160 true runs of an adversary found nothing more than")
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
+
+
+def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
+    apart = OtherStartsFound(worst=9.0, apart=0.3, agrees=False, starts=("rounds", "second start"))
+    monkeypatch.setattr(OtherStarts, "found", lambda self: apart)
+    found, folder = run(tmp_path)
+    assert found["closed"]
+    assert found["verdict"] == "amber"
+    assert found["reasons"] == ["layouts from other starts stayed 30 % above this one"]
+    assert "it does not agree within 2 %" in (folder / "report.md").read_text()
+    monkeypatch.setattr(OtherStarts, "found", lambda self: None)
+    (tmp_path / "none").mkdir()
+    found, folder = run(tmp_path / "none")
+    assert found["reasons"] == [
+        "no layout could be made from another start: a better one may stand elsewhere"
+    ]
 
 
 def test_an_open_loop_says_by_how_much_it_may_be_off(standard, tmp_path):

@@ -1,4 +1,4 @@
-"""The buck converter of ngspice: its reference table, and whether few runs name the drivers that many name."""
+"""The buck converter of ngspice: its reference table, and whether few runs name the drivers of many."""
 
 import shutil
 

@@ -120,23 +120,23 @@ def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:
 
 def _layout(loop: Mapping[str, Any], unit: str) -> list[str]:
     name = loop["robust"]
-    kept, others = loop["layouts"][name], loop["layouts"]
+    kept, layouts = loop["layouts"][name], loop["layouts"]
     said = [
         f"The {'robust layout' if name == 'robust' else name + ' layout'} keeps it at or below "
-        f"{quantity(kept['worst'], unit, 4)} in every case found: {_beside(kept, others, unit)}."
+        f"{quantity(kept['worst'], unit, 4)} in every case found: {_beside(kept, layouts, unit)}."
     ]
-    if "nominal only" in others and name == "robust":
-        price = kept["nominal"] - others["nominal only"]["nominal"]
+    if "nominal only" in layouts and name == "robust":
+        price = kept["nominal"] - layouts["nominal only"]["nominal"]
         said.append(
             f"In the nominal case that costs {quantity(price, unit, 3)} (price of robustness): "
             f"{quantity(kept['nominal'], unit, 4)} instead of "
-            f"{quantity(others['nominal only']['nominal'], unit, 4)} with the one made for that case alone."
+            f"{quantity(layouts['nominal only']['nominal'], unit, 4)} with the one made for that case alone."
         )
-    second = loop.get("second_start")
-    if second is not None:
-        agrees = "agrees" if second["agrees"] else "does not agree"
+    others = loop.get("other_starts")
+    if others is not None:
+        agrees = "agrees" if others["agrees"] else "does not agree"
         said.append(
-            f"A layout optimised from another start reaches {quantity(second['worst'], unit, 4)} in the same "
+            f"A layout optimised from another start reaches {quantity(others['worst'], unit, 4)} in the same "
             f"cases: it {agrees} within {100 * loop['tolerance']:.3g} %."
         )
     return [*said, str(loop["status"])]

@@ -1,0 +1,133 @@
+"""Layouts from other starts: made until one agrees with the best, and judged over all cases at the end."""
+
+import numpy as np
+import pytest
+
+from tests.sample_layout import TwoMembers
+from workbench.models.evaluator import Outcome
+from workbench.robust_layout.cases import Optimised
+from workbench.robust_layout.judged import ROUNDS, JudgedLayouts
+from workbench.robust_layout.other_starts import OtherStarts, random_densities
+
+CASES = [{"u": 0.0}, {"u": 1.0}]
+
+
+def height(density, u):
+    """Local minima at densities 1, 2 and 3, of heights 10, 8 and 8.1; in the case u = 1 the third is 9."""
+    end = round(float(density[0]))
+    return {1: 10.0, 2: 8.0, 3: 9.0 if u else 8.1}[end] + abs(float(density[0]) - end)
+
+
+def judged(cases=CASES):
+    def evaluator(density):
+        return lambda rows, purpose: [
+            Outcome(parameters=row, status="ok", outputs={"y": height(density, row["u"])}) for row in rows
+        ]
+
+    return JudgedLayouts(evaluator=evaluator, response="y", cases=[dict(case) for case in cases])
+
+
+def layout(place):
+    return Optimised(density=np.array([place]), document={"status": "CONVERGED"})
+
+
+def starts(layouts, ends, said=None):
+    """Other starts that end where `ends` says, one after the other; None where it cannot be made."""
+    left = iter(ends)
+
+    def optimised(best, start):
+        end = next(left)
+        return None if end is None else layout(end)
+
+    return OtherStarts(
+        judged=layouts, optimised=optimised, tolerance=0.02, tell=[].append if said is None else said.append,
+        starts={"second start": None, "third start": np.array([1.5]), "fourth start": np.array([2.5])},
+    )  # fmt: skip
+
+
+def test_a_start_that_agrees_ends_the_matter():
+    layouts, said = judged(), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [2.1], said)
+    assert others.agree()
+    assert said == ["the layout from the second start"]
+    found = others.found()
+    assert (found.worst, found.agrees, found.starts) == (8.1, True, (ROUNDS, "second start"))
+    assert found.apart == pytest.approx(0.1 / 8)
+    assert others.agree()  # nothing has joined: nothing is made again
+    assert len(said) == 1
+
+
+def test_one_that_is_worse_is_continued_and_others_are_tried():
+    layouts, said = judged(), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [1.4, 1.0, 1.0, 2.4, 2.05], said)
+    assert others.agree()
+    assert said == [
+        "the layout from the second start", "the layout from the second start, continued 1",
+        "the layout from the second start, continued 2", "the layout from the third start",
+        "the layout from the third start, continued 1",
+    ]  # fmt: skip
+    assert list(layouts.layouts)[1:3] == ["second start", "second start, continued 1"]
+    assert others.found().agrees
+
+
+def test_starts_that_all_end_elsewhere_do_not_agree():
+    layouts = judged()
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [1.0, 1.0, 1.1, 1.1, 3.0, 3.0])
+    assert not others.agree()
+    found = others.found()
+    assert not found.agrees
+    assert found.worst == 9.0
+    assert found.apart == pytest.approx(1 / 8)
+
+
+def test_a_case_that_joins_later_decides_again():
+    layouts = judged(CASES[:1])
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [3.0, 2.0])
+    assert others.agree()  # 8.1 and 8 in the first case
+    layouts.join(CASES[1:])
+    assert others.found().apart == pytest.approx(1 / 8)
+    assert not others.found().agrees
+    assert others.agree()  # by the layout that goes on from the second start
+    assert others.found().agrees
+
+
+def test_a_better_one_needs_another_that_agrees_with_it():
+    layouts = judged()
+    layouts.add("round 1", layout(1.0), origin=ROUNDS)
+    others = starts(layouts, [2.0, 2.0, 1.0, 1.0, 1.0, 1.0])
+    assert not others.agree()
+    assert others.found().worst == 10.0
+    layouts.add("round 2", layout(2.0), origin="second start")  # from the best: no witness of its own
+    assert not others.found().agrees
+    assert starts(layouts, [2.0, 2.0, 2.0]).agree()
+
+
+def test_a_layout_that_cannot_be_made_is_no_witness():
+    layouts = judged()
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [None, None, None])
+    assert not others.agree()
+    assert others.found() is None
+
+
+def test_one_start_is_made_when_the_rounds_are_spent():
+    layouts, said = judged(), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [1.0, 1.0], said)
+    others.first()
+    assert len(said) == 2
+    others.first()
+    assert len(said) == 2
+
+
+def test_random_densities_keep_the_budget_and_are_those_of_the_seed():
+    problem = TwoMembers(budget=0.7).problem([{"u": 0.5, "v": 0.0}])
+    drawn = random_densities(problem, seed=4)
+    assert drawn.sum() <= 0.7 + 1e-12
+    assert drawn.min() >= 0.0
+    np.testing.assert_array_equal(drawn, random_densities(problem, seed=4))
+    assert not np.allclose(drawn, random_densities(problem, seed=5))
