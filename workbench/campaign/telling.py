@@ -3,14 +3,14 @@
 import csv
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.evaluation import UNFINISHED
-from workbench.models.table import read_cells
+from workbench.models.table import ignored_columns, read_cells
 from workbench.report.lines.tables import format_number, table_lines
 
 __all__ = ["Told", "asked_csv", "asked_lines", "asked_rows", "tell_csv"]
@@ -21,12 +21,16 @@ KEY_SHOWN = 10  # characters that tell runs of one campaign apart
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Told:
-    """How many rows of a file answered an asked run, were new, repeated what is stored, or failed."""
+    """How many rows of a file answered an asked run, were new, repeated what is stored, or failed.
+
+    `ignored`: its columns with numbers that nobody reads.
+    """
 
     answered: int
     new: int
     repeated: int
     failed: int
+    ignored: tuple[str, ...] = ()
 
 
 def asked_csv(asked: Sequence[Asked], names: Sequence[str], responses: Sequence[str]) -> str:
@@ -128,7 +132,8 @@ def tell_csv(campaign: CampaignRuns, path: Path) -> Told:
             except StudyError as exc:
                 raise StudyError(f"{where}: {exc}") from None
         told.append((key, parameters, outputs, failure))
-    return _store(campaign, told, known)
+    ignored = ignored_columns(header, lines, {"key", "error", *names, *responses})
+    return replace(_store(campaign, told, known), ignored=tuple(ignored))
 
 
 def _store(campaign: CampaignRuns, told: Sequence[tuple[Any, Any, Any, Any]], known: set[str]) -> Told:

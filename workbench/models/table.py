@@ -6,7 +6,7 @@ is wrong is named by row and column. A response that is empty, nan or infinite i
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
@@ -15,7 +15,15 @@ from typing import Any
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 
-__all__ = ["FEWEST_RUNS", "TableModel", "read_cells", "read_table", "table_digest"]
+__all__ = [
+    "FEWEST_RUNS",
+    "TableModel",
+    "ignored_columns",
+    "ignored_sentence",
+    "read_cells",
+    "read_table",
+    "table_digest",
+]
 
 FEWEST_RUNS = 3
 LARGEST_FILE = 500_000_000  # bytes
@@ -136,6 +144,46 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     if twice is not None:
         raise StudyError(f"{path.name} has the column {twice!r} twice")
     return header, lines[1:]
+
+
+def ignored_columns(
+    header: Sequence[str], lines: Sequence[tuple[int, list[str]]], used: Container[str]
+) -> list[str]:
+    """The columns that hold numbers and that nobody reads: what they hold may drive the responses.
+
+    Columns of words and empty ones are not among them.
+
+    >>> ignored_columns(["a", "t", "who"], [(2, ["1", "20.5", "me"]), (3, ["2", "", "you"])], {"a"})
+    ['t']
+    """
+    found = []
+    for j, name in enumerate(header):
+        cells = [row[j].strip() for _, row in lines if j < len(row) and row[j].strip()]
+        if name not in used and cells and all(_is_number(cell) for cell in cells):
+            found.append(name)
+    return found
+
+
+def ignored_sentence(names: Sequence[str], file: str) -> str:
+    """What to tell a reader of columns that nobody reads.
+
+    >>> ignored_sentence(["t"], "runs.csv")
+    'the column t of runs.csv holds numbers and is not used: neither a parameter nor a response'
+    """
+    shown = ", ".join(names)
+    if len(names) == 1:
+        return (
+            f"the column {shown} of {file} holds numbers and is not used: neither a parameter nor a response"
+        )
+    return f"the columns {shown} of {file} hold numbers and are not used: neither parameters nor responses"
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _number(cell: str, where: str, column: str) -> float:

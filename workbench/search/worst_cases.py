@@ -14,6 +14,7 @@ from typing import Any
 from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Outcome, evaluator_of
 from workbench.search.arguments import Arguments
+from workbench.search.known_runs import with_known_runs
 from workbench.search.runs.given_runs import Start, given_rows
 from workbench.search.runs.ledger import Ledger
 from workbench.search.start import start_size
@@ -25,11 +26,15 @@ __all__ = ["worst_cases"]
 
 @dataclass(slots=True)
 class _Recorder:
-    """An evaluator that keeps what it was answered, and looks for all responses in it."""
+    """An evaluator that keeps what it was answered, and looks for all responses in it.
+
+    `outcomes`: what the next search begins with; `known`: these and the runs of attacks.
+    """
 
     evaluate: Evaluator
     names: tuple[str, ...]
     outcomes: list[Outcome] = field(default_factory=list)
+    known: list[Outcome] = field(default_factory=list)
 
     def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
         answered = self.evaluate(rows, purpose=purpose)
@@ -39,6 +44,7 @@ class _Recorder:
                 raise StudyError(
                     f"response {missing[0]!r} is not among the model's outputs {sorted(outcome.outputs)}"
                 )
+        self.known += answered
         if purpose != "attack":  # an attack has a budget of its own, and runs by the thousand fit no Kriging
             self.outcomes += answered
         return answered
@@ -96,9 +102,10 @@ def worst_cases(
             )
     recorder = _Recorder(evaluator_of(function, evaluator), tuple(responses))
     found: dict[str, WorstCase] = {}
+    searched: dict[str, Arguments] = {}
     for i, (name, sense) in enumerate(responses.items()):
         left = budget - len(recorder.outcomes)
-        asked = Arguments(
+        searched[name] = asked = Arguments(
             response=name,
             sense=sense,
             budget=left // (len(responses) - i),
@@ -114,4 +121,7 @@ def worst_cases(
             start=[*given, *recorder.outcomes],
             progress=None if progress is None else progress(name),
         )
-    return found
+    # a run made for one response may be the worst known case of another
+    return {
+        name: with_known_runs(result, space, searched[name], recorder.known) for name, result in found.items()
+    }

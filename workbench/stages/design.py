@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.evaluation import UNFINISHED
-from workbench.models.table import TableModel, read_table
+from workbench.models.table import TableModel, ignored_columns, read_cells, read_table
 from workbench.report.lines.design import design_lines
 from workbench.sampling.change import DesignChange, design_change, growth_model
 from workbench.stages.work import Work
@@ -55,6 +55,9 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         "physical": [[row[name] for name in study.space.names] for row in rows],
         "run_keys": [campaign.key(study.space.canonical(row)) for row in rows],
     }
+    ignored = _ignored_columns(study, table)
+    if ignored:
+        document["ignored_columns"] = ignored
     write_json(campaign.folder / "design.json", document)
     campaign.progress.stage(
         "design", f"{len(rows)} runs of {study.space.dimension} parameters ({made.algorithm})"
@@ -102,6 +105,20 @@ def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
     if known < len(set(keys)):
         campaign.evaluate(rows, batch="table" if campaign.study.model["kind"] == "table" else "design")
     return {"runs": len(keys), "counts": dict(Counter(campaign.store.statuses(keys).values()))}
+
+
+def _ignored_columns(study: Study, table: Mapping[str, Any]) -> list[str]:
+    """The columns with numbers of the table of runs, or of points, that the study does not read."""
+    model, used = study.model, set(study.space.names)
+    if model["kind"] == "table":
+        columns = model.get("columns", {})
+        file, names = model["file"], used | {response.name for response in study.responses}
+        used = {columns.get(name, name) for name in names}
+    elif table["kind"] == "table":
+        file = table["file"]
+    else:
+        return []
+    return ignored_columns(*read_cells(study.folder / file), used)
 
 
 def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:

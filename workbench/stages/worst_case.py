@@ -11,6 +11,7 @@ from workbench.errors import StudyError
 from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome, response_reader
 from workbench.models.python import load_function
+from workbench.models.table import TableModel
 from workbench.report.claims import refuse_contradictions, worst_case_claims
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
@@ -20,6 +21,7 @@ from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target, targets
 from workbench.system.atomic import write_json
 
 if TYPE_CHECKING:
+    from workbench.search.arguments import Arguments
     from workbench.search.evidence.enclosure import Enclosure
     from workbench.search.worst_case import WorstCase
 
@@ -34,14 +36,17 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     reads = dict.fromkeys(name for target in wanted for name in target.reads)
     every = screening_runs(campaign)
     runs = _with_extremes(thinned_runs(campaign, every, next(iter(reads)), most=MOST_RUNS), every, wanted)
-    if campaign.study.model["kind"] == "table":
+    is_table = campaign.study.model["kind"] == "table"
+    if is_table:
         for name in reads:
             runs_with_values(runs, name)
     sought = ", ".join(f"{target.sense} {target.name}" for target in wanted)
     campaign.progress.stage("worst_case", f"{sought} from {len(runs)} runs")
-    document = _document(campaign, table, wanted, runs)
+    given = _rows_of_table(campaign) if is_table else []
+    document = _document(campaign, table, wanted, [row.as_outcome() for row in runs], given)
+    known = [*(row.as_outcome() for row in campaign.runs()), *given]
     for claim, target in zip(worst_case_claims(document), wanted, strict=True):
-        refuse_contradictions(claim, _values(campaign.study, target, every))
+        refuse_contradictions(claim, _values(campaign.study, target, known))
     write_json(campaign.folder / "worst_case.json", document)
     return document
 
@@ -60,15 +65,33 @@ def _with_extremes(
     return [run for run in every if run.key in keys]
 
 
-def _values(study: Study, target: Target, runs: Sequence[Evaluation]) -> list[tuple[str, float]]:
-    """The target's value in every known run that gave one and meets the constraints, with the run's key."""
+def _rows_of_table(campaign: CampaignRuns) -> list[Outcome]:
+    """The rows of a table of runs inside the bounds, with the responses that they have: those that its design
+    leaves out, and those that count as failed because another response is missing, among them."""
+    model, space = TableModel.opened(campaign.spec), campaign.study.space
+    found = []
+    for row in model.rows:
+        try:
+            inputs = space.canonical({name: row[name] for name in space.names})
+        except StudyError:  # outside the bounds
+            continue
+        values = {n: v for n, v in row.items() if n not in space.names and v is not None and isfinite(v)}
+        found.append(Outcome(parameters=inputs, status="ok", outputs=values, key=campaign.key(inputs)))
+    return found
+
+
+def _values(study: Study, target: Target, runs: Sequence[Outcome]) -> list[tuple[str, float]]:
+    """The target's value in every known run that gave one, inside the space, with the run's key."""
+    from workbench.search.known_runs import admitted
+
     read = response_reader(target.reading)
-    known = [
-        (run.key, read(run.outputs))
-        for run in runs
-        if run.status == "ok" and study.space.violated(run.inputs) is None
-    ]
+    known = [(run.key, read(run.outputs)) for run in admitted(study.space, _reading(target, runs))]
     return [(key, value) for key, value in known if isfinite(value)]
+
+
+def _reading(target: Target, runs: Sequence[Outcome]) -> list[Outcome]:
+    """The runs that have every response that a target reads."""
+    return [run for run in runs if run.status == "ok" and all(n in run.outputs for n in target.reads)]
 
 
 def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
@@ -95,23 +118,46 @@ WORK = Work(run=_run, inputs=_inputs, lines=worst_case_lines, planned_runs=_plan
 
 
 def _document(
-    campaign: CampaignRuns, table: Mapping[str, Any], wanted: Sequence[Target], runs: Sequence[Evaluation]
+    campaign: CampaignRuns,
+    table: Mapping[str, Any],
+    wanted: Sequence[Target],
+    start: Sequence[Outcome],
+    given: Sequence[Outcome],
 ) -> dict[str, Any]:
-    """`worst_case.json` of a search that starts from `runs`: that of the first target, the `others` in it."""
-    start = [row.as_outcome() for row in runs]
+    """`worst_case.json` of a search from `start`: that of the first target, the `others` in it.
+
+    `given`: the rows of a table; with the runs of the store no worst case lies below them.
+    """
     if campaign.study.model["kind"] == "table":
-        found = [_predicted(campaign, target, start) for target in wanted]
+        found = [_predicted(campaign, target, _read_anew(start, given, target)) for target in wanted]
     elif len(wanted) == 1:
         found = [_searched(campaign, table, wanted[0], start)]
     else:
         found = _all_searched(campaign, table, wanted, start)
+    # its runs may lie beyond the worst case that was found
+    quantile = _quantile(campaign, table, wanted[0], found[0]) if "quantile" in table else None
+    from workbench.search.known_runs import with_known_runs
+
+    known = [*(row.as_outcome() for row in campaign.runs()), *given]
+    found = [
+        with_known_runs(
+            result, campaign.study.space, _asked(campaign, table, target), _reading(target, known)
+        )
+        for result, target in zip(found, wanted, strict=True)
+    ]
     first, *others = (
         result.named(target.name, target.unit).to_dict() | dict(target.notes)
         for result, target in zip(found, wanted, strict=True)
     )
-    if "quantile" in table:
-        first["quantile"] = _quantile(campaign, table, wanted[0], found[0])
+    if quantile is not None:
+        first["quantile"] = quantile
     return first | ({"others": others} if others else {})
+
+
+def _read_anew(start: Sequence[Outcome], given: Sequence[Outcome], target: Target) -> list[Outcome]:
+    """The runs of a table; one that failed for want of another response has a value all the same."""
+    whole = {run.key: run for run in _reading(target, given)}
+    return [whole.get(run.key, run) for run in start]
 
 
 def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome]) -> "WorstCase":
@@ -129,24 +175,13 @@ def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome])
 def _searched(
     campaign: CampaignRuns, table: Mapping[str, Any], target: Target, start: Sequence[Outcome]
 ) -> "WorstCase":
-    from workbench.search.arguments import Arguments
     from workbench.search.worst_case import search_worst_case
 
-    options = {key: table[key] for key in ("tolerance", "lipschitz", "attack") if key in table}
-    if "enclosure" in table:
-        options["enclosure"] = _enclosure(campaign, table)
-    asked = Arguments(
-        response=target.reading,
-        sense=target.sense,
-        budget=table["budget"],
-        seed=campaign.study.seed,
-        workers=_batch(campaign, table),
-        **options,
-    )
+    _tell_idle_workers(campaign, table)
     result = search_worst_case(
         campaign.outcomes_of_search,
         campaign.study.space,
-        asked,
+        _asked(campaign, table, target),
         start=start,
         progress=_listener(campaign, table, target),
     )
@@ -156,11 +191,29 @@ def _searched(
     return result
 
 
+def _asked(campaign: CampaignRuns, table: Mapping[str, Any], target: Target) -> "Arguments":
+    """What the search of a target is asked for; of a table of runs without a budget."""
+    from workbench.search.arguments import Arguments
+
+    options = {key: table[key] for key in ("tolerance", "lipschitz", "attack") if key in table}
+    if "enclosure" in table:
+        options["enclosure"] = _enclosure(campaign, table)
+    return Arguments(
+        response=target.reading,
+        sense=target.sense,
+        budget=0 if campaign.study.model["kind"] == "table" else table["budget"],
+        seed=campaign.study.seed,
+        workers=int(table.get("batch", 1)),
+        **options,
+    )
+
+
 def _all_searched(
     campaign: CampaignRuns, table: Mapping[str, Any], wanted: Sequence[Target], start: Sequence[Outcome]
 ) -> "list[WorstCase]":
     from workbench.search.worst_cases import worst_cases
 
+    _tell_idle_workers(campaign, table)
     by_name = {target.name: target for target in wanted}
     found = worst_cases(
         None,
@@ -169,7 +222,7 @@ def _all_searched(
         budget=table["budget"],
         seed=campaign.study.seed,
         start=start,
-        workers=_batch(campaign, table),
+        workers=int(table.get("batch", 1)),
         evaluator=campaign.outcomes_of_search,
         progress=lambda name: _listener(campaign, table, by_name[name]),
         **{key: table[key] for key in ("tolerance", "attack") if key in table},
@@ -195,7 +248,7 @@ def _quantile(
         budget=table.get("quantile_budget", QUANTILE_BUDGET),
         seed=campaign.study.seed,
         start=[row.as_outcome() for row in known],
-        workers=_batch(campaign, table),
+        workers=int(table.get("batch", 1)),
         evaluator=campaign.outcomes_of_search,
     )
     plain = replace(found, response=target.name).to_dict()
@@ -203,14 +256,13 @@ def _quantile(
     return plain | {"unit": target.unit, "known": len(known)}
 
 
-def _batch(campaign: CampaignRuns, table: Mapping[str, Any]) -> int:
-    """How many runs the search proposes at once; it is said when that leaves workers idle."""
+def _tell_idle_workers(campaign: CampaignRuns, table: Mapping[str, Any]) -> None:
+    """Say it where the search proposes fewer runs at once than there are workers."""
     workers, batch = campaign.study.evaluate.get("workers", 1), int(table.get("batch", 1))
     if workers > batch:
         campaign.progress.note(
             f"{workers} workers, but [worst_case] batch = {batch}: the search proposes {batch} at a time"
         )
-    return batch
 
 
 def _listener(

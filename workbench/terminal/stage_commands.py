@@ -116,6 +116,8 @@ def tell(
     from dataclasses import asdict
 
     from workbench.campaign.telling import tell_csv
+    from workbench.models.table import ignored_sentence
+    from workbench.report.lines.tables import wrapped
 
     with opened_campaign(study, folder) as campaign:
         told = tell_csv(campaign, results)
@@ -125,7 +127,8 @@ def tell(
         f"{told.answered} runs answered, {told.new} new, {told.repeated} known already, {told.failed} failed"
     )
     line += f"; {left} still wait"
-    finish(document, [line], as_json=json_)
+    said = [] if not told.ignored else wrapped(ignored_sentence(told.ignored, results.name), 79)
+    finish(document, [line, *said], as_json=json_)
 
 
 @commands.command()

@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from workbench.report.lines.tables import format_number, table_lines
+from workbench.models.table import ignored_sentence
+from workbench.report.lines.tables import format_number, table_lines, wrapped
 from workbench.sampling.verdict import cost_of_design
 
 if TYPE_CHECKING:
@@ -12,12 +13,13 @@ if TYPE_CHECKING:
 
 __all__ = ["comparison_lines", "design_lines"]
 
+WIDTH = 79
 QUALITIES = ("min_distance", "cd2", "max_correlation", "d_efficiency")
 
 
 def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[str]:
-    """How good the design is, each measure beside random Latin hypercubes of the same size and
-    levels, and what it costs where it is poor; some measures, or all."""
+    """How good the design is, each measure beside random Latin hypercubes of the same size and levels, and
+    what it costs where it is poor; some measures, or all. Then the columns of a table that are not used."""
     quality = document.get("quality") or {}
     rows = []
     for name in quality if whole else QUALITIES:
@@ -26,11 +28,17 @@ def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[st
             continue
         beaten = entry["percentile"] if entry["better"] == "high" else 100 - entry["percentile"]
         rows.append((name.replace("_", " "), f"better than {beaten:.0f} %", format_number(entry["value"], 4)))
-    if not rows:
-        return []
-    lines = table_lines(("design quality", "of random Latin hypercubes", "value"), rows)
-    cost = cost_of_design(document)
-    return lines if cost is None else [*lines, cost]
+    lines = table_lines(("design quality", "of random Latin hypercubes", "value"), rows) if rows else []
+    cost = cost_of_design(document) if rows else None
+    lines += [] if cost is None else [cost]
+    said = _ignored(document)
+    return [*lines, *wrapped(said, WIDTH)] if said else lines
+
+
+def _ignored(document: Mapping[str, Any]) -> str:
+    """The columns of a table that the study does not read, "" where there is none."""
+    names = document.get("ignored_columns")
+    return ignored_sentence(names, str(document["options"]["file"])) if names else ""
 
 
 def comparison_lines(frame: "pd.DataFrame") -> list[str]:

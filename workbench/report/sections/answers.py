@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from workbench.models.table import ignored_sentence
 from workbench.report.lines.statements import screening_state, state_text
 from workbench.report.page.blocks import (
     Card,
@@ -202,6 +203,10 @@ def _runs(folder: CampaignFolder) -> Card:
     detail = "All of them gave a value." if not bad else f"{len(bad)} gave none; see where they lie."
     if waiting:
         detail += f" {waiting} more are not finished."
+    design = folder["design"] or {}
+    if design.get("ignored_columns"):
+        said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
+        detail += f" {said[0].upper()}{said[1:]}."
     return Card(
         question="What ran?",
         answer=f"{len(finished)} run{'' if len(finished) == 1 else 's'}"

@@ -8,10 +8,12 @@ import numpy as np
 import doe
 from workbench.figures.design import plot_distances
 from workbench.figures.runs import beats, plot_percentiles
+from workbench.models.table import ignored_sentence
 from workbench.report.page.blocks import (
     Block,
     Column,
     Figure,
+    Note,
     Panel,
     Section,
     Table,
@@ -59,6 +61,9 @@ def design_section(folder: CampaignFolder) -> Section | None:
     if cost is not None:
         sentences.append(cost[0].upper() + cost[1:] + ".")
     blocks: list[Block] = []
+    if design.get("ignored_columns"):
+        said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
+        blocks.append(Note(text=f"{said[0].upper()}{said[1:]}.", level="fair"))
     quality: dict[str, dict[str, Any]] = {
         str(name): dict(q) for name, q in (design.get("quality") or {}).items() if isinstance(q, dict)
     }
