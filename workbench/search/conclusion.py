@@ -8,7 +8,7 @@ from workbench.models.evaluator import response_name
 from workbench.search.arguments import Arguments
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.audit import audit_runs
-from workbench.search.evidence.baselines import predicted_baselines
+from workbench.search.evidence.baselines import measured_baselines
 from workbench.search.evidence.certificates import stated_gap
 from workbench.search.evidence.gap import Gap, modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
@@ -79,17 +79,11 @@ def concluded(
     )
     if model is None:
         return found
-    baselines = predicted_baselines(
-        where,
-        model,
-        success=success,
-        u=ledger.u_ok,
-        v=ledger.v,
-        runs=len(ledger.runs),
-        sign=ledger.sign,
-        rng=stream(seed, "baselines"),
+    return replace(
+        found,
+        profile=profile_of(ledger, model, ledger.incumbent),
+        baselines=measured_baselines(found.runs, sign=ledger.sign),
     )
-    return replace(found, profile=profile_of(ledger, model, ledger.incumbent), baselines=baselines)
 
 
 def _last_model(ledger: Ledger, previous: SearchModel | None, *, seed: int) -> SearchModel | None:

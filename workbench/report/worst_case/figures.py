@@ -1,5 +1,5 @@
-"""Figures of the worst-case section: how it was found, what the response does around it, what plain searches
-find."""
+"""Figures of the worst-case section: how it was found, what the response does around it, what plain ways
+found."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -209,23 +209,26 @@ def surprise_figure(
     )
 
 
-def baseline_figures(worst: Mapping[str, Any], response: str, unit: str) -> list[Block]:
-    """The worst value found beside what plain searches of as many runs find; none if not played."""
+def baseline_figures(
+    folder: CampaignFolder, worst: Mapping[str, Any], response: str, unit: str
+) -> list[Block]:
+    """The worst value found beside what plain ways found, by true runs; none where there are no such runs."""
     given: Mapping[str, Mapping[str, Any]] = worst.get("baselines") or {}
     if not given:
         return []
-    ours = float(worst["value"])
-    found = {"this search": ours} | {name: float(b["median"]) for name, b in given.items()}
-    kinds = ", ".join(sorted({str(b["kind"]) for b in given.values()}))
+    ours, history = float(worst["value"]), worst.get("history") or []
+    searched = sum(h["iteration"] > 0 and not str(h["proposal"]).startswith("attack") for h in history)
+    found = {"this search": ours} | {name: float(b["value"]) for name, b in given.items()}
+    counts = {"this search": searched} | {name: int(b["runs"]) for name, b in given.items()}
     return [
         Figure(
             id="baselines",
             title="What the search bought",
             alt="Worst value found by this search and by plain ways: "
-            + ", ".join(f"{name} {number(v)}" for name, v in found.items())
+            + ", ".join(f"{name} ({counts[name]} runs) {number(v)}" for name, v in found.items())
             + ".",
-            read_off=f"All ways had the same number of runs; the plain ones are medians over draws, {kinds}. "
-            "Dots level with ours say that a plain search would have done here.",
+            read_off="Every dot is a true run, the worst of its way; nothing is predicted. The table has how "
+            "many runs each way had. Dots level with ours say that a plain way would have done here.",
             panels=(
                 Panel(
                     draw=lambda ax: plot_baselines(found, label=response, unit=unit, ax=ax),
@@ -240,21 +243,12 @@ def baseline_figures(worst: Mapping[str, Any], response: str, unit: str) -> list
                     Column(name="way of searching"),
                     Column(name="runs"),
                     Column(name=f"worst {response}", unit=unit),
-                    Column(name="5 % of draws below", unit=unit),
-                    Column(name="5 % of draws above", unit=unit),
-                    Column(name="how known"),
+                    Column(name="run"),
                 ),
                 rows=(
-                    ("this search", len(worst.get("history") or []), ours, ours, ours, worst["label"]),
+                    ("this search", searched, ours, folder.run_name(worst.get("run_key"))),
                     *(
-                        (
-                            name,
-                            b["runs"],
-                            b["median"],
-                            min(b["low"], b["high"]),
-                            max(b["low"], b["high"]),
-                            b["kind"],
-                        )
+                        (name, b["runs"], b["value"], folder.run_name(b["run_key"]))
                         for name, b in given.items()
                     ),
                 ),

@@ -89,7 +89,8 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
         blocks.append(surprise_figure(worst, history, response, unit))
     parallel = parallel_figure(folder, worst, response)
     blocks += [] if parallel is None else [parallel]
-    blocks += baseline_figures(worst, response, unit)
+    if worst["confirmed"]:
+        blocks += baseline_figures(folder, worst, response, unit)
     blocks += audit_blocks(folder, worst)
     return Section(
         id="worst-case",

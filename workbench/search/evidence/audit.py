@@ -1,9 +1,8 @@
 """What was really run around a worst case: corners, combinations, monotonicity, and which factors it moved.
 
-The reader of a worst case asks four things that the number alone does not answer: which corners of the box
+The reader of a worst case asks three things that the number alone does not answer: which corners of the box
 were true runs and which does the Kriging still hold open; is the worst a corner because the response is
-monotone; which combinations of discrete factors were tried; and what would a plain search have found at the
-same cost.
+monotone; and which combinations of discrete factors were tried.
 """
 
 from collections.abc import Mapping

@@ -1,118 +1,50 @@
-"""What a plain search would have found at the same cost, so that a reader sees what the search bought.
+"""What plain ways found, by true runs: so that a reader sees what the search bought.
 
-On an expensive model the plain searches are played on the Kriging of all runs: a Latin hypercube, corners
-in random order and a full grid, each of as many runs as the search made, repeated over draws. They are
-predictions and say so.
+A search has such runs at no cost. The design that it was given fills the space as a plain study would; its
+own start design does so where none was given; an attack begins with independent draws and random corners.
+Nothing here is predicted, and no run is made for it. The ways have different numbers of runs, and say so.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
-import numpy as np
+from workbench.search.runs.given_runs import Run
 
-import doe
-from workbench.search.runs.unit_space import SearchSpace
-from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.success import SuccessChance
+__all__ = ["Baseline", "measured_baselines"]
 
-__all__ = ["Baseline", "predicted_baselines"]
-
-REPLICATES = 100
-LARGEST_GRID = 20_000
-LIKELY = 0.5  # chance from which a run counts as one with a value
+# name of the way, and what proposed its runs
+WAYS = {
+    "the runs given": "given",
+    "the start design": "start",
+    "independent draws": "attack: interior",
+    "random corners": "attack: corner",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Baseline:
-    """The best of `runs` runs of a plain search: median and 90 % range over draws, in the response's sign."""
+    """The worst of the `runs` of a plain way, failed ones counted, and the key of the run that gave it."""
 
     runs: int
-    median: float
-    low: float
-    high: float
-    kind: str
+    value: float
+    run_key: str
 
     def to_dict(self) -> dict[str, float | int | str]:
         """For the JSON document."""
-        return {
-            "runs": self.runs,
-            "median": self.median,
-            "low": self.low,
-            "high": self.high,
-            "kind": self.kind,
-        }
+        return asdict(self)
 
 
-def predicted_baselines(
-    where: SearchSpace,
-    model: SearchModel,
-    *,
-    success: SuccessChance,
-    u: np.ndarray,
-    v: np.ndarray,
-    runs: int,
-    sign: float,
-    rng: np.random.Generator,
-) -> dict[str, Baseline]:
-    """Plain searches of `runs` runs played on the Kriging; at one of the points u (n, d) that were run its
-    signed value v (n,) counts, which a Kriging with a nugget need not meet. A run that would rather fail
-    brings nothing."""
-    out = {}
-    for name, designs in _designs(where, runs, rng).items():
-        best = np.array([_values(where, model, points, success, u, v).max() for points in designs])
-        best = best[np.isfinite(best)]
-        if not len(best):
-            continue
-        low, median, high = sign * np.quantile(best, [0.05, 0.5, 0.95])
-        out[name] = Baseline(
-            runs=max(len(u) for u in designs),
-            median=float(median),
-            low=float(low),
-            high=float(high),
-            kind="predicted by the Kriging",
-        )
-    return out
+def measured_baselines(runs: Sequence[Run], *, sign: float) -> dict[str, Baseline]:
+    """The worst run of every plain way among the `runs` of a search; a way without a value is left out.
 
-
-def _values(
-    where: SearchSpace,
-    model: SearchModel,
-    points: np.ndarray,
-    success: SuccessChance,
-    u: np.ndarray,
-    v: np.ndarray,
-) -> np.ndarray:
-    features = where.features(points)
-    values = np.where(success.probability(features) >= LIKELY, model.mean(features), -np.inf)
-    at, run = np.nonzero((points[:, None] == u).all(axis=2))
-    values[at] = v[run]
-    return values
-
-
-def _designs(where: SearchSpace, runs: int, rng: np.random.Generator) -> Mapping[str, list[np.ndarray]]:
-    """Unit points of every plain search; a grid is drawn once, and left out below 2 levels per axis."""
-    d = where.dimension
-
-    def allowed(u: np.ndarray) -> np.ndarray:
-        snapped = where.snap(u)
-        kept: np.ndarray = snapped[where.allowed(snapped)]
-        return kept
-
-    designs = {
-        "Latin hypercube": [allowed(doe.lhs(runs, d, rng=rng)) for _ in range(REPLICATES)],
-        "random corners": [allowed(_corners(where, runs, rng)) for _ in range(REPLICATES)],
-    }
-    levels = int(np.floor(runs ** (1 / d) + 1e-9))
-    if levels >= 2 and levels**d <= LARGEST_GRID:
-        axes = np.meshgrid(*[np.linspace(0, 1, levels)] * d, indexing="ij")
-        designs["grid"] = [allowed(np.column_stack([axis.ravel() for axis in axes]))]
-    kept = {name: [u for u in drawn if len(u)] for name, drawn in designs.items()}
-    return {name: drawn for name, drawn in kept.items() if drawn}
-
-
-def _corners(where: SearchSpace, runs: int, rng: np.random.Generator) -> np.ndarray:
-    """Corners without repetition; all of them when there are no more than `runs`."""
-    all_corners = where.corners()
-    if all_corners is not None:
-        return all_corners[rng.permutation(len(all_corners))[:runs]]
-    return rng.integers(0, 2, (runs, where.dimension)).astype(float)
+    sign: +1 where large is bad, -1 where small is.
+    """
+    found = {}
+    for name, proposal in WAYS.items():
+        made = [run for run in runs if run.proposal == proposal]
+        values = [(sign * run.value, -i) for i, run in enumerate(made) if run.value is not None]
+        if values:
+            worst = made[-max(values)[1]]
+            assert worst.value is not None  # it is among the values
+            found[name] = Baseline(runs=len(made), value=worst.value, run_key=worst.key)
+    return found

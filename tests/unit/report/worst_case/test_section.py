@@ -25,19 +25,23 @@ def document():
     return worst_case(lambda a, b: a * a - b, BOX, budget=12, seed=0).to_dict()
 
 
-def test_plain_searches_stand_beside_ours(document):
-    (figure,) = baseline_figures(document, "height", "m")
+@pytest.fixture
+def folder(tmp_path):
+    return CampaignFolder(path=tmp_path, lock={}, documents=dict.fromkeys(DOCUMENTS), runs=())
+
+
+def test_true_runs_of_plain_ways_stand_beside_the_search(document, folder):
+    (figure,) = baseline_figures(folder, document, "height", "m")
     rows = {row[0]: row for row in figure.table.rows}
-    assert rows["this search"][2] == 4.0
-    assert {"Latin hypercube", "random corners"} <= set(rows)
-    for name, row in rows.items():
-        assert row[3] <= row[2] <= row[4], name
-        assert row[2] <= 4.0 + 1e-6
-    assert "predicted by the Kriging" in figure.read_off
+    assert set(rows) == {"this search", "the start design"}
+    assert rows["this search"][1:3] == (12, 4.0)
+    start = [h["value"] for h in document["history"] if h["proposal"] == "start"]
+    assert rows["the start design"][1:3] == (len(start), max(start))
+    assert "nothing is predicted" in figure.read_off
 
 
-def test_without_baselines_nothing_is_shown():
-    assert baseline_figures({"value": 1.0}, "height", "m") == []
+def test_without_baselines_nothing_is_shown(folder):
+    assert baseline_figures(folder, {"value": 1.0}, "height", "m") == []
 
 
 def test_the_gap_is_told_in_a_sentence(document):
