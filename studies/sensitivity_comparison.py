@@ -1,10 +1,8 @@
 """One table for chapters IV to VI: every method on the two-body and three-body systems, error and time.
 
 Error is relative to the continuous truth (order 8, peak located exactly) where the system has no joint, and
-to the
-exact discrete gradient; time is CPU time relative to one forward run. The default's loop is compiled, the
-others are
-numpy over compiled forces: read their times with that in mind.
+to the exact discrete gradient; time is CPU time relative to one forward run. The default's loop is compiled,
+the others are numpy over compiled forces: read their times with that in mind.
 """
 
 import sys

@@ -1,9 +1,9 @@
 """The two-body layouts of chapter VII: 1,020 members, a budget of a tenth, methods side by side.
 
 Figures like 7.3 (history), 7.4 (density) and 7.5 (layout). The dissertation gives neither coordinates nor
-budget, so its curves cannot be met number for number; geometry S of `studies.two_body` stands in. Its
-drawing shows
-all members with alpha > 0.1: set to 1 they break the budget, so ours shows every member as thick as it is.
+budget, so its curves cannot be met number for number; geometry S of `studies.two_body` stands in. Its drawing
+shows all members with alpha > 0.1: set to 1 they break the budget, so ours shows every member as thick as it
+is.
 
 Run `python -m studies.two_body_layout` (about a minute) for the table and the figures.
 """

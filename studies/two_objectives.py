@@ -2,10 +2,9 @@
 
 Body 2 is turned with 20 rad/s^2 under gravity in the first case and pushed with 20 m/s^2 along x, without
 gravity, in the second. The ground carries body 2: with gravity on both bodies a symmetric layout would not
-move in the first case at all. The
-objective is the largest squared displacement of body 1 seen from body 2 (the stored energy of (7.12)
-rewards removing
-members). `python -m studies.two_objectives` draws the front with layouts as thumbnails, like figures 7.9 to
+move in the first case at all. The objective is the largest squared displacement of body 1 seen from body 2
+(the stored energy of (7.12) rewards removing members). `python -m studies.two_objectives` draws the front
+with layouts as thumbnails, like figures 7.9 to
 7.11.
 """
 

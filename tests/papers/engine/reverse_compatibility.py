@@ -1,11 +1,9 @@
 """The "reverse method" for the compatibility matrix, eqs. (2.23) to (2.26): a counter-example, not a tool.
 
 It solves B [q_{n+1} - q_0, ...] = -[Delta_{n+1} - Delta_0, ...] from j_n = 3 consecutive states. The three
-increments
-are velocity, acceleration and jerk directions of one path, so the solve returns J a + v^T H v instead of J a:
-its error
-does not shrink with the step, while its condition number grows. The analytic B of the engine costs less.
-(2.26) also prints the right side with the sign opposite to (2.24).
+increments are velocity, acceleration and jerk directions of one path, so the solve returns J a + v^T H v
+instead of J a: its error does not shrink with the step, while its condition number grows. The analytic B of
+the engine costs less. (2.26) also prints the right side with the sign opposite to (2.24).
 """
 
 from dataclasses import dataclass

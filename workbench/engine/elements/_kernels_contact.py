@@ -1,8 +1,8 @@
 # mypy: ignore-errors
 """Smooth contact of a sphere with a shape, compiled: distance and normal, normal force, regularised friction.
 
-    depth d = radius - distance of the centre,   N = k R(d)^e R1(1 + c d'),   friction -mu N v/sqrt(v.v +
-    slow^2)
+    depth d = radius - distance of the centre
+    N = k R(d)^e R1(1 + c d'),   friction -mu N v/sqrt(v.v + slow^2)
 
 R is the C2 ramp of the member laws over `width`, R1 the same over 0.5 (Hunt and Crossley 1975, kept from
 pulling). Shapes in their body's frame, numbers g[0:9]:

@@ -17,10 +17,9 @@ class Airbag:
     """Gas spring, eq. (8.27) with its sign corrected: f = c0 - c1/(length + delta)^power for delta <= -onset.
 
     (8.27) prints (0.14 - delta), which jumps at the onset and pulls; with (0.14 + delta) it starts at 0 and
-    pushes.
-    `c1=None` makes it continuous at the onset exactly: c1 = c0 (length - onset)^power. Past delta = -cap the
-    law goes on as its Taylor parabola, so the singularity at delta = -length is never met. `deploy` (s) and
-    `rise` (s) switch it on smoothly; by default it is always ready.
+    pushes. `c1=None` makes it continuous at the onset exactly: c1 = c0 (length - onset)^power. Past delta =
+    -cap the law goes on as its Taylor parabola, so the singularity at delta = -length is never met. `deploy`
+    (s) and `rise` (s) switch it on smoothly; by default it is always ready.
     """
 
     c0: float = 30.0

@@ -5,9 +5,8 @@
     q1_I = q_I + h v_I + h^2 ((1/2 - beta) a_I + beta a1_I),   v1_I = v_I + h ((1 - gamma) a_I + gamma a1_I)
 
 Joints hold on positions, velocities and accelerations, so nothing is left to alternate at rho = 1. Next to a
-dead point, where Phi_D is nearly singular, a step takes extrapolated accelerations instead. A
-split of the coordinates is kept while it is well conditioned; a belongs to every coordinate, so it may change
-at any step.
+dead point, where Phi_D is nearly singular, a step takes extrapolated accelerations instead. A split of the
+coordinates is kept while it is well conditioned; a belongs to every coordinate, so it may change at any step.
 """
 
 from numba import njit
@@ -165,8 +164,10 @@ def independent_adjoint(
 ):  # fmt: skip
     """gradient (N,) += sum over the nodes of (dF/dscale)^T mu; mu (steps + 1, n) is kept.
 
-    costate (6, n): of q, v, a, w and of the two w before it.  reduced (4, n), point (3, n): work.  lam is
-    settled again by rounding."""
+    costate (6, n): of q, v, a, w and of the two w before it.
+    reduced (4, n), point (3, n): work.
+    lam is settled again by rounding.
+    """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
     n = q.shape[1]
     c = (1.0 - af) / (1.0 - am)

@@ -20,8 +20,8 @@ class GeneralisedAlpha:
     rho: spectral radius at infinity, 0 (strongest damping) to 1 (none). With joints and rho above 0.99 the
     run is taken over by `IndependentAlpha`: at rho = 1 accelerations and joint forces of the index-3 form
     have the eigenvalue -1 twice, and their alternation grows in long runs.
-    tolerance: relative error left in the accelerations of a step.  iterations: the most Newton steps per
-    step.
+    tolerance: relative error left in the accelerations of a step.
+    iterations: the most Newton steps per step.
 
     >>> GeneralisedAlpha(rho=1.0).numbers
     array([0.5 , 0.5 , 0.5 , 0.25])

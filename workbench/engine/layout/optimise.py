@@ -102,8 +102,7 @@ def optimise_layout(
         max_evaluations: of values with gradients, trivial layouts included.
         tolerance: relative improvement that is worth another step.
         peaks: "all" rows, the "single" largest, or a smooth aggregate; presets see the single largest peak
-        of a
-            history unless aggregated, and every row of a static problem with several.
+            of a history unless aggregated, and every row of a static problem with several.
         multi_start: also search from corners of the response where several peaks compete.
         progress: called with each history entry and density.
 

@@ -1,14 +1,13 @@
 """Several objectives: anchors, pay-off table, weighted exponential sum and evenly spaced fronts.
 
 Every objective is a `LayoutProblem` over the same members and budgets. Anchors minimise one each; their
-values in all objectives are the pay-off table with the utopia point G° (its diagonal) and the estimate
-G^max (its
-column maxima). (7.16) asks for the maximum over the whole feasible set, which nobody solves; the table
+values in all objectives are the pay-off table with the utopia point G° (its diagonal) and the estimate G^max
+(its column maxima). (7.16) asks for the maximum over the whole feasible set, which nobody solves; the table
 stands in.
 
     weighted    U = sum_i w_i [ (G_i - G_i°)/(G_i^max - G_i°) ]^p      (7.15) with (7.16) inside the power
-    boundary    min t  subject to  (G_i - G_i°)/(G_i^max - G_i°) <= X_i + t       X on the simplex of the
-    anchors
+    boundary    min t  subject to  (G_i - G_i°)/(G_i^max - G_i°) <= X_i + t       X on the simplex
+                of the anchors
     normal      min G_k  subject to  (G^k - G^i).(G - X) <= 0 for every other anchor i, all normalised
 
 The second is normal boundary intersection (Das and Dennis 1998) with inequalities: a min-max over rows, so
@@ -269,8 +268,10 @@ def front(
 ) -> Front:
     """A front of layouts, each point warm-started from its nearest finished neighbour.
 
-    points: anchors included.    max_evaluations: per point.    progress: called with the index and the
-    values.
+    points: anchors included.
+    max_evaluations: per point.
+    progress: called with the index and the values.
+
     Raises InvalidLayout when the objectives do not share members and budgets, or do not conflict.
     """
     _check(objectives)

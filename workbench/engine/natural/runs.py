@@ -59,8 +59,9 @@ Array = np.ndarray[Any, Any]
 class NaturalTrajectory:
     """States of a spatial system at the nodes of the time grid: points and unit vectors, free ones only.
 
-    times: (steps + 1,).  position, velocity, acceleration: (steps + 1, n).  multiplier: (steps + 1, m), 0 for
-    rows set aside as redundant.
+    times: (steps + 1,).
+    position, velocity, acceleration: (steps + 1, n).
+    multiplier: (steps + 1, m), 0 for rows set aside as redundant.
     """
 
     system: NaturalSystem

@@ -41,9 +41,12 @@ STRETCH = 4e5  # bytes of tangents that are evaluated again at a time: they stay
 class ByParameter:
     """Gradient with respect to everything that has a number.
 
-    density: (N,).  law: (PARAMETERS, N) by the law's parameters, row j as in `law.names`.
-    natural_length: (N,).  spring: (6, joint springs) by k, c, rest, k_stop, upper, lower.
-    bushing: (4, bushings) by k, c, cap, hold.  element: of `System.elements`, each by its `names`.
+    density: (N,).
+    law: (PARAMETERS, N) by the law's parameters, row j as in `law.names`.
+    natural_length: (N,).
+    spring: (6, joint springs) by k, c, rest, k_stop, upper, lower.
+    bushing: (4, bushings) by k, c, cap, hold.
+    element: of `System.elements`, each by its `names`.
     mass, inertia: (free bodies,).
     """
 

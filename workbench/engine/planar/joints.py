@@ -140,8 +140,8 @@ class DrivenJoint:
     """One relative coordinate follows a function of time (1 row; combine it with other joints).
 
     coordinate: "angle" (theta_a - theta_b) or "along" (position of point_a from point_b along `axis`, b's
-    frame).
-    motion: a function of time, twice differentiable; added to the value at the start when `from_start`.
+        frame)
+    motion: a function of time, twice differentiable; added to the value at the start when `from_start`
     """
 
     a: str

@@ -47,8 +47,9 @@ def columns_of(
 class MeanView:
     """Mass-weighted mean of some bodies' centres, seen from a reference body (or the ground).
 
-    columns: as from `columns_of`.  position, velocity: (steps + 1, n).  motion: (steps + 1, 2, k) of the
-    prescribed bodies.
+    columns: as from `columns_of`.
+    position, velocity: (steps + 1, n).
+    motion: (steps + 1, 2, k) of the prescribed bodies.
     """
 
     columns: Columns

@@ -5,9 +5,8 @@
 
 dr/dalpha is -B^T dF_g/dalpha: (6.7) and (6.33) to (6.46) write dK/dalpha q, which holds for linear systems
 only, and (6.31) counts F_n twice. Three sets of coefficients: "printed" (6.10), which the text calls second
-order and is first;
-"bdf2", the true second-order ones applied twice; "truncated", (6.10) with the inverse (6.45), conditionally
-stable.
+order and is first; "bdf2", the true second-order ones applied twice; "truncated", (6.10) with the inverse
+(6.45), conditionally stable.
 """
 
 from typing import Any

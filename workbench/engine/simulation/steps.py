@@ -65,13 +65,12 @@ def choose_steps(
 ) -> StepChoice:
     """Double the steps until Richardson's estimate of the objective's relative error is within the tolerance.
 
-        error of G_n ~ |G_n - G_2n| 2^p/(2^p - 1),   2^p = |G_n - G_2n|/|G_2n - G_4n|, 1 <= p <= the
-        scheme's order
+        error of G_n ~ |G_n - G_2n| 2^p/(2^p - 1),   2^p = |G_n - G_2n|/|G_2n - G_4n|, 1 <= p <= order
+        of the scheme
 
     Args:    steps: where to begin    most: no run takes more steps than this
     Returns: the coarsest n of the last three runs whose estimate is within the tolerance; at `most`, the
-    best there
-             is, with `fine_enough` False. Runs that stop (`NotConverged`) count as too coarse.
+        best there is, with `fine_enough` False. Runs that stop (`NotConverged`) count as too coarse.
     Raises ValueError for a tolerance that is not positive, NotConverged when no run within `most` steps ends.
     """
     if not tolerance > 0.0:

@@ -53,13 +53,18 @@ def _by_scale(trajectory: TreeTrajectory, swept: Swept) -> Array:
 class TreeGradient:
     """Gradient of an objective by what a tree has numbers for.
 
-    density: (N,).  law: (9, N) by the laws' parameters, row j as in `law.names`.  natural_length: (N,).
-    spring: (7, springs) by k, c, rest, k_stop, upper, lower, torque.  spherical_spring: (2, B) by k, c.
-    coupling: (3, C) by k, c, rest.  bushing: (15, U) by k (3), c (3), cap, slip, release, tau, eps, hold,
-    preload (3).  mass: (bodies,) by the mass, centre and inertia about it held.  centre:
-    (bodies, 3).  inertia: (bodies, 3, 3), about the centre, body's axes: dG = sum of inertia * dI.
-    position, velocity: (n,) by small motions of the joints' start and by the initial velocities.  state:
-    (x,).
+    density: (N,).
+    law: (9, N) by the laws' parameters, row j as in `law.names`.
+    natural_length: (N,).
+    spring: (7, springs) by k, c, rest, k_stop, upper, lower, torque.
+    spherical_spring: (2, B) by k, c.
+    coupling: (3, C) by k, c, rest.
+    bushing: (15, U) by k (3), c (3), cap, slip, release, tau, eps, hold, preload (3).
+    mass: (bodies,) by the mass, centre and inertia about it held.
+    centre: (bodies, 3).
+    inertia: (bodies, 3, 3), about the centre, body's axes: dG = sum of inertia * dI.
+    position, velocity: (n,) by small motions of the joints' start and by the initial velocities.
+    state: (x,).
     """
 
     density: Array

@@ -28,9 +28,9 @@ class Equilibrium:
     """A system that starts at rest in equilibrium.
 
     torques: of the coordinates that were held, (body, coordinate) -> N m or N, already among its springs.
-    residual: largest unbalanced joint force (N or N m) over the level of the forces.  moved: largest
-    change of a coordinate, rad or m.  free: directions in which the system is indifferent (a car may stand
-    anywhere).
+    residual: largest unbalanced joint force (N or N m) over the level of the forces.
+    moved: largest change of a coordinate, rad or m.
+    free: directions in which the system is indifferent (a car may stand anywhere).
     """
 
     system: TreeSystem

@@ -23,8 +23,8 @@ def surface_tables(
 ) -> tuple[dict[str, Array], tuple[str, ...]]:
     """`surface`, `surface_law`, `surface_shape` of the tables, and the names of the tyres' states.
 
-    places: a link, rotation and position per body (`compiled.Place`).  pair_of(link a, link b, where): the
-    number of a pair.
+    places: a link, rotation and position per body (`compiled.Place`).
+    pair_of(link a, link b, where): the number of a pair.
     """
     rows: list[tuple[int, int, int]] = []
     laws: list[list[float]] = []

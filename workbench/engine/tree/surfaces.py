@@ -97,8 +97,8 @@ Shape = Plane | Sphere | Capsule | Ring | Box
 class SpatialContact:
     """A sphere on `a` (radius 0: a point) against a shape on `b`, both in their bodies' frames.
 
-        N = k R(d)^power R1(1 + damping d'),   friction mu N v/sqrt(v.v + slow^2),   d the depth of
-        penetration
+        N = k R(d)^power R1(1 + damping d'),   friction mu N v/sqrt(v.v + slow^2),
+        d the depth of penetration
 
     R is rounded in C2 over `width` (m). damping: s/m (Hunt and Crossley 1975), kept from pulling.
     friction mu, slow: m/s over which it builds up.

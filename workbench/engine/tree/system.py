@@ -48,11 +48,12 @@ UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 class SpatialBody:
     """A rigid body on a joint.
 
-    parent: another body's name, or "ground".  at: place of the joint in the parent's frame, m.  axes: (3, 3)
-    axes of the joint frame as columns, in the parent's frame.  mass: kg; 0 for a body that only carries
-    others.
-    centre: of mass, in the body's frame.  inertia: (3, 3) or three principal ones about the centre, in the
-    body's axes, kg m^2.
+    parent: another body's name, or "ground".
+    at: place of the joint in the parent's frame, m.
+    axes: (3, 3) axes of the joint frame as columns, in the parent's frame.
+    mass: kg; 0 for a body that only carries others.
+    centre: of mass, in the body's frame.
+    inertia: (3, 3) or three principal ones about the centre, in the body's axes, kg m^2.
 
     >>> SpatialBody(name="arm", joint=Revolute(axis=(0, 1, 0)), mass=2.0, centre=(0.2, 0, 0)).parent
     'ground'

@@ -97,9 +97,10 @@ class TabulatedRows:
 class MemberGeometry:
     """Where the members are: what a drawing and a list of members need.
 
-    body_a, body_b: (members,) body numbers    point_a, point_b: (members, 2 or 3) m, global at the start
-    kind: one word per member, for example "belt"    stiffness: (members,) at density 1, for the sums of
-    purification
+    body_a, body_b: (members,) body numbers
+    point_a, point_b: (members, 2 or 3) m, global at the start
+    kind: one word per member, for example "belt"
+    stiffness: (members,) at density 1, for the sums of purification
     """
 
     body_a: NDArray[np.intp]

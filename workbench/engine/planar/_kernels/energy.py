@@ -109,8 +109,9 @@ def member_power(T, W, nodes, q, v, rate, slopes, k, explicit):
     """rate (nodes,) = dg/dt at the given nodes of the grid, and the slopes of g and dg/dt there.
 
     slopes (nodes, 2, full): dg/dq = F = d(dg/dt)/dv, and d(dg/dt)/dq = K v, over the full coordinates of all
-    bodies.  explicit (nodes, 2, N), zeros: slopes of g and dg/dt by the scales.  k (full, full): dF/dq of the
-    last node.
+        bodies.
+    explicit (nodes, 2, N), zeros: slopes of g and dg/dt by the scales.
+    k (full, full): dF/dq of the last node.
     """
     for at in range(nodes.shape[0]):
         step, by_position, by_velocity = nodes[at], slopes[at, 0], slopes[at, 1]

@@ -151,8 +151,8 @@ def back_through_chart(T, W, x, v, alpha, by_v, by_x):
 def sweep_rk8(T, W, P, R, A, B, h, start, seeds, lq, lv, lx, some, mu):
     """One row, from node `start` back: mu (points, n); seeds (nodes, 3, n) by places, velocities and rates.
 
-    lq, lv (n,): zero on entry, the gradients by the initial places and velocities on return.  lx (stages, 2,
-    n) and some (7, n): scratch.
+    lq, lv (n,): zero on entry, the gradients by the initial places and velocities on return.
+    lx (stages, 2, n) and some (7, n): scratch.
     """
     n, stages = W.m.shape[0], B.shape[0]
     alpha, beta, by_q, by_v, top, carried = some[0], some[1], some[2], some[3], some[4], some[5]
