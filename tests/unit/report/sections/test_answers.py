@@ -8,7 +8,7 @@ from tests.sample_campaign import write_loop, write_sample
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.answers import answer_cards
 
-DOCUMENTS = ["screening", "worst_case", "layout", "robust", "robust_layout"]
+DOCUMENTS = ["design", "screening", "worst_case", "layout", "robust", "robust_layout"]
 OPEN = {"closed": False, "verdict": "amber", "reasons": ["the loop is not closed"], "may_exceed": 0.043}
 
 

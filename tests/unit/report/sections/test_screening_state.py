@@ -31,7 +31,7 @@ def judged(request, tmp_path):
     return (
         request.param,
         CampaignFolder.opened(
-            path, documents=["screening", "worst_case", "layout", "robust", "robust_layout"]
+            path, documents=["design", "screening", "worst_case", "layout", "robust", "robust_layout"]
         ),
         document,
     )
