@@ -45,7 +45,6 @@ MOVED = {
     "engine.layout.aggregate": "engine.layout.formulation.aggregate",
     "engine.layout.approximations": "engine.layout.separable.presets",
     "engine.layout.central_path": "engine.layout.bound.central_path",
-    "engine.layout.closed_form": "engine.layout.separable.closed_form",
     "engine.layout.dual": "engine.layout.separable.dual",
     "engine.layout.gsao": "engine.layout.separable.sequence",
     "engine.layout.interior": "engine.layout.separable.interior",

@@ -133,7 +133,7 @@ class TrustRegionRun:
         return solved.step, predicted, promise / unit
 
 
-def corner_starts(problem: LayoutProblem, density: Array, evaluation: Evaluation) -> list[Array]:
+def corner_starts(problem: LayoutProblem, evaluation: Evaluation) -> list[Array]:
     """Feasible densities that differ in what the response sees, from the modes of the rows' Jacobian."""
     values = np.atleast_2d(evaluation.values)
     stride = max(1, values.size // 40)
@@ -185,7 +185,7 @@ def min_max(
         )  # fmt: skip
 
     first = new_run(start, 0)
-    corners = corner_starts(problem, first.density, first.evaluation) if multi_start else []
+    corners = corner_starts(problem, first.evaluation) if multi_start else []
 
     def pursue(run: TrustRegionRun, steps: int) -> None:
         for _ in range(steps):

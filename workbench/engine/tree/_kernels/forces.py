@@ -12,7 +12,7 @@ from ...compiler.options import ENTRY, INNER
 from .elements import coordinate_forces, pair_forces, pair_slopes, pull_back
 from .members import measure_members
 from .motion import columns, joint_forces, link_wrenches, moved, places, twists
-from .tangents import motion_mass, motion_tangents
+from .tangents import motion_tangents
 
 
 @njit(**INNER)
@@ -71,12 +71,6 @@ def clear_blocks(T, W):
         W.k[b, a] = 0.0
         W.c[a, b] = 0.0
         W.c[b, a] = 0.0
-
-
-@njit(**INNER)
-def mass_matrix(T, W):
-    """W.m after `residual`, which left the links' inertias."""
-    motion_mass(T, W)
 
 
 @njit(**ENTRY)

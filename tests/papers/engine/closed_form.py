@@ -1,4 +1,4 @@
-"""The update (7.11) where it is legal, and what to do where it is not.
+"""The update (7.11) where it is legal, and what to do where it is not: the printed form, not a tool.
 
     alpha_i = c_i + B_i^eta_i (alpha_i^k - c_i),   eta_i = 1/(zeta_i - xi_i),
     B_i = -f_{0,i} / sum_j l_j f_{j,i}
