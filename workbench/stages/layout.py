@@ -151,7 +151,7 @@ def _baselines(problem: LayoutProblem) -> tuple[dict[str, float], dict[str, floa
 
 def _entry(entry: HistoryEntry, offset: int, best: float) -> dict[str, Any]:
     return {
-        "evaluation": entry.evaluation + offset, "value": entry.value, "best": finite(best),
+        "evaluation": entry.evaluation + offset, "value": finite(entry.value), "best": finite(best),
         "active_peaks": entry.active, "budget": entry.budget, "kkt": finite(entry.kkt),
         "radius": finite(entry.radius), "start": entry.start, "accepted": entry.accepted,
     }  # fmt: skip

@@ -17,17 +17,17 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import EngineError
 from .bound.central_path import follow_central_path, has_interior
 from .bound.min_max import min_max
 from .bound.secant_path import follow_secant_path
 from .formulation.aggregate import aggregated
 from .formulation.peaks import local_peaks
-from .formulation.problem import Evaluation, InvalidLayout, LayoutProblem
+from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProblem
 from .formulation.transient import Scenario, transient_problem
+from .outcome.contradiction import contradiction
 from .outcome.history import Recorder
-from .outcome.optimality import certificate
-from .outcome.result import HistoryEntry, LayoutResult, LayoutStatus
+from .outcome.optimality import Certificate, certificate
+from .outcome.result import FIRST_ORDER, HistoryEntry, LayoutResult, LayoutStatus
 from .outcome.verdicts import verdicts
 from .separable.presets import (
     ConvexLinearisation,
@@ -56,7 +56,7 @@ _PRESETS: dict[str, tuple[Preset, bool]] = {  # preset, globalised
 }
 METHODS = ("gsao", *_PRESETS, "central_path", "secant_path", "trust_region")
 
-_SETTLED = 1e-5  # relative promise below which a run that stopped elsewhere has converged
+_SETTLED = 1e-5  # first-order error below which a run at its limit of evaluations has converged
 _BLIND = 1e-13  # of the value: what all densities together may change in a row that does not see them
 
 
@@ -131,17 +131,18 @@ def optimise_layout(
     first = problem.checked(start)
     if _blind(problem, first):
         recorder.add(start, first)
-        return _result(problem, recorder, LayoutStatus.ZERO_SENSITIVITY, "none: nothing to follow", {})
+        start, first = _elsewhere(problem, recorder, start, first, max_evaluations)
+        if _blind(problem, first):
+            return _result(problem, recorder, LayoutStatus.ZERO_SENSITIVITY, "none: nothing to follow", {})
+        problem = replace(problem, start=start)
     trivial = {} if problem.convex or first.constraints.size else _trivial(problem, start, max_evaluations)
     allowed = max(1, max_evaluations - len(trivial))
-    converged, elastic, strategy = _solve(
-        problem, recorder, method, first, allowed, tolerance, peaks, multi_start
-    )
+    converged, strategy = _solve(problem, recorder, method, first, allowed, tolerance, peaks, multi_start)
+    if recorder.best_density is None and recorder.evaluations < max_evaluations:
+        _another_look(problem, recorder)
     baselines = _compare(problem, recorder, trivial)
     status = LayoutStatus.CONVERGED if converged else LayoutStatus.STALLED
-    if recorder.best_density is None or (elastic and not np.isfinite(recorder.best)):
-        status = LayoutStatus.INFEASIBLE
-    elif recorder.evaluations >= max_evaluations and not converged:
+    if recorder.evaluations >= max_evaluations and not converged:
         status = LayoutStatus.LIMIT
     elif any(recorder.best == value for value in baselines.values()):
         status = LayoutStatus.TRIVIAL
@@ -151,7 +152,7 @@ def optimise_layout(
 def _solve(
     problem: LayoutProblem, recorder: Recorder, method: str | Preset, first: Evaluation, allowed: int,
     tolerance: float, peaks: str, multi_start: bool,
-) -> tuple[bool, bool, str]:  # fmt: skip
+) -> tuple[bool, str]:  # fmt: skip
     values = np.atleast_2d(first.values)
     budgets_only = first.constraints.size == 0
     curved = first.factors(np.array([0], dtype=np.intp)) is not None
@@ -176,26 +177,26 @@ def _solve(
                 "method 'central_path' needs static rows with second derivatives and room above the bounds"
             )
         done = follow_central_path(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
-        return done, False, f"Newton steps along the central path: {why}"
+        return done, f"Newton steps along the central path: {why}"
     if method == "secant_path":
         if values.shape[1] > 1 or not problem.convex or not has_interior(problem):
             raise InvalidLayout(
                 "method 'secant_path' needs convex static rows (convex=True) and room above the bounds"
             )
         done = follow_secant_path(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
-        return done, False, f"barrier steps with curvature from gradients: {why}"
+        return done, f"barrier steps with curvature from gradients: {why}"
     if method == "trust_region":
         run = min_max(
             problem, recorder, max_evaluations=allowed, tolerance=tolerance, multi_start=multi_start
         )
-        return run.finished, False, f"min-max trust region over peaks and scenarios: {why}"
+        return run.finished, f"min-max trust region over peaks and scenarios: {why}"
     preset, globalised = _PRESETS[method] if isinstance(method, str) else (method, True)
     sequence = approximation_sequence(
         problem, recorder, preset, max_evaluations=allowed, tolerance=tolerance, globalised=globalised,
         all_rows=peaks == "all" and values.shape[1] == 1,
     )  # fmt: skip
     name = type(preset).__name__
-    return sequence.converged, sequence.elastic, f"separable approximations {name}: {why}"
+    return sequence.converged, f"separable approximations {name}: {why}"
 
 
 def _remembering(evaluate: Callable[[Array], Evaluation]) -> Callable[[Array], Evaluation]:
@@ -219,6 +220,33 @@ def _blind(problem: LayoutProblem, evaluation: Evaluation) -> bool:
     return bool(reach[free].sum() <= _BLIND * abs(float(values.max())))
 
 
+def _another_look(problem: LayoutProblem, recorder: Recorder) -> None:
+    """One more design while none is feasible: it may be, and it tells whether constraints are linear."""
+    density = problem.into_budgets(problem.lower + 0.4 * (problem.upper - problem.lower))
+    evaluation = problem.tried(density)
+    if evaluation is not None:
+        recorder.add(density, evaluation)
+
+
+def _elsewhere(
+    problem: LayoutProblem, recorder: Recorder, start: Array, first: Evaluation, max_evaluations: int
+) -> tuple[Array, Evaluation]:
+    """Another design, to tell a start that is stationary from an objective that sees nothing."""
+    other = problem.into_budgets(problem.lower + 0.4 * (problem.upper - problem.lower))
+    if np.array_equal(other, start):
+        other = 0.5 * (problem.lower + start)
+    evaluation = problem.tried(other) if max_evaluations > 1 else None
+    if evaluation is None:
+        return start, first
+    better = recorder.add(other, evaluation)
+    if _blind(problem, evaluation) and np.array_equal(evaluation.values, first.values):
+        return start, first
+    if better or first.constraints.size:
+        return other, evaluation
+    # the start is the better one and stationary: a little beside it there is something to follow
+    return problem.into_budgets(start + 1e-3 * (other - start)), evaluation
+
+
 def _trivial(problem: LayoutProblem, start: Array, max_evaluations: int) -> dict[str, Array]:
     """Feasible layouts that need no thought: the same share of every member, none, all."""
     width = problem.upper - problem.lower
@@ -238,7 +266,7 @@ def _compare(problem: LayoutProblem, recorder: Recorder, trivial: dict[str, Arra
         recorder.start_index = -1
         try:
             evaluation = problem.checked(density)
-        except EngineError:
+        except FAILURES:
             continue  # a system without members may not even hold together
         values[name] = float(np.max(evaluation.values))
         recorder.add(density, evaluation)
@@ -252,26 +280,16 @@ def _result(
     strategy: str,
     baselines: dict[str, float],
 ) -> LayoutResult:
-    density = recorder.best_density
+    density, proof = recorder.best_density, None
     kkt, prices, value = np.nan, np.zeros(problem.budgets), recorder.best
     if density is None:
-        density = problem.into_budgets(problem.start)
-    elif recorder.best_evaluation is not None and status is not LayoutStatus.ZERO_SENSITIVITY:
-        values = np.atleast_2d(recorder.best_evaluation.values)
-        rows = local_peaks(values, above=value - 0.1 * abs(value))
-        gradients = problem.checked_gradients(recorder.best_evaluation, rows)
-        found = certificate(
-            problem, density, values.ravel()[rows], gradients,
-            recorder.best_evaluation.constraints, recorder.best_evaluation.constraint_gradients,
-        )  # fmt: skip
+        density = recorder.nearest_density
+        proof = contradiction(problem, recorder.cuts)
+        status = LayoutStatus.NONE_FOUND if proof is None else LayoutStatus.INFEASIBLE
+    elif status is not LayoutStatus.ZERO_SENSITIVITY:
+        found = _first_order(problem, recorder)
         kkt, prices = found.kkt, found.shadow_prices
-        if kkt <= _SETTLED and status in (LayoutStatus.LIMIT, LayoutStatus.STALLED):
-            status = LayoutStatus.CONVERGED
-    usage = problem.usage(density)
-    unit = abs(value) / np.maximum(np.abs(problem.limits), 1e-300) if np.isfinite(value) else 0.0
-    idle = problem.budgets > 0 and bool(((prices <= 1e-6 * unit) & (usage < 0.999)).all())
-    if idle and status not in (LayoutStatus.ZERO_SENSITIVITY, LayoutStatus.INFEASIBLE):
-        status = LayoutStatus.IDLE_BUDGET
+        status = _confirmed(problem, density, value, status, found)
     evaluation = recorder.best_evaluation
     return LayoutResult(
         density=density,
@@ -282,10 +300,38 @@ def _result(
         shadow_prices=prices,
         kkt=float(kkt),
         evaluations=recorder.evaluations,
-        excess=problem.excess(density) if evaluation is None else recorder.infeasibility(density, evaluation),
+        excess=recorder.nearest if evaluation is None else recorder.infeasibility(density, evaluation),
         strategy=strategy,
-        verdicts=verdicts(problem, recorder, status, float(kkt), prices, baselines),
+        verdicts=verdicts(problem, recorder, status, float(kkt), prices, baselines, proof),
         optima=tuple(sorted(recorder.optima)),
         baselines=baselines,
         iterates=tuple(recorder.iterates),
+        contradiction=proof,
     )
+
+
+def _first_order(problem: LayoutProblem, recorder: Recorder) -> Certificate:
+    evaluation, density = recorder.best_evaluation, recorder.best_density
+    assert evaluation is not None
+    assert density is not None
+    values, value = np.atleast_2d(evaluation.values), recorder.best
+    static = values.shape[1] == 1
+    rows = np.arange(values.size) if static else local_peaks(values, above=value - 0.1 * abs(value))
+    gradients = problem.checked_gradients(evaluation, rows)
+    return certificate(
+        problem, density, values.ravel()[rows], gradients, evaluation.constraints,
+        evaluation.constraint_gradients,
+    )  # fmt: skip
+
+
+def _confirmed(
+    problem: LayoutProblem, density: Array, value: float, status: LayoutStatus, found: Certificate
+) -> LayoutStatus:
+    """What the first-order error at the returned design lets one say, whatever the method believed."""
+    unit = abs(value) / np.maximum(np.abs(problem.limits), 1e-300) if np.isfinite(value) else 0.0
+    unpriced = (found.shadow_prices <= 1e-6 * unit) & (problem.usage(density) < 0.999)
+    if problem.budgets and unpriced.all():
+        return LayoutStatus.IDLE_BUDGET
+    if found.kkt <= (_SETTLED if status is LayoutStatus.LIMIT else FIRST_ORDER):
+        return LayoutStatus.CONVERGED
+    return LayoutStatus.STALLED if status is LayoutStatus.CONVERGED else status

@@ -115,7 +115,7 @@ def _carried(members: list[dict[str, Any]]) -> str:
 
 
 def _convergence(layout: Mapping[str, Any], response: str, unit: str) -> Figure:
-    history = list(layout["history"])
+    history = [h for h in layout["history"] if h["value"] is not None]  # the model failed at the others
     baselines = {str(k): float(v) for k, v in (layout.get("baselines") or {}).items()}
     first, last = float(history[0]["value"]), float(layout["value"])
     return Figure(

@@ -25,6 +25,7 @@ __all__ = ["follow_central_path", "has_interior", "strictly_inside"]
 Array = NDArray[np.float64]
 
 _CENTRING = 0.5  # share of the mean product aimed at: halving is safe on strongly bending rows
+_SHORTEST = 1e-3  # share of a Newton step below which a model that fails is given up
 _PATIENCE = 12  # evaluations without a better design before rounding is taken for the cause
 
 
@@ -91,7 +92,16 @@ def follow_central_path(
         short = max(0.9, 1 - mu * q / scale)
         state.add(step, short * primal, short * dual)
         x[free] = state.d
-        evaluation = problem.checked(x)
+        tried = problem.tried(x)
+        while tried is None and recorder.evaluations < max_evaluations and short > _SHORTEST:
+            recorder.fail(x)
+            state.add(step, -0.5 * short * primal, -0.5 * short * dual)  # half of the step that failed
+            short *= 0.5
+            x[free] = state.d
+            tried = problem.tried(x)
+        if tried is None:
+            return False
+        evaluation = tried
         values, G, W = _rows(problem, evaluation, free)
         state.s[:r] = np.maximum(state.s[:r], state.t - values)  # the curved rows may leave more room
         weights = state.y[:r] / state.y[:r].sum()

@@ -70,7 +70,14 @@ class TrustRegionRun:
             self.finished = True
             return
         trial = problem.into_budgets(self.density + move)
-        evaluation = problem.checked(trial)
+        evaluation = problem.tried(trial)
+        if evaluation is None:
+            self.recorder.start_index = self.index
+            self.recorder.fail(trial, radius=self.radius)
+            self.steps += 1
+            self.radius *= 0.2
+            self.finished = self.radius < _SMALLEST
+            return
         ratio = (top - float(np.max(evaluation.values))) / self.promise
         self.recorder.start_index = self.index
         accepted = ratio > 1e-4
@@ -175,8 +182,7 @@ def min_max(
     """Search from the start, then, if asked to, from corners of the response; the best run comes back."""
     start = problem.into_budgets(problem.start)
 
-    def new_run(density: Array, index: int) -> TrustRegionRun:
-        evaluation = problem.checked(density)
+    def new_run(density: Array, index: int, evaluation: Evaluation) -> TrustRegionRun:
         recorder.start_index = index
         recorder.add(density, evaluation, radius=_RADIUS)
         return TrustRegionRun(
@@ -184,7 +190,7 @@ def min_max(
             tolerance=tolerance, index=index,
         )  # fmt: skip
 
-    first = new_run(start, 0)
+    first = new_run(start, 0, problem.checked(start))
     corners = corner_starts(problem, first.evaluation) if multi_start else []
 
     def pursue(run: TrustRegionRun, steps: int) -> None:
@@ -200,8 +206,14 @@ def min_max(
     if corners and not (first.finished and _smooth(first)):
         waiting = []
         for index, corner in enumerate(corners, start=1):
-            if recorder.evaluations < max_evaluations:
-                waiting.append(new_run(corner, index))
+            if recorder.evaluations >= max_evaluations:
+                break
+            evaluation = problem.tried(corner)
+            if evaluation is None:
+                recorder.start_index = index
+                recorder.fail(corner)
+            else:
+                waiting.append(new_run(corner, index, evaluation))
         for run in sorted(waiting, key=lambda r: r.value):
             pursue(run, _TRIAL // 2)
             best = min(r.value for r in runs)

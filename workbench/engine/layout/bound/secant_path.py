@@ -69,7 +69,13 @@ def follow_secant_path(
             return False
         trial = x.copy()
         trial[free] = np.clip(here + solved.d, lower, upper)
-        trial_evaluation = problem.checked(trial)
+        trial_evaluation = problem.tried(trial)
+        if trial_evaluation is None:
+            recorder.fail(trial)
+            stiff, refusals = stiff * _STIFFEN, refusals + 1
+            if refusals > _REFUSALS:
+                return False
+            continue
         trial_values, trial_G = _rows(problem, trial_evaluation, free)
         memory.add(here - lower, G, trial[free] - lower, trial_G)
         gradient = np.zeros(problem.members)

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from ...errors import EngineError
 
 __all__ = [
-    "Evaluation", "InvalidLayout", "LayoutProblem", "MemberGeometry", "TabulatedRows", "budget_rows",
-    "static_problem",
+    "FAILURES", "Evaluation", "InvalidLayout", "LayoutProblem", "MemberGeometry", "TabulatedRows",
+    "budget_rows", "static_problem",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -31,6 +31,10 @@ Array = NDArray[np.float64]
 
 class InvalidLayout(EngineError, ValueError):
     """The layout problem, a density or an evaluation is not usable; the message says where."""
+
+
+# what a model may raise at a design that it cannot stand: a mechanism, a run that does not converge, overflow
+FAILURES = (EngineError, ArithmeticError, np.linalg.LinAlgError)
 
 
 class Evaluation(Protocol):
@@ -120,6 +124,8 @@ class LayoutProblem:
     costs, limits: (budgets, members) V_ji and (budgets,) h_j. A member in no budget has zeros in its column.
     convex: the caller's promise that every row is convex in alpha (compliance of a truss): a local optimum
         is then the optimum, and the central path is followed.
+    convex_constraints: the caller's promise that every further constraint is convex in alpha; only then can
+        their linearisations prove that no design meets them.
     times: (nodes,) s, only for messages and reports.
     names: a name per budget.    title, response, unit: words for reports.
 
@@ -139,6 +145,7 @@ class LayoutProblem:
     costs: Array
     limits: Array
     convex: bool = False
+    convex_constraints: bool = False
     times: Array | None = None
     names: tuple[str, ...] = ()
     geometry: MemberGeometry | None = None
@@ -208,6 +215,16 @@ class LayoutProblem:
                 f"constraint {bad} is {evaluation.constraints[bad]}; expected a finite number"
             )
         return evaluation
+
+    def tried(self, density: Array) -> Evaluation | None:
+        """`checked` at a trial design; None where the model fails or a row has no usable gradient there."""
+        try:
+            evaluation = self.checked(density)
+            self.checked_gradients(evaluation, np.array([int(np.argmax(evaluation.values))]))
+        except FAILURES:
+            return None
+        slopes = np.asarray(evaluation.constraint_gradients, dtype=float)
+        return evaluation if np.isfinite(slopes).all() else None
 
     def where(self, scenario: int, node: int) -> str:
         """The place of a row in words."""
@@ -296,6 +313,7 @@ def static_problem(
     upper: Any = 1.0,
     constraints: Callable[[Array], tuple[Any, Any]] | None = None,
     convex: bool = False,
+    convex_constraints: bool = False,
     names: tuple[str, ...] = (),
     geometry: MemberGeometry | None = None,
     title: str = "layout",
@@ -337,6 +355,7 @@ def static_problem(
         costs=costs,
         limits=limits,
         convex=convex,
+        convex_constraints=convex_constraints,
         names=names,
         geometry=geometry,
         title=title,

@@ -1,6 +1,7 @@
 """Keeping the books of an optimisation: history, best feasible design, budget of evaluations, progress."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +10,21 @@ from ..formulation.peaks import count_active
 from ..formulation.problem import Evaluation, LayoutProblem
 from .result import HistoryEntry
 
-__all__ = ["FEASIBLE", "Recorder"]
+__all__ = ["FEASIBLE", "Cut", "Recorder"]
 
 Array = NDArray[np.float64]
 
 FEASIBLE = 1e-9  # relative violation of a budget that rounding may cause
+_CUTS = 40  # linearised constraints remembered while no feasible design is known
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cut:
+    """Further constraints (c,) and their gradients (c, members) at a design (members,)."""
+
+    density: Array
+    constraints: Array
+    gradients: Array
 
 
 class Recorder:
@@ -37,6 +48,8 @@ class Recorder:
         self.best = np.inf
         self.best_density: Array | None = None
         self.best_evaluation: Evaluation | None = None
+        self.nearest, self.nearest_density = np.inf, problem.start
+        self.cuts: list[Cut] = []
         self.start_value = np.nan
         self.start_index = 0
 
@@ -63,7 +76,16 @@ class Recorder:
         value = float(values.max())
         if not self.history:
             self.start_value = value
-        better = value < self.best and self.infeasibility(density, evaluation) <= FEASIBLE
+        off = self.infeasibility(density, evaluation)
+        better = value < self.best and off <= FEASIBLE
+        if off < self.nearest:
+            self.nearest, self.nearest_density = off, density.copy()
+        if evaluation.constraints.size and self.best_density is None:
+            self.cuts.append(Cut(
+                density=density.copy(), constraints=np.array(evaluation.constraints, dtype=float),
+                gradients=np.array(evaluation.constraint_gradients, dtype=float),
+            ))  # fmt: skip
+            del self.cuts[:-_CUTS]
         if better:
             self.best, self.best_density, self.best_evaluation = value, density.copy(), evaluation
         entry = HistoryEntry(
@@ -77,9 +99,21 @@ class Recorder:
             start=self.start_index,
             accepted=accepted,
         )
+        self._keep(entry, density)
+        return better
+
+    def fail(self, density: Array, *, radius: float = np.nan) -> None:
+        """Record a trial at which the model failed: an evaluation with the value inf, not accepted."""
+        entry = HistoryEntry(
+            evaluation=self.evaluations + 1, value=np.inf, best=self.best, active=0,
+            budget=float(self.problem.usage(density).max(initial=0.0)), kkt=np.nan, radius=float(radius),
+            start=self.start_index, accepted=False,
+        )  # fmt: skip
+        self._keep(entry, density)
+
+    def _keep(self, entry: HistoryEntry, density: Array) -> None:
         self.history.append(entry)
         if self.keep:
             self.iterates.append(density.copy())
         if self.progress is not None:
             self.progress(entry, density)
-        return better

@@ -5,7 +5,8 @@
 the improvement that the linearised rows still promise anywhere in the feasible set. It is zero exactly at a
 KKT point, has the unit of the objective whatever the scaling of the variables, and for convex rows it bounds
 the distance to the optimum (the rows lie below the functions). Its linear programme (HiGHS) gives the shadow
-prices of the budgets as multipliers.
+prices of the budgets as multipliers, and what is reported as first-order error is the bound that follows from
+these multipliers alone, term by term: the tolerance of the linear programme cannot make it look smaller.
 """
 
 from dataclasses import dataclass
@@ -23,11 +24,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Certificate:
-    """kkt: promise over |value|    shadow_prices (budgets,)    row_weights (rows,), their sum is 1."""
+    """kkt: promise over |value|    shadow_prices (budgets,)    row_weights (rows,), their sum is 1
+    constraint_prices (c,).
+    """
 
     kkt: float
     shadow_prices: Array
     row_weights: Array
+    constraint_prices: Array
     vertex: Array
 
 
@@ -43,31 +47,42 @@ def certificate(
 
     values (r,) and gradients (r, members) of the rows that may become the largest.
     """
-    n, r = problem.members, len(values)
+    n, r, m = problem.members, len(values), problem.budgets
     top = float(values.max())
-    scale = max(float(np.abs(gradients).max()), 1e-300)
-    # unknowns: the move of each density and the change of the bound, both in units of the largest row
+    width = np.where(problem.free, problem.upper - problem.lower, 1.0)
+    scale = max(float(np.abs(gradients * width).max()), 1e-300)
+    slopes = np.vstack([problem.costs, constraint_gradients.reshape(-1, n)])
+    size = np.maximum(np.abs(slopes * width).max(axis=1), 1e-300)
+    # unknowns: the move of each density over its width, the change of the bound in units of the largest row
     matrix = np.vstack([
-        np.hstack([gradients / scale, -np.ones((r, 1))]),
-        np.hstack([problem.costs, np.zeros((problem.budgets, 1))]),
-        np.hstack([constraint_gradients.reshape(-1, n), np.zeros((len(constraints), 1))]),
+        np.hstack([gradients * width / scale, -np.ones((r, 1))]),
+        np.hstack([slopes * width / size[:, None], np.zeros((len(size), 1))]),
     ])  # fmt: skip
-    room = np.maximum(problem.limits - problem.costs @ density, 0.0)
-    right = np.r_[(top - values) / scale, room, np.maximum(-constraints, 0.0)]
+    room = np.maximum(np.r_[problem.limits - problem.costs @ density, -constraints], 0.0)
+    right = np.r_[(top - values) / scale, room / size]
     bounds = np.column_stack([np.minimum(problem.lower - density, 0), np.maximum(problem.upper - density, 0)])
     solution = linear_programme(
-        np.r_[np.zeros(n), 1.0], at_most=(matrix, right), bounds=[*bounds, (None, None)]
+        np.r_[np.zeros(n), 1.0], at_most=(matrix, right), bounds=[*(bounds / width[:, None]), (None, None)]
     )
     if solution is None:
         return Certificate(
-            kkt=np.inf, shadow_prices=np.zeros(problem.budgets), row_weights=np.full(r, 1 / r), vertex=density
-        )
-    promise = max(0.0, -solution.value * scale)
+            kkt=np.inf, shadow_prices=np.zeros(m), row_weights=np.full(r, 1 / r),
+            constraint_prices=np.zeros(len(constraints)), vertex=density,
+        )  # fmt: skip
+    weights = np.maximum(solution.prices[:r], 0.0)
+    total = float(weights.sum())
+    weights = weights / total if total > 0 else np.full(r, 1 / r)
+    prices = np.maximum(solution.prices[r:], 0.0) * scale / size
+    promise = linear_promise(
+        problem, density, weights @ gradients + prices[m:] @ slopes[m:], prices[:m],
+        top - float(weights @ values) + float(prices[m:] @ room[m:]),
+    )  # fmt: skip
     return Certificate(
-        kkt=promise / max(abs(top), 1e-300),
-        shadow_prices=solution.prices[r : r + problem.budgets] * scale,
-        row_weights=solution.prices[:r],
-        vertex=density + solution.x[:n],
+        kkt=max(0.0, promise) / max(abs(top), 1e-300),
+        shadow_prices=prices[:m],
+        row_weights=weights,
+        constraint_prices=prices[m:],
+        vertex=density + width * solution.x[:n],
     )
 
 

@@ -6,28 +6,51 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HistoryEntry", "LayoutResult", "LayoutStatus"]
+__all__ = ["FIRST_ORDER", "Contradiction", "HistoryEntry", "LayoutResult", "LayoutStatus"]
 
 Array = NDArray[np.float64]
 
+FIRST_ORDER = 1e-3  # largest first-order error, relative to the value, of what is called converged
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contradiction:
+    """Why no design meets the constraints: a weighted sum of them that is positive wherever one looks.
+
+    weights: (k,) of linearised constraints, their sum is 1    constraints (k,): their numbers
+    designs (k, members): where they were linearised    budgets (budgets,): weights of the budgets
+    least: the smallest value of the weighted sum within the bounds, > 0
+    """
+
+    weights: Array
+    constraints: NDArray[np.intp]
+    designs: Array
+    budgets: Array
+    least: float
+
 
 class LayoutStatus(Enum):
-    """Why the optimisation stopped, as a sentence."""
+    """Why the optimisation stopped, as a sentence.
+
+    CONVERGED is only said with a first-order error of at most `FIRST_ORDER`, INFEASIBLE only with a
+    `Contradiction`.
+    """
 
     CONVERGED = "Converged: no feasible change promises a noticeable improvement to first order."
     LIMIT = "Stopped at the limit of evaluations; more evaluations may improve the layout."
     STALLED = "Stopped because no step of any size improved the layout any further."
-    IDLE_BUDGET = "Converged with an idle budget: the objective rewards removing members."
+    IDLE_BUDGET = "The budget stays idle: the objective rewards removing members."
     ZERO_SENSITIVITY = (
         "Refused: the objective does not see these variables in this window (every sensitivity is zero)."
     )
-    INFEASIBLE = "No feasible design was found: the constraints contradict each other near the iterates."
+    INFEASIBLE = "No design is feasible: the constraints contradict each other."
+    NONE_FOUND = "No feasible design was found; whether there is one is not known."
     TRIVIAL = "A trivial layout was better than every iterate and is returned instead."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HistoryEntry:
-    """One evaluation.
+    """One evaluation; its value is inf where the model failed.
 
     value, best: of this evaluation and of the best feasible design so far.    active: peaks within 1 % of it.
     budget: the largest share of a limit in use.    kkt: promised relative improvement (nan when not known).
@@ -55,6 +78,7 @@ class LayoutResult:
         convex problem a bound on the distance to the optimum
     excess: largest relative violation of a budget or, in its own unit, of a further constraint
     verdicts: plain sentences    strategy: what was done and why    optima: values of other local optima seen
+    contradiction: the certificate of INFEASIBLE; with NONE_FOUND the density is the one that violates least
     """
 
     density: Array
@@ -71,6 +95,7 @@ class LayoutResult:
     optima: tuple[float, ...] = ()
     baselines: dict[str, float] = field(default_factory=dict)
     iterates: tuple[Array, ...] = ()
+    contradiction: Contradiction | None = None
 
     @property
     def grayness(self) -> float:

@@ -6,18 +6,19 @@ from numpy.typing import NDArray
 from ..formulation.problem import LayoutProblem
 from .history import Recorder
 from .purify import fractional_members
-from .result import LayoutStatus
+from .result import FIRST_ORDER, Contradiction, LayoutStatus
 
 __all__ = ["verdicts"]
 
 Array = NDArray[np.float64]
 
 _NEAR = 0.02
+_EXACT = 1e-5  # first-order error up to which a convex optimum is called the optimum
 
 
 def verdicts(
     problem: LayoutProblem, recorder: Recorder, status: LayoutStatus, kkt: float, prices: Array,
-    baselines: dict[str, float],
+    baselines: dict[str, float], proof: Contradiction | None = None,
 ) -> tuple[str, ...]:  # fmt: skip
     """Sentences on why it stopped, the budgets, other optima and trivial layouts."""
     said = [status.value]
@@ -26,10 +27,16 @@ def verdicts(
         at = _peak_time(problem, recorder)
         return (*said, f"The largest value occurs {at}; before it no member has changed the motion. "
                 "Look at a later window, or at another objective.")  # fmt: skip
+    if proof is not None:
+        return (*said, _contradicted(proof))
     if density is None:
-        return (*said, "Give a feasible start, or relax the constraints.")
+        return (*said, f"The least violation seen is {recorder.nearest:.3g}, in the unit of the constraint. "
+                "Give a feasible start, relax the constraints, or allow more evaluations.")  # fmt: skip
     if np.isfinite(kkt):
-        said.append(f"To first order at most {100 * kkt:.2g} % of the value is left to gain.")
+        said.append(_first_order(problem, recorder, status, kkt))
+    failed = sum(not np.isfinite(entry.value) for entry in recorder.history)
+    if failed:
+        said.append(f"At {failed} trial designs the model failed; these steps were refused.")
     said += _budgets(problem, density, recorder.best, prices)
     near = sorted({round(v, 12) for v in recorder.optima if v <= recorder.best * (1 + _NEAR)})
     if len(near) > 1:
@@ -48,6 +55,31 @@ def verdicts(
     count = fractional_members(problem, density)
     said.append(f"{count} of {problem.members} members are neither at their lower nor at their upper bound.")
     return tuple(said)
+
+
+def _first_order(problem: LayoutProblem, recorder: Recorder, status: LayoutStatus, kkt: float) -> str:
+    assert recorder.best_evaluation is not None
+    bounded = problem.convex and (
+        problem.convex_constraints or recorder.best_evaluation.constraints.size == 0
+    )
+    if bounded and kkt <= _EXACT:
+        return f"The rows are convex: this is the optimum, to {kkt:.2g} of its value."
+    said = f"To first order at most {100 * kkt:.2g} % of the value is left to gain"
+    if bounded:
+        said = f"The rows are convex: no design is better by more than {100 * kkt:.2g} % of the value"
+    if status is LayoutStatus.STALLED:
+        said += f"; converged would mean at most {100 * FIRST_ORDER:g} %"
+    return said + "."
+
+
+def _contradicted(proof: Contradiction) -> str:
+    count = np.unique(proof.constraints).size
+    which = ", ".join(str(k) for k in np.unique(proof.constraints)[:5]) + (", ..." if count > 5 else "")
+    budgets = " and of the budgets" if (proof.budgets > 0).any() else ""
+    return (
+        f"A weighted sum of constraint{'s' if count > 1 else ''} {which}{budgets} is at least "
+        f"{proof.least:.3g} at every design within the bounds, and would need to be 0 or less. Relax these."
+    )
 
 
 def _budgets(problem: LayoutProblem, density: Array, value: float, prices: Array) -> list[str]:

@@ -82,11 +82,19 @@ def approximation_sequence(
         )
         if moved.max() <= _STILL and (globalised or moved.max() == 0):
             break
-        trial_evaluation = problem.checked(density)
+        radius = float(np.max((model.upper - model.lower) / np.maximum(upper - lower, 1e-300)))
+        trial_evaluation = problem.tried(density)
+        if (
+            trial_evaluation is None
+        ):  # a design that the model cannot stand: a shorter step, whatever the preset
+            recorder.fail(density, radius=radius)
+            refusals, share = refusals + 1, _SHRINK * share
+            if refusals > _REFUSALS:
+                break
+            continue
         trial = _point(problem, density, trial_evaluation, bound)
         pair = _pair(trial, bound)
         accept = not globalised or _acceptable(pair, filter_, patient=refusals == 0)
-        radius = float(np.max((model.upper - model.lower) / np.maximum(upper - lower, 1e-300)))
         recorder.add(density, trial_evaluation, kkt=promise / unit, radius=radius, accepted=accept)
         if accept:
             points, here, evaluation = [*points, trial], trial, trial_evaluation
@@ -184,16 +192,21 @@ def _drawn_in(model: SeparableModel, share: float) -> SeparableModel:
 def _promise(problem: LayoutProblem, here: Point, prices: Array, bound: bool) -> float:
     if bound:
         rows = np.flatnonzero(here.gradients[1:, -1] != 0)
-        weights = prices[rows] / max(float(prices[rows].sum()), 1e-300)
+        total = float(prices[rows].sum())
+        if total <= 0:
+            return np.inf
+        weights = prices[rows] / total
+        prices = prices / total
         gradient = weights @ here.gradients[1 + rows, :-1]
+        below = -float(weights @ here.values[1 + rows])  # of the largest row
         others = np.setdiff1d(np.arange(len(prices)), rows)
     else:
-        gradient = here.gradients[0].copy()
+        gradient, below = here.gradients[0].copy(), 0.0
         others = np.arange(len(prices))
     further = others[problem.budgets :]
     slack = float(prices[further] @ np.maximum(-here.values[1 + further], 0)) if further.size else 0.0
     if further.size:
         gradient = gradient + prices[further] @ here.gradients[1 + further, : problem.members]
     return linear_promise(
-        problem, here.x[: problem.members], gradient, prices[others[: problem.budgets]], slack
+        problem, here.x[: problem.members], gradient, prices[others[: problem.budgets]], slack + below
     )
