@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
 from workbench.models.evaluation import Evaluation
 from workbench.space.box import Response, Space
@@ -75,14 +75,18 @@ def frame(runs: Sequence[Evaluation], space: Space, responses: Sequence[Response
     return table
 
 
-def write_all(campaign: CampaignRuns, *, parquet: bool = False) -> list[Path]:
-    """`runs.csv`, `results.nc` and, if asked for, `runs.parquet` in the campaign's folder; their paths."""
+def write_all(campaign: StoredRuns, *, folder: Path | None = None, parquet: bool = False) -> list[Path]:
+    """`runs.csv`, `results.nc` and, if asked for, `runs.parquet`; their paths.
+
+    `folder`: where they are written, the campaign's own by default.
+    """
     study, runs = campaign.study, campaign.runs()
-    paths = [campaign.folder / "runs.csv", campaign.folder / "results.nc"]
+    place = campaign.folder if folder is None else folder
+    paths = [place / "runs.csv", place / "results.nc"]
     write_csv(paths[0], runs, study.space, study.responses)
     write_netcdf(paths[1], dataset(runs, study.space, study.responses, name=study.name))
     if parquet:
-        paths.append(campaign.folder / "runs.parquet")
+        paths.append(place / "runs.parquet")
         write_parquet(paths[-1], frame(runs, study.space, study.responses))
     return paths
 

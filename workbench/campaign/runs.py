@@ -16,8 +16,9 @@ from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress, Silent
 from workbench.campaign.read_rows import former_keys, present_reading, run_again
 from workbench.campaign.rereading import Rereading, kept_archive, reread, take_at_baseline
-from workbench.campaign.store import Store, run_key
+from workbench.campaign.store import Store
 from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
+from workbench.campaign.view import StoredRuns, study_version
 from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
 from workbench.models.evaluation import FAILED, Evaluation
 from workbench.models.evaluator import Outcome
@@ -43,7 +44,7 @@ class Asked:
     parameters: Mapping[str, Any]
 
 
-class CampaignRuns:
+class CampaignRuns(StoredRuns):
     """A study, its folder and its runs: what the stages work on.
 
     `workbench.Campaign` adds the walk through the stages and the results as tables, and overrides nothing.
@@ -60,7 +61,7 @@ class CampaignRuns:
     ) -> None:
         self.study = study
         self.folder = study.campaign_folder if folder is None else Path(folder)
-        self.progress: Progress = Silent() if progress is None else progress
+        self.progress = Silent() if progress is None else progress
         self.permissions = Permissions() if permissions is None else permissions
         self._function = function
         self._engine: Engine | None = None
@@ -72,7 +73,7 @@ class CampaignRuns:
             ) from exc
         self.store = Store.opened(self.folder / "runs.sqlite")
         try:
-            self.spec = study.spec(version=self._version())
+            self.spec = study.spec(version=study_version(study, self.store))
             for text in self._state_taken():
                 self.progress.note(text)
             for text in check_lock(
@@ -110,10 +111,6 @@ class CampaignRuns:
             self._engine.close()
             self._engine = None
         self.store.close()
-
-    def key(self, row: Mapping[str, Any]) -> str:
-        """The name of the run with these parameters."""
-        return run_key(self.spec.identity, self.spec.version, row)
 
     def reread(self, *, every: bool = False) -> Rereading:
         """Read responses again from what stored runs left, where they are read otherwise now.
@@ -218,28 +215,11 @@ class CampaignRuns:
         self.store.finish(key, answer, attempt=attempt)
         return key
 
-    def runs(self) -> list[Evaluation]:
-        """All runs of the present model and space, in the order they were asked for."""
-        names = set(self.study.space.names)
-        return [row for row in self.store.rows(version=self.spec.version) if set(row.inputs) == names]
-
-    def failures(self) -> dict[str, int]:
-        """How many runs failed, by status; those that a constraint skipped are not among them."""
-        return dict(Counter(row.status for row in self.runs() if row.status in FAILED))
-
     def retry(self) -> int:
         """Put failed runs back in the queue; how many."""
         keys = [row.key for row in self.runs() if row.status in FAILED]
         self.store.retry(keys)
         return len(keys)
-
-    def _version(self) -> str:
-        model = self.study.model
-        if model["kind"] == "table":
-            from workbench.models.table import table_digest
-
-            return table_digest(self.study.folder / model["file"])
-        return present_version(self.store, str(model["version"]))
 
     def _state_taken(self) -> list[str]:
         """Let answers belong to the present state of the model; what a person should know."""

@@ -5,7 +5,6 @@ way a commit is on the disk before it is acknowledged. The first error of the da
 """
 
 import json
-import os
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,12 +12,20 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from workbench.campaign.database import NETWORK, connected, explained, file_system, tables, take_lock
 from workbench.campaign.store_schema import SCHEMA, VERSION, migrate, run_key
 from workbench.errors import StoreError
 from workbench.models.evaluation import COLUMNS, Evaluation, evaluation_of
 from workbench.models.protocol import Answer
+from workbench.system.database import (
+    NETWORK,
+    connected,
+    explained,
+    file_system,
+    opened_for_reading,
+    tables,
+)
 from workbench.system.lease import is_alive, owner_of_this_process
+from workbench.system.one_writer import WriterLock
 
 __all__ = ["Store", "run_key"]
 
@@ -31,13 +38,17 @@ class Store:
 
     reading_now, state_now: numbers of the way of reading and of the model's state that answers belong to
     which are stored from now on (tables `reading` and `model_state`); None where nobody said.
+    unseen: in words what cannot be seen of a store that is open for reading; empty when all can.
     """
 
     reading_now: int | None = None
     state_now: int | None = None
 
-    def __init__(self, path: Path, connection: sqlite3.Connection, lock: int | None) -> None:
+    def __init__(
+        self, path: Path, connection: sqlite3.Connection, lock: WriterLock | None, *, unseen: str = ""
+    ) -> None:
         self.path = path
+        self.unseen = unseen
         self._db = connection
         self._lock = lock
         self._depth = 0
@@ -50,9 +61,9 @@ class Store:
         Raises:
             StoreError: it is no database, of a newer version, or another coordinator has it open.
         """
-        lock = take_lock(path)
+        lock = WriterLock.taken(path)
         with ExitStack() as undone:
-            undone.callback(os.close, lock)
+            undone.callback(lock.close)
             new = not path.exists()
             db = connected(path)
             undone.callback(db.close)
@@ -71,13 +82,15 @@ class Store:
 
     @classmethod
     def reading(cls, path: Path) -> "Store":
-        """Open an existing database for reading, also while a coordinator writes."""
-        if not path.exists():
-            raise StoreError(f"no database {path}; `holdfast run` makes it")
-        store = cls(path, connected(path), None)
+        """Open an existing database for reading: also while a coordinator writes, without the right to write.
+
+        Raises:
+            StoreError: there is none, it may not be read, or it is no database of holdfast's.
+        """
+        db, unseen = opened_for_reading(path)
+        store = cls(path, db, None, unseen=unseen)
         with ExitStack() as undone, explained(path):
             undone.callback(store.close)
-            store._db.execute("PRAGMA query_only = ON")
             store._check_version()
             undone.pop_all()
         return store
@@ -86,7 +99,7 @@ class Store:
         """Close the database and let others have it."""
         self._db.close()
         if self._lock is not None:
-            os.close(self._lock)
+            self._lock.close()
             self._lock = None
 
     @contextmanager
@@ -95,6 +108,8 @@ class Store:
         if self._depth:
             yield
             return
+        if self._lock is not None:
+            self._lock.check()
         with explained(self.path):
             self._db.execute("BEGIN IMMEDIATE")
             self._depth += 1
@@ -268,6 +283,13 @@ class Store:
                 "SELECT COUNT(*) FROM evaluation WHERE finished > ? AND status NOT IN ('queued', 'running')"
             )
             return int(self._db.execute(query, (moment,)).fetchone()[0])
+
+    def last_answer(self) -> float | None:
+        """When the last answer was stored, in seconds since 1970; None without any."""
+        with explained(self.path):
+            query = "SELECT MAX(finished) FROM evaluation WHERE status NOT IN ('queued', 'running')"
+            found: float | None = self._db.execute(query).fetchone()[0]
+            return found
 
     def latest_failures(self, count: int) -> list[tuple[str, str, str]]:
         """Key, status and error of the last rows that failed."""

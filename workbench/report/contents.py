@@ -119,6 +119,7 @@ def page_content(folder: Path) -> Content:
         version=str(campaign.lock.get("versions", {}).get("holdfast", "")),
         seed=campaign.lock.get("seed"),
         study_hash=str(campaign.lock.get("study_hash", "")),
+        running=campaign.running,
     )
 
 

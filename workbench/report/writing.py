@@ -21,8 +21,10 @@ from workbench.system.atomic import write_text
 __all__ = ["report_numbers", "write_report"]
 
 
-def write_report(folder: Path) -> Path:
+def write_report(folder: Path, *, into: Path | None = None) -> Path:
     """Write `report.html`, `report.md` and `tables/*.csv` from what the folder holds.
+
+    `into`: the folder they are written into, by default the same.
 
     Returns:
         the path of `report.html`.
@@ -33,9 +35,10 @@ def write_report(folder: Path) -> Path:
     """
     folder = Path(folder)
     content = page_content(folder)
-    _write_tables(folder / "tables", content.sections)
-    write_text(folder / "report.md", markdown_text(content))
-    page = folder / "report.html"
+    place = folder if into is None else Path(into)
+    _write_tables(place / "tables", content.sections)
+    write_text(place / "report.md", markdown_text(content))
+    page = place / "report.html"
     write_text(page, html_text(content))
     return page
 

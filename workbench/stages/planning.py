@@ -8,6 +8,7 @@ from workbench.campaign.lock import present_version
 from workbench.campaign.read_rows import known_reading
 from workbench.campaign.rereading import KEPT, looked_at
 from workbench.campaign.store import Store, run_key
+from workbench.campaign.view import as_of
 from workbench.errors import StudyError
 from workbench.models.evaluation import UNFINISHED
 from workbench.sampling.change import design_change
@@ -27,10 +28,13 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
     place = folder or study.campaign_folder
     counts: Counter[str] = Counter()
     walls: list[float] = []
+    looked: dict[str, Any] = {}
     if (place / "runs.sqlite").exists():
         store = Store.reading(place / "runs.sqlite")
         try:
             rows = store.rows()
+            now = as_of(store)
+            looked = {"as_of": {**now.to_dict(), "sentence": now.sentence}}
         finally:
             store.close()
         counts.update(row.status for row in rows)
@@ -47,6 +51,7 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
     left = None if pace is None else max(most - done, 0) * pace / study.evaluate.get("workers", 1)
     return {
         **(_served(study, place) if counts else {}),
+        **looked,
         "folder": str(place),
         "stages": [*(stage.name for stage in asked_stages(study)), "report"],
         "runs": runs,
@@ -132,6 +137,7 @@ def plan_lines(document: dict[str, Any]) -> list[str]:
         runs.append(f"{name.replace('_', ' ')}: {count}")
     stored = ", ".join(f"{n} {status}" for status, n in document["stored"].items()) or "none"
     lines = [f"stages: {', '.join(document['stages'])}", *runs, f"stored in {document['folder']}: {stored}"]
+    lines += [document["as_of"]["sentence"]] if "as_of" in document else []
     lines += _served_lines(document)
     pace, workers = document["seconds_per_run"], document["workers"]
     if pace is None:

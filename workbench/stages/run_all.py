@@ -10,6 +10,7 @@ from typing import Any
 
 from workbench.campaign.exports import write_all
 from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
 from workbench.stages.design import design_table, evaluate
 from workbench.stages.table import STAGES, Stage, asked_stages, stage_named
@@ -56,13 +57,16 @@ def run_lines(found: Mapping[str, Any]) -> list[str]:
     return [*text, "", f"report: {found['report']}"]
 
 
-def report(campaign: CampaignRuns) -> Path:
-    """Exports of all runs, and the report on what the folder holds; its path."""
+def report(campaign: StoredRuns, *, folder: Path | None = None) -> Path:
+    """Exports of all runs, and the report on what the campaign's folder holds; its path.
+
+    `folder`: where they are written, the campaign's own by default.
+    """
     from workbench.report.writing import write_report  # draws: matplotlib is loaded when it is needed
 
     campaign.progress.stage("report", "")
-    write_all(campaign)
-    return write_report(campaign.folder)
+    write_all(campaign, folder=folder)
+    return write_report(campaign.folder, into=folder)
 
 
 def _unless_current(campaign: CampaignRuns, stage: Stage) -> dict[str, Any]:

@@ -4,18 +4,20 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.report.lines.screening import screening_lines
 from workbench.space.groups import chosen
 from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
 from workbench.stages.work import Work
 from workbench.system.atomic import write_json
 
-__all__ = ["WORK"]
+__all__ = ["WORK", "screening_document"]
 
 MOST_RUNS = 500  # with a value that a screening takes; of more, those that spread most
 
 
-def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+def screening_document(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+    """What the table `screen` finds in the stored runs; nothing is written."""
     from workbench.screening.kriging import screen
 
     study = campaign.study
@@ -24,7 +26,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     runs = thinned_runs(campaign, stored, response.name, most=MOST_RUNS)
     used = sum(row.status == "ok" for row in runs)
     campaign.progress.stage("screen", f"{response.name} on {used} of {len(runs)} runs")
-    document = screen(
+    return screen(
         [row.as_outcome() for row in runs],
         study.space,
         response,
@@ -33,6 +35,10 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         seed=study.seed,
         **chosen(table),
     ).to_dict()
+
+
+def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
+    document = screening_document(campaign, table)
     write_json(campaign.folder / "screening.json", document)
     return document
 

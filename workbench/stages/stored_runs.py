@@ -4,8 +4,8 @@ import json
 from collections import Counter
 
 from workbench.campaign.failures import what_is_missing
-from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.thinning import spread_runs
+from workbench.campaign.view import StoredRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluation import UNFINISHED, Evaluation
 from workbench.space.streams import stream
@@ -16,7 +16,7 @@ __all__ = ["runs_as_text", "runs_with_values", "screening_runs", "thinned_runs"]
 FEWEST_RUNS = 3
 
 
-def screening_runs(campaign: CampaignRuns) -> list[Evaluation]:
+def screening_runs(campaign: StoredRuns) -> list[Evaluation]:
     """What screening and the worst case start from: the design and what was told, never a search's runs."""
     document = read_json(campaign.folder / "design.json") or {"run_keys": []}
     keys = dict.fromkeys(document["run_keys"])
@@ -24,7 +24,7 @@ def screening_runs(campaign: CampaignRuns) -> list[Evaluation]:
     return [row for row in campaign.store.rows(keys=list(keys)) if row.status not in UNFINISHED]
 
 
-def runs_as_text(campaign: CampaignRuns) -> str:
+def runs_as_text(campaign: StoredRuns) -> str:
     """The screening runs as they enter a fingerprint: a new or changed run is another text."""
     return json.dumps([[row.key, row.status, row.outputs] for row in screening_runs(campaign)])
 
@@ -51,7 +51,7 @@ def runs_with_values(runs: list[Evaluation], response: str) -> list[Evaluation]:
 
 
 def thinned_runs(
-    campaign: CampaignRuns, runs: list[Evaluation], response: str, *, most: int
+    campaign: StoredRuns, runs: list[Evaluation], response: str, *, most: int
 ) -> list[Evaluation]:
     """The runs, or of very many those that spread most over the box; it is said when some are left out."""
     if sum(row.status == "ok" for row in runs) <= most:

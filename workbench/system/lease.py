@@ -5,7 +5,7 @@ import socket
 from functools import cache
 from pathlib import Path
 
-__all__ = ["is_alive", "owner_of_this_process"]
+__all__ = ["is_alive", "is_on_this_host", "owner_of_this_process"]
 
 
 def owner_of_this_process() -> str:
@@ -23,6 +23,11 @@ def is_alive(owner: str) -> bool:
     except ValueError:
         return False
     return host == socket.gethostname() and boot == _boot() and _owner(int(pid)) == owner
+
+
+def is_on_this_host(owner: str) -> bool:
+    """Whether an owner mark is of a process of this machine, alive or not."""
+    return owner.split("|")[0] == socket.gethostname()
 
 
 def _owner(pid: int) -> str:

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from workbench import _siblings
-from workbench.campaign.database import NETWORK, file_system
 from workbench.campaign.lock import versions
 from workbench.campaign.store import Store, run_key
 from workbench.errors import HoldfastError
 from workbench.models.protocol import Answer, ModelSpec
+from workbench.system.database import NETWORK, file_system
 from workbench.workers.processes import ProcessPool, usable_processors
 
 __all__ = ["Finding", "Findings", "examine"]

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from workbench.terminal.shared import Folder, Json, StudyFile, finish, opened_campaign
+from workbench.terminal.looking import viewed_campaign, writable_place
+from workbench.terminal.shared import Folder, Json, Output, StudyFile, finish, opened_campaign
 
 __all__ = ["commands"]
 
@@ -89,8 +90,8 @@ def failures(study: StudyFile, folder: Folder = None, json_: Json = False) -> No
     """Which runs gave no value, why, and where in the input space they sit."""
     from workbench.campaign.failures import failure_document, failure_lines
 
-    with opened_campaign(study, folder) as campaign:
-        document = failure_document(campaign.runs(), campaign.study.space)
+    with viewed_campaign(study, folder) as view:
+        document = {**failure_document(view.runs(), view.study.space), "as_of": view.as_of.to_dict()}
     finish(document, failure_lines(document), as_json=json_)
 
 
@@ -98,15 +99,34 @@ def failures(study: StudyFile, folder: Folder = None, json_: Json = False) -> No
 def export(
     study: StudyFile,
     folder: Folder = None,
+    output: Output = None,
     parquet: Annotated[bool, typer.Option(help="Also write runs.parquet (needs pyarrow).")] = False,
     json_: Json = False,
 ) -> None:
     """Write all runs as CSV and netCDF."""
     from workbench.campaign.exports import write_all
 
-    with opened_campaign(study, folder) as campaign:
-        paths = write_all(campaign, parquet=parquet)
+    with viewed_campaign(study, folder) as view:
+        place = writable_place(view.folder, output)
+        paths = write_all(view, folder=place, parquet=parquet)
     finish([str(p) for p in paths], [str(p) for p in paths], as_json=json_)
+
+
+@commands.command()
+def show(
+    study: StudyFile,
+    run: Annotated[str, typer.Argument(help="The number of a run, or the beginning of its key.")],
+    folder: Folder = None,
+    json_: Json = False,
+) -> None:
+    """All that is known of one run: values, attempts, the state of the model, files, log."""
+    from workbench.campaign.view import CampaignView
+    from workbench.study.loading import load_study
+    from workbench.terminal.showing import run_document, run_lines
+
+    with CampaignView.opened(load_study(study), folder=folder) as view:
+        found = run_document(view, run)
+    finish(found, [*run_lines(found), found["as_of"]["sentence"]], as_json=json_)
 
 
 @commands.command()

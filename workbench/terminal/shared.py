@@ -25,6 +25,7 @@ __all__ = [
     "Folder",
     "Json",
     "NewVersion",
+    "Output",
     "Retry",
     "RunAgain",
     "SameModel",
@@ -56,6 +57,7 @@ NewVersion = Annotated[
 RunAgain = Annotated[
     bool, typer.Option("--run-again", help="Make runs anew from which a response cannot be read.")
 ]
+Output = Annotated[Path | None, typer.Option(help="Write into this folder [default: the campaign's folder].")]
 Retry = Annotated[bool, typer.Option(help="Try failed runs again.")]
 
 FAILED_RUNS = 3  # the exit code of work that is done, with runs that failed

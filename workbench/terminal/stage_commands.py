@@ -5,15 +5,17 @@ from typing import Annotated
 
 import typer
 
-from workbench.errors import StudyError
+from workbench.errors import StoreError, StudyError
 from workbench.sampling.kinds import KINDS
 from workbench.stages.table import STAGES, Stage, stage_named
+from workbench.terminal.looking import viewed_campaign, writable_place
 from workbench.terminal.shared import (
     AtBaseline,
     Dask,
     Folder,
     Json,
     NewVersion,
+    Output,
     Retry,
     RunAgain,
     SameModel,
@@ -153,7 +155,7 @@ def screen(
 ) -> None:
     """The stage `screen`, or a look at the same runs by another method."""
     if method is None:
-        _run_stage(stage_named("screen"), study, folder, as_json=json_)
+        _screen(study, folder, as_json=json_)
         return
     from workbench.report.lines.screening import other_screening_lines
     from workbench.stages.other_screenings import other_screening
@@ -161,6 +163,24 @@ def screen(
     with opened_campaign(study, folder) as campaign:
         other = other_screening(campaign, method, trajectories=trajectories)
     finish(other, other_screening_lines(other), as_json=json_)
+
+
+def _screen(study: Path, folder: Path | None, *, as_json: bool) -> None:
+    """The stage `screen`; of a campaign that others work on, or may write alone, nothing is written."""
+    from workbench.stages.run_all import run_stage
+    from workbench.stages.screen import screening_document
+
+    stage = stage_named("screen")
+    try:
+        with opened_campaign(study, folder) as campaign:
+            document = run_stage(campaign, stage.name)
+    except StoreError:
+        with viewed_campaign(study, folder) as view:
+            if view.study.screen is None:
+                raise
+            document = screening_document(view, view.study.screen)
+            view.progress.note("screening.json is left as it is: this is a look at the runs stored so far")
+    finish(document, stage.work.lines(document), as_json=as_json)
 
 
 def _run_stage(
@@ -195,12 +215,13 @@ for _stage in STAGES:
 
 
 @commands.command()
-def report(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
-    """Write the report and the exports of what the folder holds."""
+def report(study: StudyFile, folder: Folder = None, output: Output = None, json_: Json = False) -> None:
+    """Write the report and the exports of what the folder holds, also while the campaign runs."""
     from workbench.report.writing import report_numbers
     from workbench.stages.run_all import report as write
 
-    with opened_campaign(study, folder) as campaign:
-        path = write(campaign)
-        numbers = report_numbers(campaign.folder) if json_ else {}
-    finish({"report": str(path), **numbers}, [f"report: {path}"], as_json=json_)
+    with viewed_campaign(study, folder) as view:
+        path = write(view, folder=writable_place(view.folder, output))
+        numbers = report_numbers(view.folder) if json_ else {}
+        looked = view.as_of.to_dict()
+    finish({"report": str(path), "as_of": looked, **numbers}, [f"report: {path}"], as_json=json_)

@@ -7,6 +7,7 @@ from typing import Any
 
 from workbench.campaign.store import Store
 from workbench.campaign.store_schema import STATUSES
+from workbench.campaign.view import as_of
 from workbench.models.evaluation import UNFINISHED
 from workbench.system.atomic import write_text
 
@@ -29,6 +30,7 @@ def state(folder: Path, *, now: float | None = None) -> dict[str, Any]:
         recent = store.rows_since(now - RECENT)
         failed = store.latest_failures(LATEST)
         best = store.extremes()
+        looked = as_of(store)
     finally:
         store.close()
     done = sum(n for status, n in counts.items() if status not in UNFINISHED)
@@ -36,6 +38,7 @@ def state(folder: Path, *, now: float | None = None) -> dict[str, Any]:
     rate = recent / RECENT
     return {
         "folder": str(folder),
+        "as_of": {**looked.to_dict(), "sentence": looked.sentence},
         "counts": {status: counts[status] for status in STATUSES if status in counts},
         "done": done,
         "left": left,
@@ -49,7 +52,7 @@ def state(folder: Path, *, now: float | None = None) -> dict[str, Any]:
 def state_lines(found: dict[str, Any]) -> list[str]:
     """The state for a terminal of 80 columns."""
     counts = ", ".join(f"{n} {status}" for status, n in found["counts"].items()) or "no runs yet"
-    lines = [f"{found['folder']}: {counts}"]
+    lines = [f"{found['folder']}: {counts}", f"  {found['as_of']['sentence']}"]
     if found["left"]:
         pace = f"{60 * found['runs_per_second']:.3g} runs/min"
         left = "" if found["seconds_left"] is None else f", about {found['seconds_left'] / 60:.3g} min left"

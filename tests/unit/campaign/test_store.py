@@ -7,10 +7,10 @@ import sqlite3
 import pytest
 
 from workbench.campaign import store as module
-from workbench.campaign.database import connected, file_system
 from workbench.campaign.store import Store, run_key
 from workbench.errors import StoreError
 from workbench.models.protocol import Answer
+from workbench.system.database import file_system
 from workbench.system.lease import is_alive, owner_of_this_process
 
 
@@ -141,7 +141,8 @@ def test_databases_that_are_not_ours(tmp_path):
 def test_a_database_that_is_refused_is_not_left_open(tmp_path, monkeypatch):
     (tmp_path / "noise.sqlite").write_bytes(b"x" * 5000)
     held = []
-    monkeypatch.setattr(module, "connected", lambda path: held.append(connected(path)) or held[-1])
+    connect = sqlite3.connect
+    monkeypatch.setattr(sqlite3, "connect", lambda *a, **k: held.append(connect(*a, **k)) or held[-1])
     for way in (Store.opened, Store.reading):
         with pytest.raises(StoreError, match="file is not a database"):
             way(tmp_path / "noise.sqlite")

@@ -21,6 +21,7 @@ class Missing:
 class Content:
     """A page: what was asked, the answers on the first screen, the sections, and those there are no data for.
 
+    running: in words, when somebody works on the campaign while it is looked at; else empty.
     version, seed, study_hash: of the programme and the study, "" or None where the folder does not tell.
     """
 
@@ -32,3 +33,4 @@ class Content:
     version: str
     seed: Any
     study_hash: str
+    running: str = ""

@@ -1,6 +1,5 @@
 """A campaign's folder as the report sees it: the documents of its stages and the rows of `runs.sqlite`."""
 
-import sqlite3
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +9,8 @@ from typing import Any
 from workbench.errors import StoreError, StudyError
 from workbench.models.evaluation import COLUMNS, UNFINISHED, Evaluation, evaluation_of
 from workbench.system.atomic import read_json
+from workbench.system.database import explained, opened_for_reading
+from workbench.system.one_writer import holder_of, moment
 
 __all__ = ["CampaignFolder"]
 
@@ -96,6 +97,19 @@ class CampaignFolder:
         return tuple(run for run in self.runs if run.status not in UNFINISHED)
 
     @property
+    def running(self) -> str:
+        """That somebody works on the campaign now, and as of when the page is; empty when nobody does."""
+        holder = holder_of(self.path / "runs.sqlite")
+        if holder is None or holder.is_this_process:
+            return ""
+        last = max((run.finished for run in self.finished if run.finished is not None), default=None)
+        when = "" if last is None else f", the last of {moment(last)}"
+        return (
+            f"The campaign is running ({holder.sentence}): {len(self.finished)} of {len(self.runs)} runs "
+            f"have their answer{when}. What stands here may change with the answers that are to come."
+        )
+
+    @property
     def counts(self) -> dict[str, int]:
         """Runs by status."""
         return dict(sorted(Counter(run.status for run in self.runs).items()))
@@ -118,12 +132,10 @@ def _document(path: Path) -> Any:
 
 
 def _runs(database: Path) -> tuple[Evaluation, ...]:
+    connection, _ = opened_for_reading(database)
     try:
-        connection = sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True)
-        try:
+        with explained(database):
             rows = connection.execute(f"SELECT {', '.join(COLUMNS)} FROM evaluation ORDER BY id").fetchall()
-        finally:
-            connection.close()
-    except sqlite3.Error as exc:
-        raise StoreError(f"cannot read {database}: {exc}. Run `holdfast validate` on the study") from exc
+    finally:
+        connection.close()
     return tuple(evaluation_of((*row, None)) for row in rows)

@@ -41,6 +41,7 @@ def html_text(content: Content) -> str:
         poor=[card for card in content.cards if card.level == "poor"],
         sections=content.sections,
         missing=content.missing,
+        running=content.running,
         svg=lambda figure: [_svg(figure, k) for k in range(len(figure.panels))],
         markup=lambda block: Markup(block.markup),
         policy=_policy(style, scripts),

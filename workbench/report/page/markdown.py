@@ -15,6 +15,7 @@ MOST_ROWS = 30  # of a table in Markdown; its CSV has all
 def markdown_text(content: Content) -> str:
     """The page as Markdown: sentences and tables, no figures."""
     lines = [f"# {content.title}", "", content.question, ""]
+    lines += [f"> **Not finished.** {content.running}", ""] if content.running else []
     for card in content.cards:
         lines += [f"**{card.question}** {card.answer}  ", card.detail, ""]
     for section in content.sections:
