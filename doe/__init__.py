@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         resolution,
         two_level_fraction,
     )
+    from doe.criteria.metrics import projection_cd2
     from doe.criteria.regression import (
         a_efficiency,
         d_efficiency,
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     from doe.optimal.coordinate_exchange import coordinate_exchange
     from doe.optimal.d_optimal import d_optimal_best_of, d_optimal_select, d_optimal_within
     from doe.optimal.exchange import exchange
-    from doe.quality import Quality, projection_cd2, quality
+    from doe.quality import Quality, quality
     from doe.running import blocks, replicates, run_order
     from doe.sequences import halton, oa_lhs, sobol
     from doe.subset import subset
@@ -149,6 +150,7 @@ _MODULES = {
         "phi_p",
         "rms_correlation",
     ),
+    "criteria.metrics": ("projection_cd2",),
     "criteria.regression": (
         "a_efficiency",
         "d_efficiency",
@@ -159,7 +161,7 @@ _MODULES = {
         "variance_inflation",
     ),
     "latin.optimised": ("optimised_lhs", "search_lhs"),
-    "quality": ("Quality", "projection_cd2", "quality"),
+    "quality": ("Quality", "quality"),
     "running": ("blocks", "replicates", "run_order"),
     "sequences": ("halton", "oa_lhs", "sobol"),
     "latin.sliced": ("sliced_lhs",),

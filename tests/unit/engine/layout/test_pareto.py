@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from studies import trusses
+from workbench.engine.layout.formulation.combined import boundary_problem, weighted_problem
 from workbench.engine.layout.formulation.problem import InvalidLayout, static_problem
 from workbench.engine.layout.pareto import hypervolume, knee_point, pareto_filter
-from workbench.engine.layout.several import boundary_problem, front, simplex_points, weighted_problem
+from workbench.engine.layout.several import front, simplex_points
 
 
 def quadratic_objectives(centres):
