@@ -138,27 +138,32 @@ class CampaignRuns(StoredRuns):
         return found
 
     def evaluate(
-        self, rows: Sequence[Mapping[str, Any]], *, batch: str = "design", quiet: bool = False
+        self,
+        rows: Sequence[Mapping[str, Any]],
+        *,
+        batch: str = "design",
+        quiet: bool = False,
+        repeat: int = 0,
     ) -> list[Evaluation]:
         """Have these rows run, unless the store knows them; the answers in the order of the rows.
 
-        `quiet`: do not tell the progress of single runs.
+        `quiet`: do not tell the progress of single runs. `repeat` k > 0: their k-th repetitions.
 
         Raises:
             Interrupted: Ctrl-C, or a model that only others can run has rows without an answer.
             StoreError: the store refused a write.
         """
-        keys = self.enqueue(rows, batch=batch)
+        keys = self.enqueue(rows, batch=batch, repeat=repeat)
         queued = [key for key, status in self.store.statuses(keys).items() if status == "queued"]
         if queued:
             self._make(queued, total=len(set(keys)), quiet=quiet)
         return self.store.rows(keys=keys)
 
-    def enqueue(self, rows: Sequence[Mapping[str, Any]], *, batch: str) -> list[str]:
+    def enqueue(self, rows: Sequence[Mapping[str, Any]], *, batch: str, repeat: int = 0) -> list[str]:
         """Queue the rows that are new, and give all keys; what breaks a constraint is skipped at once."""
         space = self.study.space
         plain = space.canonical_rows(rows)
-        keys = [self.key(row) for row in plain]
+        keys = [self.key(row, repeat=repeat) for row in plain]
         known = self.store.statuses(keys)
         new = {key: row for key, row in zip(keys, plain, strict=True) if key not in known}
         if not new:
@@ -179,9 +184,12 @@ class CampaignRuns(StoredRuns):
                     )
         return keys
 
-    def outcomes_of_search(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+    def outcomes_of_search(
+        self, rows: Sequence[Mapping[str, Any]], *, purpose: str, repeat: int = 0
+    ) -> list[Outcome]:
         """`evaluate` in the terms of a search; its progress is the search's to tell."""
-        return [row.as_outcome() for row in self.evaluate(rows, batch="worst_case", quiet=True)]
+        rows_run = self.evaluate(rows, batch="worst_case", quiet=True, repeat=repeat)
+        return [row.as_outcome() for row in rows_run]
 
     def ask(self, n: int | None = None) -> list[Asked]:
         """Up to `n` rows that wait for an answer, in the order they were asked for."""

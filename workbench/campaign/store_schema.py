@@ -94,13 +94,15 @@ CREATE INDEX evaluation_status ON evaluation (status);
 MIGRATIONS = {1: ATTEMPT, 2: GRADIENT, 3: READING}
 
 
-def run_key(model: str, version: str, inputs: Mapping[str, Any]) -> str:
-    """The name of a run: a digest of model identity, version and inputs (in any order).
+def run_key(model: str, version: str, inputs: Mapping[str, Any], *, repeat: int = 0) -> str:
+    """The name of a run: a digest of model identity, version and inputs (in any order), and of a further run
+    with the same inputs of its number `repeat`.
 
     >>> run_key("m", "1", {"a": 1.0, "b": 2.0}) == run_key("m", "1", {"b": 2.0, "a": 1.0})
     True
     """
-    text = json.dumps([model, version, dict(sorted(inputs.items()))], separators=(",", ":"), allow_nan=False)
+    parts = [model, version, dict(sorted(inputs.items())), *([repeat] if repeat else [])]
+    text = json.dumps(parts, separators=(",", ":"), allow_nan=False)
     return blake2b(text.encode(), digest_size=16).hexdigest()
 
 

@@ -79,9 +79,9 @@ class StoredRuns:
     store: Store
     progress: Progress
 
-    def key(self, row: Mapping[str, Any]) -> str:
-        """The name of the run with these parameters."""
-        return run_key(self.spec.identity, self.spec.version, row)
+    def key(self, row: Mapping[str, Any], *, repeat: int = 0) -> str:
+        """The name of the run with these parameters, or of its `repeat`-th repetition."""
+        return run_key(self.spec.identity, self.spec.version, row, repeat=repeat)
 
     def runs(self) -> list[Evaluation]:
         """All runs of the present model and space, in the order they were asked for."""

@@ -7,7 +7,7 @@ run and answers a row it has already run from the store, so an interrupted searc
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from workbench.errors import StudyError
 from workbench.models.gradients import parted
@@ -17,6 +17,7 @@ __all__ = [
     "FunctionEvaluator",
     "Outcome",
     "Reading",
+    "RepeatingEvaluator",
     "evaluator_of",
     "response_name",
     "response_reader",
@@ -43,12 +44,22 @@ class Evaluator(Protocol):
     """Runs rows; the answers come in the order of the rows, whatever the order of completion."""
 
     def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
-        """One outcome per row."""
+        """One outcome per row; equal rows are run once."""
+
+
+class RepeatingEvaluator(Evaluator, Protocol):
+    """An evaluator that can run a row again, which a model with noise answers otherwise."""
+
+    def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str, repeat: int = 0) -> list[Outcome]:
+        """One outcome per row; `repeat` k > 0 asks for the k-th further run of each."""
+
+
+Given = TypeVar("Given", bound=Evaluator)
 
 
 @dataclass(slots=True)
 class FunctionEvaluator:
-    """Calls a plain function in this process; equal rows are run once.
+    """Calls a plain function in this process; equal rows of one `repeat` are run once.
 
     The function takes the parameters by name and returns a float or a mapping of response name to float.
     A model with gradients returns a pair: that, and the derivatives by parameter (of a float) or by response
@@ -56,14 +67,14 @@ class FunctionEvaluator:
     """
 
     function: Callable[..., Any]
-    _seen: dict[tuple[tuple[str, Any], ...], Outcome] = field(default_factory=dict)
+    _seen: dict[tuple[Any, ...], Outcome] = field(default_factory=dict)
 
-    def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+    def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str, repeat: int = 0) -> list[Outcome]:
         """One outcome per row."""
-        return [self._one(row) for row in rows]
+        return [self._one(row, repeat) for row in rows]
 
-    def _one(self, row: Mapping[str, Any]) -> Outcome:
-        address = tuple(sorted(row.items()))
+    def _one(self, row: Mapping[str, Any], repeat: int) -> Outcome:
+        address = (repeat, *sorted(row.items()))
         if address not in self._seen:
             self._seen[address] = self._run(row, key=f"run {len(self._seen) + 1}")
         return self._seen[address]
@@ -89,7 +100,7 @@ class FunctionEvaluator:
         return Outcome(parameters=row, status="ok", outputs=outputs, gradients=gradients, key=key)
 
 
-def evaluator_of(function: Callable[..., Any] | None, evaluator: Evaluator | None) -> Evaluator:
+def evaluator_of(function: Callable[..., Any] | None, evaluator: Given | None) -> "Given | FunctionEvaluator":
     """The evaluator that was given, or one that calls the function in this process.
 
     Raises:

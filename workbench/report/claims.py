@@ -30,7 +30,8 @@ class Claim:
     """One worst value.
 
     subject: what is claimed, as the message names it.    sense: "max" when large is bad.
-    kind: "run" or "prediction".    bound: the value that it is said not to exceed, None without one.
+    kind: "run", "prediction", or "mean" of repeated runs, which single ones may go beyond.
+      bound: the value that it is said not to exceed, None without one.
     against: reasons that speak against what is said, empty where nothing does.
     """
 
@@ -59,7 +60,7 @@ def worst_case_claims(document: Mapping[str, Any]) -> list[Claim]:
                 value=float(part["value"]),
                 unit=str(part.get("unit") or "1"),
                 sense=part["sense"],
-                kind="run" if part["confirmed"] else "prediction",
+                kind="mean" if part.get("mean") is not None else "run" if part["confirmed"] else "prediction",
                 run_key=str(part.get("run_key") or ""),
                 bound=(part.get("gap") or {}).get("upper"),  # of a smallest value the lower one
             )
@@ -101,6 +102,8 @@ def refuse_contradictions(claim: Claim, known: Iterable[tuple[str, float]]) -> N
         raise Contradiction(
             f"{said} is not written: its bound {claim.bound:.6g} lies on the wrong side of it"
         )
+    if claim.kind == "mean":
+        return
     worst = max(known, key=lambda run: claim.beyond(run[1]), default=None)
     if worst is not None and claim.beyond(worst[1]) > 0:
         raise Contradiction(

@@ -33,6 +33,7 @@ class Arguments:
     lipschitz: float | None = None
     enclosure: Enclosure | None = None
     attack: int | None = None
+    noise: bool | None = None
 
     def __post_init__(self) -> None:
         if self.sense not in ("max", "min"):
@@ -48,6 +49,15 @@ class Arguments:
             raise StudyError(
                 f"attack needs a whole number of runs >= 0, or None for what the search leaves of its "
                 f"budget, got {self.attack!r}"
+            )
+        if self.noise is not None and not isinstance(self.noise, bool):
+            raise StudyError(
+                f"noise needs True, False, or None to find it out by the runs, got {self.noise!r}"
+            )
+        without = [n for n in ("lipschitz", "enclosure", "attack") if getattr(self, n)]
+        if self.noise and without:
+            raise StudyError(
+                f"noise=True does not go with {without[0]}, which takes every run for exact. Leave one out"
             )
         if not _is_number(self.tolerance):
             raise StudyError(

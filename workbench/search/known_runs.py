@@ -34,8 +34,11 @@ def admitted(space: Space, known: Sequence[Outcome]) -> list[Outcome]:
 def with_known_runs(found: WorstCase, space: Space, asked: Arguments, known: Sequence[Outcome]) -> WorstCase:
     """`found`, or what is to be said where one of the known runs is worse.
 
-    `asked`: what the search was asked for; the reading of the response and the sense are taken from it.
+    `asked`: what the search was asked for; the reading of the response and the sense are taken from it. Where
+    runs have noise one of them says nothing of a mean, and `found` stays.
     """
+    if found.repeated is not None:
+        return found
     ledger = Ledger.opened(space, response=asked.response, sense=asked.sense, start=(), progress=None)
     runs = [ledger.run_of(o, number=0, proposal="known") for o in admitted(space, known)]
     with_value = [(ledger.sign * run.value, i) for i, run in enumerate(runs) if run.value is not None]

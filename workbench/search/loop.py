@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.models.evaluator import Evaluator
+from workbench.models.evaluator import RepeatingEvaluator
 from workbench.search.arguments import Arguments
 from workbench.search.evidence.gap import modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
@@ -15,9 +15,11 @@ from workbench.search.proposals.portfolio import propose
 from workbench.search.proposals.turns import Turn
 from workbench.search.record import Status
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
+from workbench.search.runs.repeats import run_again
 from workbench.search.start import begin, far_points
 from workbench.search.surrogate.fitting import fit_search_model
 from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.noisy import looks_noisy
 from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
@@ -25,6 +27,7 @@ __all__ = ["Loop"]
 
 QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the search stops
 FLAT_RUNS = 10  # per parameter, all of one value, before a response counts as constant
+SAME = 1e-12  # relative: values that differ by rounding only
 STALLED_RUNS = 6  # without a gain, or one per parameter where there are more
 
 
@@ -32,10 +35,11 @@ STALLED_RUNS = 6  # without a gain, or one per parameter where there are more
 class Loop:
     """A running search: `begun` runs went into its start design, after `searched` the gradients take over.
 
-    `quiet`: how many batches in a row met a gap below the tolerance.
+    `quiet`: how many batches in a row met a gap below the tolerance. `is_noisy`: a run made again gave
+    another value, which ends the loop; `is_checked`: whether that was asked.
     """
 
-    evaluate: Evaluator
+    evaluate: RepeatingEvaluator
     ledger: Ledger
     asked: Arguments
     begun: int
@@ -44,9 +48,11 @@ class Loop:
     gaps: GapHistory = field(default_factory=GapHistory)
     model: SearchModel | None = None
     quiet: int = 0
+    is_noisy: bool = False
+    is_checked: bool = False
 
     @classmethod
-    def started(cls, evaluate: Evaluator, ledger: Ledger, asked: Arguments) -> "Loop":
+    def started(cls, evaluate: RepeatingEvaluator, ledger: Ledger, asked: Arguments) -> "Loop":
         """The loop after its start design.
 
         Raises:
@@ -70,6 +76,8 @@ class Loop:
         ledger, ended = self.ledger, None
         while ended is None and ledger.spent < self.searched and not ledger.is_exhausted:
             ended = self._batch()
+        if self.is_noisy:
+            return Status.BUDGET
         if ledger.slopes and not ledger.is_exhausted:
             ascend(self.evaluate, ledger, budget=self.asked.budget)
         if ledger.is_exhausted:
@@ -88,8 +96,12 @@ class Loop:
     def _batch(self) -> Status | None:
         """One batch of runs; why the search ends here, None when it goes on."""
         ledger, workers = self.ledger, self.asked.workers
-        left = self.searched - ledger.spent
         known = self._learnt()
+        if self._is_found_noisy():
+            return Status.BUDGET
+        left = self.searched - ledger.spent
+        if left <= 0:
+            return None
         room = self.corners.room(ledger, runs=left)
         if (self.is_settled or room <= 0) and self._run_corners(most=left):
             return None
@@ -127,6 +139,25 @@ class Loop:
         self.gaps.note(gap, ledger, full=full)
         self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
         return Known.of(ledger, self.model, success)
+
+    def _is_found_noisy(self) -> bool:
+        """Whether the worst run gives another value when it is made again.
+
+        Asked once, when the Kriging takes a good part of the scatter for noise and explains the rest,
+        at the cost of one run of the budget. A run that agrees teaches nothing and stays out of the ledger.
+        """
+        model, ledger = self.model, self.ledger
+        if self.asked.noise is not None or self.is_checked or model is None or not looks_noisy(model):
+            return False
+        self.is_checked = True
+        self.searched -= 1
+        (again,) = run_again(self.evaluate, ledger, ledger.incumbent[None], times=1, purpose="repeat")
+        run = ledger.run_of(again, number=ledger.spent + 1, proposal="repeat")
+        if run.value is None or abs(ledger.sign * run.value - ledger.v.max()) <= SAME * abs(ledger.v.max()):
+            return False
+        ledger.add([again], ledger.incumbent[None], proposals=["repeat"])
+        self.is_noisy = True
+        return True
 
     def _turn(self, left: int) -> Turn:
         """Whose turn it is with `left` runs to go."""

@@ -15,6 +15,7 @@ from workbench.search.evidence.gap import Gap
 from workbench.search.evidence.gap_history import GapLook
 from workbench.search.evidence.grade import Grade, grade_of
 from workbench.search.runs.ledger import Ledger, Run
+from workbench.search.runs.repeats import Mean
 from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["Status", "WorstCase", "profile_of"]
@@ -39,7 +40,11 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorstCase:
-    """The worst true run found, how it was found, and how much worse it could still be."""
+    """The worst true run found, how it was found, and how much worse it could still be.
+
+    `repeated`: where runs have noise, the mean of the runs that were made at the reported point after it was
+    chosen; `value` is that mean.
+    """
 
     response: str
     unit: str  # "1" until `named` says otherwise
@@ -60,6 +65,17 @@ class WorstCase:
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
     gap_history: tuple[GapLook, ...] = ()
     attack: Attack | None = None
+    repeated: Mean | None = None
+
+    @property
+    def mean(self) -> float | None:
+        """The mean at the reported point where runs have noise, None where they have none."""
+        return None if self.repeated is None else self.repeated.value
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """What holds that mean with 95 % confidence."""
+        return None if self.repeated is None else self.repeated.interval
 
     @property
     def grade(self) -> Grade:
@@ -73,6 +89,8 @@ class WorstCase:
     @property
     def label(self) -> str:
         """How the value was obtained."""
+        if self.repeated is not None:
+            return self.repeated.label(self.unit)
         return "confirmed by a true run" if self.confirmed else "surrogate only, unconfirmed"
 
     @property
@@ -101,7 +119,8 @@ class WorstCase:
         sign = 1.0 if self.sense == "max" else -1.0
         best, history = -np.inf, []
         for run in self.runs:
-            best = max(best, sign * run.value) if run.value is not None else best
+            counted = run.value if run.smoothed is None else run.smoothed
+            best = max(best, sign * counted) if counted is not None else best
             history.append(
                 {
                     "run_key": run.key,
@@ -129,6 +148,10 @@ class WorstCase:
             "status": self.status.value,
             "evaluations": self.evaluations,
             "budget": self.budget,
+            "mean": self.mean,
+            "interval": None if self.interval is None else list(self.interval),
+            "repeats": None if self.repeated is None else self.repeated.count,
+            "noise": None if self.repeated is None else self.repeated.deviation,
             "seed": self.seed,
             "failures": self.failures,
             "history": history,

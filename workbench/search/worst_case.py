@@ -28,13 +28,15 @@ from typing import Any
 
 import numpy as np
 
-from workbench.models.evaluator import Evaluator, FunctionEvaluator, Reading
+from workbench.models.evaluator import FunctionEvaluator, Reading, RepeatingEvaluator
 from workbench.search.arguments import Arguments
 from workbench.search.attacked import attacked
 from workbench.search.conclusion import concluded
 from workbench.search.evidence.enclosure import Enclosure, check_enclosure
 from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.loop import Loop
+from workbench.search.noisy import NoisySearch, disagreeing
+from workbench.search.noisy_conclusion import concluded_by_mean
 from workbench.search.proposals.known import Known
 from workbench.search.proposals.portfolio import predicted_worst
 from workbench.search.record import Status, WorstCase, profile_of
@@ -64,6 +66,7 @@ def worst_case(
     lipschitz: float | None = None,
     enclosure: Enclosure | None = None,
     attack: int | None = None,
+    noise: bool | None = None,
     progress: Progress | None = None,
 ) -> WorstCase:
     """Search the worst case of `function(**parameters)` over `space`.
@@ -88,9 +91,14 @@ def worst_case(
             the narrower is stated.
         attack: true runs of an adversary beside the budget, see `workbench.search.attacked`; None for what
             the search leaves of its budget when it stops by itself, 0 for no attack.
+        noise: whether the model gives another value when it is run again. True: the largest mean is searched,
+            points are repeated, and `value` is the mean of fresh runs at `parameters`, with `interval`, see
+            `workbench.search.noisy`. None: found out, where runs of `start` at one point disagree, or where
+            the Kriging takes much of the scatter for noise and a run made again confirms it, at the cost of
+            one of the budget. False: never.
         progress: called with every run and the best value so far.
 
-    Returns: a `WorstCase`; `value` and `parameters` belong to a true run.
+    Returns: a `WorstCase`; `value` and `parameters` belong to a true run, or under noise to several.
 
     Raises:
         StudyError: an argument is of no use: unknown sense or response, empty space, budget below the start
@@ -114,12 +122,13 @@ def worst_case(
         lipschitz=lipschitz,
         enclosure=enclosure,
         attack=attack,
+        noise=noise,
     )
     return search_worst_case(FunctionEvaluator(function), space, asked, start=start, progress=progress)
 
 
 def search_worst_case(
-    evaluate: Evaluator,
+    evaluate: RepeatingEvaluator,
     space: Space,
     asked: Arguments,
     *,
@@ -130,8 +139,13 @@ def search_worst_case(
     ledger = Ledger.opened(space, response=asked.response, sense=asked.sense, start=start, progress=progress)
     if asked.enclosure is not None:
         check_enclosure(ledger.where, asked.enclosure)
+    if asked.noise or (asked.noise is None and disagreeing(ledger)):
+        return _among_noise(evaluate, ledger, asked)
     search = Loop.started(evaluate, ledger, asked)
-    after = attacked(search, search.run())
+    status = search.run()
+    if search.is_noisy:
+        return _among_noise(evaluate, ledger, asked)
+    after = attacked(search, status)
     return concluded(
         ledger,
         asked,
@@ -141,6 +155,14 @@ def search_worst_case(
         attack=after.attack,
         unseen=after.unseen,
     )
+
+
+def _among_noise(evaluate: RepeatingEvaluator, ledger: Ledger, asked: Arguments) -> WorstCase:
+    """The search for the largest mean, after or without runs of the other search."""
+    search = NoisySearch(evaluate=evaluate, ledger=ledger, asked=asked)
+    mean, first = search.run()
+    assert search.model is not None
+    return concluded_by_mean(ledger, asked, search.model, mean, first)
 
 
 def surrogate_worst_case(

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.errors import StudyError
-from workbench.models.evaluator import Evaluator, Outcome, evaluator_of
+from workbench.models.evaluator import Outcome, RepeatingEvaluator, evaluator_of
 from workbench.search.arguments import Arguments
 from workbench.search.known_runs import with_known_runs
 from workbench.search.runs.given_runs import Start, given_rows
@@ -31,13 +31,14 @@ class _Recorder:
     `outcomes`: what the next search begins with; `known`: these and the runs of attacks.
     """
 
-    evaluate: Evaluator
+    evaluate: RepeatingEvaluator
     names: tuple[str, ...]
     outcomes: list[Outcome] = field(default_factory=list)
     known: list[Outcome] = field(default_factory=list)
 
-    def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
-        answered = self.evaluate(rows, purpose=purpose)
+    def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str, repeat: int = 0) -> list[Outcome]:
+        more = {"repeat": repeat} if repeat else {}
+        answered = self.evaluate(rows, purpose=purpose, **more)
         for outcome in answered:
             missing = [name for name in self.names if name not in outcome.outputs]
             if outcome.status == "ok" and missing:
@@ -61,7 +62,8 @@ def worst_cases(
     workers: int = 1,
     tolerance: float = 1e-3,
     attack: int = 0,
-    evaluator: Evaluator | None = None,
+    noise: bool | None = None,
+    evaluator: RepeatingEvaluator | None = None,
     progress: Callable[[str], Progress] | None = None,
 ) -> dict[str, WorstCase]:
     """Search the worst case of every response of `function(**parameters)`.
@@ -72,6 +74,7 @@ def worst_cases(
         budget: true runs for all responses together; for the others see `worst_case`.
         attack: true runs of the adversary for all responses together, in equal shares. What one search leaves
             of its budget serves the next response, not an attack.
+        noise: as for `worst_case`.
         evaluator: runs rows and stores them, in place of `function`, which may be None then.
         progress: given the name of a response, what its search calls with every run and the best value.
 
@@ -113,6 +116,7 @@ def worst_cases(
             workers=workers,
             tolerance=tolerance,
             attack=attack // len(responses),
+            noise=noise,
         )
         found[name] = search_worst_case(
             recorder,

@@ -136,6 +136,21 @@ def _check_quantile(study: Study, table: Mapping[str, Any]) -> None:
         )
 
 
+def _check_noise(study: Study, table: Mapping[str, Any]) -> None:
+    if not table.get("noise"):
+        return
+    stray = next((key for key in ("attack", *OF_ONE, "quantile") if table.get(key)), None)
+    if stray is not None:
+        raise StudyError(
+            f"[worst_case] noise = true does not go with {stray}, which takes every run for exact. "
+            "Leave one out"
+        )
+    if study.model["kind"] == "table":
+        raise StudyError(
+            "[worst_case] noise = true needs a model that can be run again; a table cannot run anything new"
+        )
+
+
 # by the key at whose line a refusal is placed
 CHECKS = {
     "response": _check_choice,
@@ -143,4 +158,5 @@ CHECKS = {
     "weights": _check_weights,
     "within": _check_within,
     "quantile": _check_quantile,
+    "noise": _check_noise,
 }

@@ -111,10 +111,10 @@ def _worst(
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     confirmed = bool(worst["confirmed"])
     if confirmed:
-        detail = (
-            f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}, after {worst['evaluations']} "
-            f"runs of the search. {gap_sentence(worst)}"
-        )
+        how = f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}"
+        if worst.get("mean") is not None:
+            how = f"{worst['label'][:1].upper()}{worst['label'][1:]}"
+        detail = f"{how}, after {worst['evaluations']} runs of the search. {gap_sentence(worst)}"
         beyond = _beyond(worst, loop)
         level: Level = "fair" if beyond else "plain" if worst.get("grade") == "searched" else "good"
         detail = " ".join(part for part in (detail, worst.get("grade_sentence"), beyond) if part)

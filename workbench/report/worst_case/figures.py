@@ -49,6 +49,10 @@ def search_figure(
     read_off = (
         "The stair is the worst true value so far; a long flat end says that the search found nothing more."
     )
+    if worst.get("mean") is not None:
+        read_off = (
+            "The stair is the worst of the means that the Kriging of all runs holds at the runs so far."
+        )
     if found is not None:
         read_off += f" The confirming run (ring) was run {found} of {len(searched)} of the search."
     return Figure(

@@ -102,7 +102,7 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
             for key in (
                 "response", "unit", "sense", "value", "parameters", "confirmed", "label", "run_key",
                 "predicted", "predicted_std", "evaluations", "budget", "failures", "gap", "baselines",
-                "quantile", "grade", "attack",
+                "quantile", "grade", "attack", "mean", "interval", "repeats", "noise",
             )
         },
     )  # fmt: skip
@@ -112,11 +112,17 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
     """Value, limits, grade, gap, quantile, why the search ended, failed runs."""
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     side = "largest" if worst["sense"] == "max" else "smallest"
-    confirmed = bool(worst["confirmed"])
+    confirmed, is_mean = bool(worst["confirmed"]), worst.get("mean") is not None
     sentences = [
         f"The {side} {response} is {quantity(worst['value'], unit)}, {worst['label']}"
-        + (f": {folder.run_name(worst.get('run_key'))}." if confirmed else ".")
+        + (f": {folder.run_name(worst.get('run_key'))}." if confirmed and not is_mean else ".")
     ]
+    if is_mean:
+        noise = quantity(worst["noise"], unit)
+        sentences.append(
+            f"Runs have noise: {noise} (standard deviation at this point). The runs by which the point was "
+            "chosen have no part in the mean; a single run beyond it is luck."
+        )
     if worst.get("within"):
         sentences.append(f"Only runs with {limits_text(worst['within'])} count; others are called excluded.")
     if confirmed:

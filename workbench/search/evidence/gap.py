@@ -31,7 +31,7 @@ from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 from workbench.space.units import number
 
-__all__ = ["COVERAGE", "Gap", "lipschitz_gap", "modelled_gap"]
+__all__ = ["COVERAGE", "HOPELESS", "Gap", "lipschitz_gap", "modelled_gap"]
 
 COVERAGE = 0.95
 BOUND_FACTOR = 3.0  # a supremum over the box needs a wider factor than one point does
@@ -47,7 +47,7 @@ class Gap:
 
     Of an enclosure: its `calls`, and whether they brought the width below the tolerance. Of an enumeration:
     how many points `failed`. `note`: what a reader must know beside it, such as a certificate that the runs
-    refute.
+    refute. `subject`: what could be worse, "the mean" where runs have noise.
 
     >>> Gap(upper=5.2, width=0.2, coverage=0.95, kind="model-based", unit="mm").sentence
     'By the Kriging with 95 % confidence it could be at most 0.2 mm worse (model-based, not a proof).'
@@ -62,11 +62,12 @@ class Gap:
     failed: int = 0
     note: str = ""
     unit: str = "1"
+    subject: str = "it"
 
     def to_dict(self) -> dict[str, Any]:
         """For the JSON document."""
         plain = asdict(self)
-        del plain["unit"]  # the document's own
+        del plain["unit"], plain["subject"]  # the document's own, and said in the sentence
         if self.kind != "enclosure":
             del plain["calls"], plain["closed"]
         for name in ("failed", "note"):
@@ -98,8 +99,8 @@ class Gap:
                 f"By the given interval enclosure it is certain that at most {width} more is possible{end}."
             )
         return (
-            f"By the Kriging with {100 * self.coverage:.0f} % confidence it could be at most {width} worse "
-            f"({self.kind}, not a proof)."
+            f"By the Kriging with {100 * self.coverage:.0f} % confidence {self.subject} could be at most "
+            f"{width} worse ({self.kind}, not a proof)."
         )
 
 

@@ -20,7 +20,8 @@ __all__ = ["Run", "Start", "given_outcomes", "given_rows"]
 class Run:
     """One run of a search. `value` is None when the run failed; `predicted` and `std` are what the Kriging
     expected before the run, None for given runs and the start design. `outputs` holds all responses of the
-    run, `error` what a failed one said."""
+    run, `error` what a failed one said. `smoothed`: where runs have noise, what the
+    Kriging of all runs holds for the mean at this point."""
 
     key: str
     number: int  # 1, 2, ... within the search; 0 for a run that was given
@@ -32,6 +33,7 @@ class Run:
     std: float | None = None
     outputs: Mapping[str, float] = field(default_factory=dict)
     error: str = ""
+    smoothed: float | None = None
 
 
 Start: TypeAlias = "Sequence[Outcome | Evaluation | Run | Mapping[str, Any]] | pd.DataFrame"

@@ -14,7 +14,7 @@ from workbench.search.surrogate.kriging import Form, fitted
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.output_transform import OutputTransform, candidates
 
-__all__ = ["chosen_model"]
+__all__ = ["chosen_model", "prediction_score"]
 
 SPARE_RUNS = 6  # beyond the terms of the trend: fewer cannot tell a transform from chance
 TRANSFORM_GAIN = 2.0  # log-likelihood a transform must win to replace the identity
@@ -69,7 +69,7 @@ def _with_trend(features: np.ndarray, v: np.ndarray, *, seed: int) -> SearchMode
     linear = fitted(features, v, Form(trend="linear"), seed=seed)
     if n < p + 1 + _spare_to_compare(p):
         return constant if constant.q2 <= 0.0 else linear
-    return constant if _prediction_score(constant) > _prediction_score(linear) else linear
+    return constant if prediction_score(constant) > prediction_score(linear) else linear
 
 
 def _with_transform(features: np.ndarray, v: np.ndarray, plain: SearchModel, *, seed: int) -> SearchModel:
@@ -120,7 +120,7 @@ def _likelihood_of_the_rest(model: SearchModel, v: np.ndarray) -> float:
     return float(value)
 
 
-def _prediction_score(model: SearchModel) -> float:
+def prediction_score(model: SearchModel) -> float:
     """Log predictive density of every run from the others, summed: comparable between trends."""
     loo = model.kriging.leave_one_out()
     usable = np.isfinite(loo.std) & (loo.std > 0)

@@ -1,0 +1,84 @@
+"""The worst case of models with noise: bias of the stated mean, coverage of its interval, width of its gap.
+
+Ten functions with both extremes known, 2 to 10 inputs, get normal noise of a tenth of their range. Counted
+are, in units of the noise or of the range:
+
+    bias       stated mean less the true mean at the reported point, over the noise
+    held       share of the intervals that hold that true mean
+    lucky      the same for the largest of all runs, which a search without repeats would report
+    short      largest mean over the box less the mean at the reported point, over the range
+    gap        stated gap over the range, and the share of gaps that the largest mean does not exceed
+
+`python -m studies.noisy_worst_case 0 10` prints a line per function for seeds 0 to 9.
+"""
+
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from studies.worst_case_calibration import FUNCTIONS, Extremes
+from workbench.search.worst_case import worst_case
+
+__all__ = ["CASES", "NOISE", "run"]
+
+NOISE = 0.1  # standard deviation of a run, of the range of the function
+CASES = (
+    ("branin", "max"), ("camel", "max"), ("ishigami", "min"), ("hartmann3", "min"), ("styblinski3", "max"),
+    ("friedman5", "min"), ("circuit", "max"), ("piston", "max"), ("borehole", "max"), ("wing", "min"),
+)  # fmt: skip
+
+
+def _searched(f: Extremes, sense: str, seed: int, budget: int) -> tuple[float, ...]:
+    size = f.high - f.low
+    rng = np.random.default_rng([seed, len(f.name), ord(f.name[0])])
+
+    def noisy(**x: float) -> float:
+        return float(f.function(**x) + NOISE * size * rng.standard_normal())
+
+    found = worst_case(noisy, f.space, sense=sense, budget=budget, seed=seed, noise=True)
+    sign, top = (1.0, f.high) if sense == "max" else (-1.0, f.low)
+    true = f.function(**found.parameters)
+    assert found.interval is not None
+    lucky = max(found.runs, key=lambda run: sign * (run.value if run.value is not None else -sign * np.inf))
+    return (
+        sign * (found.value - true) / (NOISE * size),
+        float(found.interval[0] <= true <= found.interval[1]),
+        sign * (float(lucky.value or 0.0) - f.function(**lucky.parameters)) / (NOISE * size),
+        sign * (top - true) / size,
+        found.gap.width / size,
+        float(sign * top <= sign * found.gap.upper),
+    )
+
+
+def run(
+    seeds: Sequence[int] = (0,), *, budget: int = 60, cases: Sequence[tuple[str, str]] = CASES
+) -> xr.Dataset:
+    """Every case with every seed; variables over (case, seed) as above."""
+    known = {f.name: f for f in FUNCTIONS}
+    made = np.array(
+        [[_searched(known[name], sense, seed, budget) for seed in seeds] for name, sense in cases]
+    )
+    names = ("bias", "held", "lucky", "short", "gap", "covered")
+    return xr.Dataset(
+        {name: (("case", "seed"), made[:, :, k]) for k, name in enumerate(names)},
+        coords={"case": [f"{name} {sense}" for name, sense in cases], "seed": list(seeds)},
+        attrs={"budget": budget, "noise": NOISE},
+    )
+
+
+if __name__ == "__main__":
+    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
+    parts = []
+    for case in CASES:
+        part = run(range(first, last), cases=(case,))
+        parts.append(part)
+        words = ", ".join(f"{name} {float(part[name].mean()):.3f}" for name in part.data_vars)
+        print(f"{case[0]:12s} {case[1]}   {words}   gap {float(part['gap'].median()):.3f}", flush=True)
+    every = xr.concat(parts, "case")
+    print(
+        f"{every['bias'].size} searches: bias {float(every['bias'].mean()):.2f} (of the luckiest run "
+        f"{float(every['lucky'].mean()):.2f}), interval holds {float(every['held'].mean()):.1%}, median gap "
+        f"{float(every['gap'].median()):.1%}, covered {float(every['covered'].mean()):.1%}"
+    )
