@@ -11,6 +11,8 @@ run helped to choose theta. Here each twentieth of the runs is predicted by a mo
                 square of the standardised errors. The 95 % point of the next one when errors are normal
                 with unknown variance and a = 1.5 of variance one were seen before: the quantile of few runs
                 rests on one error, which may be small by luck
+    chosen      f^(n/(n + 20)) 1.45^(20/(n + 20)) where correlation and trend were chosen by the same runs:
+                the likeliest of several forms claims too much, and one sample tells its factor poorly
 """
 
 from typing import Any, Protocol, Self
@@ -25,16 +27,20 @@ from ..likelihood.starts import canonical_rows
 from .runs import Runs
 from .validation import NORMAL_975
 
-__all__ = ["Refittable", "interval_factor"]
+__all__ = ["MOST_REFITS", "Refittable", "conformal_factor_of", "interval_factor"]
 
 FOLDS = 20  # ten leave a refit without a tenth of the runs, where it knows its own errors less well
 PRIOR_ERRORS = 1.5  # of variance one, which count beside the observed where these are small
+MOST_REFITS = 300  # runs; above, twenty refits take long and move theta no more
+TYPICAL, RUNS_BEFORE = 1.45, 20.0  # factor of a form chosen by the runs, and how many runs it counts as
 FEWEST = 10  # runs; below, a 95 % quantile is not worth the name
 
 
 class Refittable(Protocol):
     """A fitted Kriging estimator, as far as its refits need it; deviations in the unit of y."""
 
+    correlation_: str
+    trend_: Any
     theta_: NDArray[np.float64]
     sigma2_: float
     nugget_: float
@@ -55,8 +61,10 @@ class Refittable(Protocol):
         ...
 
 
-def interval_factor(kriging: Refittable, runs: Runs, *, noise: NDArray[np.float64] | None) -> float:
-    """Factor > 0 on the standard deviations of a fitted model.
+def interval_factor(
+    kriging: Refittable, runs: Runs, *, noise: NDArray[np.float64] | None, chosen: bool = False
+) -> float:
+    """Factor > 0 on the standard deviations of a fitted model, whose form may have been `chosen` by the runs.
 
     1.0 for fewer than ten runs, and where the refits give fewer than ten errors to judge by.
     """
@@ -64,7 +72,13 @@ def interval_factor(kriging: Refittable, runs: Runs, *, noise: NDArray[np.float6
     if n < FEWEST or runs.degenerate:
         return 1.0
     x = (runs.u + 0.5) * runs.scaling.width + runs.scaling.low
-    model = clone(kriging).set_params(calibration="none", theta_start=kriging.theta_, n_starts=1)
+    model = clone(kriging).set_params(
+        correlation=kriging.correlation_,
+        trend=kriging.trend_,
+        intervals="plug-in",
+        theta_start=kriging.theta_,
+        n_starts=1,
+    )
     # the folds are dealt along the canonical order: each sees all of the range of y, in any order of the rows
     order = canonical_rows(runs.u, runs.z)
     shuffled = np.random.default_rng(kriging.seed).permuted(_dealt(n), axis=1).ravel()
@@ -74,7 +88,16 @@ def interval_factor(kriging: Refittable, runs: Runs, *, noise: NDArray[np.float6
     if len(errors) < FEWEST:
         return 1.0
     wider = _conformal_factor(errors)
-    return wider if wider >= 1.0 else min(1.0, _predictive_factor(errors))
+    factor = wider if wider >= 1.0 else min(1.0, _predictive_factor(errors))
+    if not chosen:
+        return factor
+    share = n / (n + RUNS_BEFORE)
+    return float(factor**share * TYPICAL ** (1.0 - share))
+
+
+def conformal_factor_of(standardised: NDArray[np.float64]) -> float:
+    """Factor from the standardised leave-one-out errors (n,) of many runs at fixed theta."""
+    return _conformal_factor(np.abs(standardised[np.isfinite(standardised)]))
 
 
 def _errors_of_refits(

@@ -44,8 +44,8 @@ def check_choices(*, criterion: str, correlation: str, eta: float | str, nugget:
     """Raise a ValueError for a value that is not one of the documented ones."""
     if criterion not in ("reml", "ml"):
         raise ValueError(f"criterion needs 'reml' or 'ml', got {criterion!r}")
-    if correlation not in CORRELATIONS:
-        raise ValueError(f"correlation needs one of {', '.join(CORRELATIONS)}, got {correlation!r}")
+    if correlation not in ("auto", *CORRELATIONS):
+        raise ValueError(f"correlation needs one of auto, {', '.join(CORRELATIONS)}, got {correlation!r}")
     if isinstance(nugget, str):
         if nugget not in NUGGETS:
             raise ValueError(f"nugget needs a number or one of {', '.join(NUGGETS)}, got {nugget!r}")

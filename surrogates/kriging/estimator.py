@@ -12,38 +12,30 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import lapack
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from ..likelihood.likelihood import Factor, Likelihood
-from .calibration import interval_factor
-from .diagnosis import (
-    Diagnosis,
-    advise,
-    close_pairs,
-    constant_columns,
-    repeated_columns,
-)
-from .estimation import (
-    Estimate,
-    check_choices,
-    estimate,
-    likelihood_of,
-    theta_units,
-)
+from .calibration import MOST_REFITS, conformal_factor_of, interval_factor
+from .diagnosis import Diagnosis, close_pairs
+from .estimation import Estimate, check_choices, estimate, likelihood_of
+from .fitted import Fitted, diagnosed, finished
+from .form_choice import AUTO, Form, FormScore, choose_form
 from .given_runs import (
     LabelCodes,
     check_finite,
     check_response,
     refuse_text,
+    run_names,
 )
 from .posterior import Posterior
-from .runs import Runs, not_positive_definite, prepare
+from .runs import Runs, prepare
 from .trend import TRENDS, TrendFunction
-from .validation import LeaveOneOut, leave_one_out
+from .validation import LeaveOneOut, left_out
 
 __all__ = ["Kriging"]
+
+INTERVALS = ("calibrated", "plug-in")
 
 Array = NDArray[np.float64]
 
@@ -54,9 +46,12 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     Args:
         criterion: "reml" (eq. 3.13) or "ml".
         trend: "constant", "linear", "interactions" (linear and all products of two inputs), "quadratic"
-            (these and the squares), or a function of X (m, d) that returns F (m, p).
+            (these and the squares), or a function of X (m, d) that returns F (m, p). "auto": constant or
+            linear, by leave-one-out (see `surrogates.kriging.form_choice`); `trend_` says which.
         correlation: "gaussian", "power_exponential", "matern32" or "matern52"; see
-            `surrogates.likelihood.correlation`.
+            `surrogates.likelihood.correlation`. "auto": Gaussian or Matern 5/2, by the likelihood;
+            `correlation_` says which. With `theta` given, which belongs to a correlation, "auto" is Gaussian
+            and constant.
         eta: exponent of the power-exponential correlation in [1, 2], or "free".
         nugget: noise variance of every run relative to sigma^2. A number is used as it is (0 interpolates);
             "auto" is 1e-8, or estimated when (nearly) equal inputs have different responses; "estimate"
@@ -72,9 +67,10 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             250 runs, where the surface is simpler. With `theta_start`, one or two are usually enough.
         groups: (d,) labels of inputs that share one theta in the box of the runs; None gives each its own.
         categorical: columns that hold labels (numbers or, if X is an object array, strings).
-        calibration: "none" gives plug-in deviations of the process, which take theta as known;
-            "cross_validation" gives those of a new run, nugget included, scaled by a factor from twenty
-            refits (see `surrogates.kriging.calibration`), so that mean +- 1.96 std holds what it says.
+        intervals: "calibrated" deviations are those of a new run, nugget included, scaled by a factor from
+            refits without some of the runs (see `surrogates.kriging.calibration`), so that mean +- 1.96 std
+            holds what it says; "plug-in" ones are those of the process and take theta as known, mostly too
+            narrow, and cost no refits.
         seed: of the starts. Same seed, same result.
 
     Attributes:
@@ -86,7 +82,8 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         log_likelihood_: log L of eq. (3.13) without its constant (or of the full likelihood), larger is
             better; inf when the trend reproduces the response exactly.
         diagnosis_: a `Diagnosis`.   n_features_in_: d.
-        interval_factor_: what `calibration` multiplies the standard deviations by; 1.0 without. sigma2_ and
+        correlation_, trend_: the ones used.   forms_: a `FormScore` of each that was tried, () if none was.
+        interval_factor_: what the standard deviations are multiplied by; 1.0 for plug-in ones. sigma2_ and
             nugget_ are those of the likelihood, not scaled.
 
     >>> import numpy as np
@@ -99,13 +96,16 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
     posterior_: Posterior
     diagnosis_: Diagnosis
+    correlation_: str
+    trend_: str | TrendFunction
+    forms_: tuple[FormScore, ...]
 
     def __init__(
         self,
         *,
         criterion: str = "reml",
-        trend: str | TrendFunction = "constant",
-        correlation: str = "gaussian",
+        trend: str | TrendFunction = AUTO,
+        correlation: str = AUTO,
         eta: float | str = "free",
         nugget: float | str = "auto",
         theta: ArrayLike | None = None,
@@ -115,7 +115,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         n_starts: int | None = None,
         groups: Sequence[Hashable] | None = None,
         categorical: Sequence[int] | None = None,
-        calibration: str = "none",
+        intervals: str = "calibrated",
         seed: int = 0,
     ) -> None:
         self.criterion = criterion
@@ -130,7 +130,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.n_starts = n_starts
         self.groups = groups
         self.categorical = categorical
-        self.calibration = calibration
+        self.intervals = intervals
         self.seed = seed
 
     def fit(
@@ -152,15 +152,30 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             TooFewRuns: one run only, or not more runs than the trend has terms.
             NotPositiveDefinite: two runs are too close for the nugget; the message names them.
         """
-        runs = self._prepared(X, y, run_ids)
-        likelihood = self._likelihood(runs, noise)
-        self._finish(runs, self._estimated(runs, likelihood))
-        if self.calibration == "cross_validation":
-            variances = likelihood.noise
-            self._scale_intervals(
-                interval_factor(self, runs, noise=None if variances is None else variances * runs.scale**2)
-            )
+        self._check_parameters()
+        x, target, ids = self._given(X, y, run_ids)
+
+        def attempt(form: Form, rows: slice | NDArray[np.intp], **starts: Any) -> Fitted:
+            runs = self._box(x[rows], target[rows], tuple(np.array(ids, dtype=object)[rows]), form.trend)
+            variances = None if noise is None else np.asarray(noise)
+            if variances is not None and variances.shape == (len(x),):
+                variances = variances[rows]
+            likelihood = self._likelihood(runs, variances, form.correlation)
+            return finished(runs, self._estimated(runs, likelihood, **starts))
+
+        form = Form(correlation=self.correlation, trend=self.trend)
+        best, self.forms_ = choose_form(form, attempt, x, target, theta_given=self.theta is not None)
+        self._set(best.fitted, best.form)
+        if self.intervals == "calibrated":
+            self._scale_intervals(self._interval_factor(noise))
         return self
+
+    def _interval_factor(self, noise: ArrayLike | None) -> float:
+        runs, chosen = self._runs, len(self.forms_) > 1
+        if len(runs.u) > MOST_REFITS:  # a twentieth of the runs moves theta no more
+            return conformal_factor_of(self.leave_one_out().standardised)
+        variances = None if noise is None else np.broadcast_to(np.asarray(noise, float), len(runs.u))
+        return interval_factor(self, runs, noise=variances, chosen=chosen)
 
     def _scale_intervals(self, factor: float) -> None:
         self.interval_factor_ = factor
@@ -168,14 +183,21 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         coverage = self.leave_one_out().coverage95
         self.diagnosis_ = replace(self.diagnosis_, interval_factor=factor, coverage95=coverage)
 
-    def _prepared(self, X: ArrayLike, y: ArrayLike, run_ids: Sequence[Hashable] | None) -> Runs:
+    def _check_parameters(self) -> None:
         check_choices(
             criterion=self.criterion, correlation=self.correlation, eta=self.eta, nugget=self.nugget
         )
-        if not callable(self.trend) and self.trend not in TRENDS:
-            raise ValueError(f"trend needs one of {', '.join(TRENDS)} or a function of X, got {self.trend!r}")
-        if self.calibration not in ("none", "cross_validation"):
-            raise ValueError(f"calibration needs 'none' or 'cross_validation', got {self.calibration!r}")
+        if not callable(self.trend) and self.trend not in (AUTO, *TRENDS):
+            raise ValueError(
+                f"trend needs one of {', '.join((AUTO, *TRENDS))} or a function of X, got {self.trend!r}"
+            )
+        if self.intervals not in INTERVALS:
+            raise ValueError(f"intervals needs 'calibrated' or 'plug-in', got {self.intervals!r}")
+
+    def _given(
+        self, X: ArrayLike, y: ArrayLike, run_ids: Sequence[Hashable] | None
+    ) -> tuple[Array, Array, tuple[Hashable, ...]]:
+        """Runs (n, d), responses (n,) and names (n,), checked."""
         self._codes = None if self.categorical is None else LabelCodes(self.categorical, X)
         if self._codes is not None:
             X = self._codes(X)
@@ -188,7 +210,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
                 "screener this means that it selected no input: read its diagnosis_.advice, or set its "
                 "n_features"
             )
-        check_response(y, None if run_ids is None else _names(run_ids, len(np.asarray(y))))
+        check_response(y, None if run_ids is None else run_names(run_ids, len(np.asarray(y))))
         x, target = validate_data(
             self,
             X,
@@ -199,21 +221,27 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             ensure_all_finite=False,
             ensure_min_samples=0,
         )
-        n, d = x.shape
-        ids = _names(run_ids, n)
+        ids = run_names(run_ids, len(x))
         target = np.asarray(target, dtype=np.float64)
         check_finite(x, target, ids)
-        labels = tuple(sorted({int(k) % d for k in self.categorical or ()}))
-        return prepare(x, target, trend=self.trend, labels=labels, ids=ids)
+        return x, target, ids
 
-    def _likelihood(self, runs: Runs, noise: ArrayLike | None) -> Likelihood:
+    def _box(self, x: Array, y: Array, ids: tuple[Hashable, ...], trend: str | TrendFunction) -> Runs:
+        labels = tuple(sorted({int(k) % x.shape[1] for k in self.categorical or ()}))
+        return prepare(x, y, trend=trend, labels=labels, ids=ids)
+
+    def _prepared(self, X: ArrayLike, y: ArrayLike, run_ids: Sequence[Hashable] | None) -> Runs:
+        self._check_parameters()
+        return self._box(*self._given(X, y, run_ids), self.trend)
+
+    def _likelihood(self, runs: Runs, noise: ArrayLike | None, correlation: str | None = None) -> Likelihood:
         equal, nearly = close_pairs(runs.u)
         y, jump = runs.observed, 1e-3 * runs.scale  # between runs 1e-6 apart: no smooth response does that
         replicated = any(y[i] != y[j] for i, j in equal) or any(abs(y[i] - y[j]) > jump for i, j in nearly)
         return likelihood_of(
             runs,
             criterion=self.criterion,
-            correlation=self.correlation,
+            correlation=self.correlation if correlation is None else correlation,
             eta=self.eta,
             nugget=self.nugget,
             noise=noise,
@@ -221,93 +249,42 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             replicated=replicated,
         )
 
-    def _estimated(self, runs: Runs, likelihood: Likelihood) -> Estimate:
+    def _estimated(
+        self,
+        runs: Runs,
+        likelihood: Likelihood,
+        *,
+        theta_start: Array | None = None,
+        n_starts: int | None = None,
+    ) -> Estimate:
         return estimate(
             runs,
             likelihood,
             ladder=self.nugget == "ladder",
             theta=self.theta,
-            theta_start=self.theta_start,
+            theta_start=self.theta_start if theta_start is None else theta_start,
             theta_bounds=self.theta_bounds,
             theta_prior=self.theta_prior,
-            n_starts=self.n_starts,
+            n_starts=self.n_starts if self.n_starts is not None else n_starts,
             seed=self.seed,
         )
 
     def _finish(self, runs: Runs, found: Estimate, factor: Factor | None = None) -> Self:
         """Set the fitted attributes; `factor` may come from a fit with the same theta."""
-        likelihood, parameters = found.likelihood, found.parameters
-        if factor is None:
-            factor = likelihood.factor(parameters)
-        if factor is None:
-            raise not_positive_definite(runs, parameters.nugget)
-        sigma2 = 0.0 if runs.degenerate else float(likelihood.variances(factor, parameters)[0])
-        coefficients = factor.coefficients(runs.z)[:, 0]
-        self._runs = runs
-        self._diagonal = likelihood.diagonal(parameters)
-        self.posterior_ = Posterior(
-            scaling=runs.scaling,
-            trend=runs.trend,
-            u=runs.u,
-            f=runs.f,
-            correlation=replace(likelihood.correlation, eta=parameters.eta),
-            theta=parameters.theta,
-            factor=factor,
-            coefficients=coefficients,
-            weights=factor.weights[:, 0],
-            sigma2=sigma2,
-            shift=runs.shift,
-            scale=runs.scale,
-        )
-        self.theta_ = parameters.theta / theta_units(runs.scaling, self.posterior_.correlation)
-        self.eta_ = parameters.eta
-        self.nugget_ = parameters.nugget
-        self.sigma2_ = runs.scale**2 * sigma2
-        self.trend_terms_ = list(runs.term_names)
-        self.beta_ = runs.scale * np.linalg.solve(runs.back, coefficients)
-        if runs.trend.function is None:
-            self.beta_[0] += runs.shift
-        self.log_likelihood_ = float("inf")
-        if not runs.degenerate:
-            value = likelihood.value_of(factor, np.array([sigma2]))
-            value -= likelihood.degrees() * np.log(runs.scale)
-            if likelihood.restricted:
-                value -= float(np.linalg.slogdet(runs.back)[1])
-            self.log_likelihood_ = float(value)
-        self.interval_factor_ = 1.0
-        self.diagnosis_ = self._diagnosed(found)
+        self.forms_ = ()
+        self._set(finished(runs, found, factor), Form(correlation=self.correlation, trend=self.trend))
         return self
 
-    def _diagnosed(self, found: Estimate) -> Diagnosis:
-        runs, likelihood, search = self._runs, found.likelihood, found.search
-        equal, nearly = close_pairs(runs.u)
-        unequal = [(i, j) for i, j in equal if runs.observed[i] != runs.observed[j]]
-        loo = self.leave_one_out()
-        diagnosis = Diagnosis(
-            n_runs=len(runs.u),
-            n_inputs=runs.u.shape[1],
-            n_trend_terms=runs.f.shape[1],
-            condition_number=_condition(self.posterior_.factor, self._diagonal),
-            duplicates=_named(runs, equal),
-            unequal_duplicates=_named(runs, unequal),
-            near_duplicates=_named(runs, nearly),
-            constant_inputs=constant_columns(runs.u),
-            repeated_inputs=repeated_columns(runs.u),
-            dropped_trend_terms=runs.dropped,
-            nugget=self.nugget_,
-            nugget_estimated=likelihood.nugget is None or self.nugget == "ladder",
-            at_lower_bound=() if search is None else _inputs(likelihood, search.at_lower),
-            at_upper_bound=() if search is None else _inputs(likelihood, search.at_upper),
-            n_starts=0 if search is None else search.n_starts,
-            n_starts_agreeing=0 if search is None else search.n_agree,
-            gap_to_second=float("nan") if search is None else search.gap,
-            evaluations=0 if search is None else search.evaluations,
-            converged=search is None or search.converged,
-            q2=loo.q2,
-            coverage95=loo.coverage95,
-            degenerate=runs.degenerate,
-        )
-        return replace(diagnosis, advice=advise(diagnosis))
+    def _set(self, fitted: Fitted, form: Form) -> None:
+        self._runs, self._diagonal = fitted.runs, fitted.diagonal
+        self.posterior_ = fitted.posterior
+        self.correlation_, self.trend_ = form.correlation, form.trend
+        self.theta_, self.eta_, self.nugget_ = fitted.theta, fitted.eta, fitted.nugget
+        self.sigma2_, self.beta_ = fitted.sigma2, fitted.beta
+        self.trend_terms_ = list(fitted.runs.term_names)
+        self.log_likelihood_ = fitted.log_likelihood
+        self.interval_factor_ = 1.0
+        self.diagnosis_ = diagnosed(fitted, ladder=self.nugget == "ladder")
 
     def _points(self, X: ArrayLike) -> Array:
         check_is_fitted(self)
@@ -321,8 +298,8 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """Best linear unbiased prediction at X (m, d): mean (m,), with `return_std` also std (m,).
 
         The deviation is that of the process, including what estimating the trend costs and without the noise
-        of a new run. It is zero at the runs when there is no nugget. With calibration="cross_validation" it
-        is that of a new run, by the nugget wider; noise that was given run by run is not in it.
+        of a new run. It is zero at the runs when there is no nugget. With intervals="calibrated" it is
+        that of a new run, by the nugget wider; noise that was given run by run is not in it.
         """
         points = self._points(X)
         return self.posterior_.mean_and_std(points) if return_std else self.posterior_.mean(points)
@@ -345,36 +322,4 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     def leave_one_out(self) -> LeaveOneOut:
         """Every run predicted from the others at fixed theta, sigma^2 and nugget, in closed form."""
         check_is_fitted(self, "posterior_")
-        factor, scale = self.posterior_.factor, self._runs.scale
-        inverse = factor.inverse_diagonal()
-        g = factor.trend_in_runs()
-        diagonal = inverse - np.einsum("ij,ij->i", g, g)
-        # a run that alone carries a trend term has P_ii = 0: the others cannot predict it
-        lone = diagonal <= 1e-10 * inverse
-        safe = np.where(lone, 1.0, diagonal)
-        error = scale * np.where(lone, 0.0, self.posterior_.weights / safe)
-        std = scale * np.where(lone, np.inf, np.sqrt(self.posterior_.sigma2 / safe))
-        return leave_one_out(self._runs.observed.copy(), error, std, run_ids=self._runs.ids)
-
-
-def _condition(factor: Factor, diagonal: Array | float) -> float:
-    """1-norm condition number of C from its factor (LAPACK's estimate)."""
-    size = float((np.abs(factor.r).sum(axis=0) + diagonal).max())
-    reciprocal, info = lapack.dpocon(factor.lower, size, uplo="L")
-    return float(1.0 / reciprocal) if info == 0 and reciprocal > 0.0 else float("inf")
-
-
-def _inputs(likelihood: Likelihood, at: NDArray[np.bool_]) -> tuple[int, ...]:
-    return tuple(int(k) for k in np.flatnonzero(at[: likelihood.n_groups][likelihood.groups]))
-
-
-def _names(run_ids: Sequence[Hashable] | None, n: int) -> tuple[Hashable, ...]:
-    if run_ids is None:
-        return tuple(range(n))
-    if len(run_ids) != n:
-        raise ValueError(f"run_ids needs one entry per run, got {len(run_ids)} for {n} runs")
-    return tuple(run_ids)
-
-
-def _named(runs: Runs, pairs: list[tuple[int, int]]) -> tuple[tuple[Hashable, Hashable], ...]:
-    return tuple((runs.ids[i], runs.ids[j]) for i, j in pairs)
+        return left_out(self.posterior_, self._runs)

@@ -137,3 +137,12 @@ def check_finite(x: Array, y: Array, names: Iterable[Hashable]) -> None:
                 f"{name} holds {what} in run {list(names)[i]}{where} ({rows} of {len(values)} runs are not "
                 "finite): leave failed runs out"
             )
+
+
+def run_names(run_ids: Sequence[Hashable] | None, n: int) -> tuple[Hashable, ...]:
+    """The names of n runs; 0, 1, ... without `run_ids`. Raises ValueError for another number of them."""
+    if run_ids is None:
+        return tuple(range(n))
+    if len(run_ids) != n:
+        raise ValueError(f"run_ids needs one entry per run, got {len(run_ids)} for {n} runs")
+    return tuple(run_ids)

@@ -17,6 +17,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from .estimation import Estimate
 from .estimator import Kriging
+from .form_choice import AUTO
 
 __all__ = ["SharedKriging"]
 
@@ -27,7 +28,8 @@ class SharedKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     """Kriging of several responses with one theta, eta and nugget.
 
     Args:
-        kriging: the model of every response; `Kriging()` by default. Not calibrated.
+        kriging: the model of every response, with plug-in intervals. Where its correlation and trend are
+            "auto" they are Gaussian and constant. None is such a model.
 
     Attributes:
         krigings_: one fitted `Kriging` per response, sharing one factor.
@@ -55,12 +57,16 @@ class SharedKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             targets = targets[:, None]
         if targets.ndim != 2 or targets.shape[1] == 0:
             raise ValueError(f"y needs shape (n,) or (n, q) with q >= 1, got {np.shape(y)}")
-        model = Kriging() if self.kriging is None else self.kriging
-        if model.calibration != "none":
+        model = Kriging(intervals="plug-in") if self.kriging is None else clone(self.kriging)
+        if model.intervals != "plug-in":
             raise ValueError(
-                f"responses that share theta have plug-in intervals, got calibration={model.calibration!r}: "
-                "fit a Kriging for each response to have them calibrated"
+                f"responses that share theta have plug-in intervals, got intervals={model.intervals!r}: "
+                "name intervals='plug-in', or fit a Kriging for each response to have them calibrated"
             )
+        if model.correlation == AUTO:
+            model.set_params(correlation="gaussian")
+        if model.trend == AUTO:
+            model.set_params(trend="constant")
         krigings = [clone(model) for _ in range(targets.shape[1])]
         runs = [k._prepared(X, target, run_ids) for k, target in zip(krigings, targets.T, strict=True)]
         own = [k._likelihood(r, None) for k, r in zip(krigings, runs, strict=True)]

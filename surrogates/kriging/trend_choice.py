@@ -14,6 +14,8 @@ from sklearn.base import clone
 from ..errors import TooFewRuns
 from .estimator import Kriging
 
+PLAIN = Kriging(correlation="gaussian", intervals="plug-in")
+
 __all__ = ["TrendChoice", "TrendScore", "choose_trend"]
 
 
@@ -47,9 +49,10 @@ def choose_trend(
     by: str = "log_score",
     run_ids: Sequence[Hashable] | None = None,
 ) -> TrendChoice:
-    """Fit `kriging` (default `Kriging()`) with each trend and keep the best by "log_score" or "q2".
+    """Fit `kriging` with each trend and keep the best by "log_score" or "q2".
 
-    A larger trend must beat a smaller one by more than 0.01. Trends with too few runs are skipped.
+    Without one it is Gaussian, with plug-in intervals. A larger trend must beat a smaller one by more than
+    0.01. Trends with too few runs are skipped.
 
     >>> x = np.random.default_rng(0).random((30, 2))
     >>> y = 4 * x[:, 0] + 0.2 * np.sin(9 * x[:, 1])
@@ -65,7 +68,7 @@ def choose_trend(
     best: tuple[float, Kriging] | None = None
     refusal: TooFewRuns | None = None
     for trend in trends:
-        model = clone(Kriging() if kriging is None else kriging).set_params(trend=trend)
+        model = clone(PLAIN if kriging is None else kriging).set_params(trend=trend)
         try:
             model.fit(X, y, run_ids=run_ids)
         except TooFewRuns as error:

@@ -12,7 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LeaveOneOut", "leave_one_out"]
+from .posterior import Posterior
+from .runs import Runs
+
+__all__ = ["LeaveOneOut", "leave_one_out", "left_out"]
 
 Array = NDArray[np.float64]
 NORMAL_975 = 1.959963984540054
@@ -74,3 +77,17 @@ def leave_one_out(observed: Array, error: Array, std: Array, *, run_ids: tuple[H
         else float("nan"),
         log_score=log_score,
     )
+
+
+def left_out(posterior: Posterior, runs: Runs) -> LeaveOneOut:
+    """Every one of the runs that the posterior rests on predicted from the others."""
+    factor, scale = posterior.factor, runs.scale
+    inverse = factor.inverse_diagonal()
+    g = factor.trend_in_runs()
+    diagonal = inverse - np.einsum("ij,ij->i", g, g)
+    # a run that alone carries a trend term has P_ii = 0: the others cannot predict it
+    lone = diagonal <= 1e-10 * inverse
+    safe = np.where(lone, 1.0, diagonal)
+    error = scale * np.where(lone, 0.0, posterior.weights / safe)
+    std = scale * np.where(lone, np.inf, np.sqrt(posterior.sigma2 / safe))
+    return leave_one_out(runs.observed.copy(), error, std, run_ids=runs.ids)

@@ -51,7 +51,8 @@ def selected_kriging(
         theta_start=np.maximum(screener.theta_[columns], 1e-8),
         n_starts=STARTS,
         categorical=[i for i, k in enumerate(columns) if k in labels] or None,
-        calibration="cross_validation" if small else "none",
+        trend="constant",
+        intervals="calibrated" if small else "plug-in",
         seed=screener.seed,
     )
     return model.fit(screener.transform(X), y, run_ids=run_ids)

@@ -116,7 +116,13 @@ def _forest(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generato
 
 
 def _sobol(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generator) -> "Scores":
-    kriging = Kriging(correlation="gaussian", nugget="ladder", categorical=labels or None).fit(x, y)
+    kriging = Kriging(
+        correlation="gaussian",
+        trend="constant",
+        nugget="ladder",
+        categorical=labels or None,
+        intervals="plug-in",
+    ).fit(x, y)
     return np.asarray(sobol_indices(kriging, draws=30, rng=rng).total.mean), None
 
 

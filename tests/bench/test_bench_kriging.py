@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from surrogates import Kriging
+from tests.plain_kriging import plain
 
 pytestmark = pytest.mark.bench
 
@@ -34,9 +34,9 @@ def clocked(name, fit, predict, x, y, new, truth):
 
 
 def ours(x, y, new, truth, **settings):
-    Kriging(**settings).fit(x[:20], y[:20])  # load and compile
+    plain(**settings).fit(x[:20], y[:20])  # load and compile
     name = "holdfast " + " ".join(str(v) for v in settings.values())
-    return clocked(name, Kriging(**settings).fit, lambda m, p: m.predict(p), x, y, new, truth)
+    return clocked(name, plain(**settings).fit, lambda m, p: m.predict(p), x, y, new, truth)
 
 
 def sklearn_fit(x, y, new, truth, restarts=0):
@@ -106,7 +106,7 @@ def test_2000_by_100():
     print()
     ours(x, y, new, truth)
     tracemalloc.start()
-    Kriging(theta=Kriging().fit(x[:200], y[:200]).theta_).fit(x, y)
+    plain(theta=plain().fit(x[:200], y[:200]).theta_).fit(x, y)
     peak = tracemalloc.get_traced_memory()[1] / 1e6
     tracemalloc.stop()
     print(f"{'peak of arrays at given theta':34s}  2000 x 100  {peak:9.0f} MB")
@@ -116,6 +116,6 @@ def test_2000_by_100():
 def test_30_by_8_in_a_loop():
     x, y, new, truth = runs(30, 8)
     print()
-    theta = Kriging(correlation="matern52", trend="linear").fit(x, y).theta_
+    theta = plain(correlation="matern52", trend="linear").fit(x, y).theta_
     ours(x, y, new, truth, correlation="matern52", trend="linear")
     ours(x, y, new, truth, correlation="matern52", trend="linear", theta_start=1.3 * theta, n_starts=1)

@@ -89,7 +89,7 @@ def _fitted(features: Array, y: Array, trend: str | MixedTrend, *, seed: int) ->
     """
     attempts = [(form, nugget) for form in dict.fromkeys((trend, "constant")) for nugget in NUGGETS]
     for form, nugget in attempts:
-        kriging = Kriging(trend=form, correlation="gaussian", nugget=nugget, seed=seed)
+        kriging = Kriging(trend=form, correlation="gaussian", nugget=nugget, intervals="plug-in", seed=seed)
         try:
             fitted: Kriging = kriging.fit(features, y)
         except ValueError:  # NotPositiveDefinite and TooFewRuns are

@@ -51,7 +51,7 @@ class SelectedKriging:
             "nugget": float(k.nugget_),
             "beta": [float(b) for b in np.ravel(k.beta_)],
             "log_likelihood": float(k.log_likelihood_),
-            "calibration": k.calibration,
+            "calibration": "cross_validation" if k.intervals == "calibrated" else "none",
             "interval_factor": float(k.interval_factor_),
         }
 

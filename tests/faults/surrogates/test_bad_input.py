@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from surrogates import Kriging, KrigingScreener, NotPositiveDefinite, TooFewRuns, sobol_indices
+from tests.plain_kriging import plain
 
 NO_SHARE = 1e-3  # the weights of the runs are large and of both signs: their rounding shows
 
@@ -17,7 +18,7 @@ SETTINGS = [
     {"nugget": "estimate"},
     {"correlation": "matern52"},
     {"criterion": "ml"},
-    {"trend": "linear", "calibration": "cross_validation"},
+    {"trend": "linear", "intervals": "calibrated"},
     {"correlation": "power_exponential", "nugget": "ladder", "n_starts": 2},
 ]
 CASES = {
@@ -48,7 +49,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_an_answer_with_a_diagnosis(case, settings):
     x, y = CASES[case]
-    k = Kriging(**settings).fit(x, y)
+    k = plain(**settings).fit(x, y)
     mean, std = k.predict(x, return_std=True)
     assert np.isfinite(mean).all()
     assert np.isfinite(std).all()
@@ -59,13 +60,13 @@ def test_an_answer_with_a_diagnosis(case, settings):
 
 @pytest.mark.parametrize("n", [2, 3])
 def test_two_and_three_runs(n):
-    k = Kriging().fit(X[:n], Y[:n])
+    k = plain().fit(X[:n], Y[:n])
     assert np.abs(k.predict(X[:n]) - Y[:n]).max() < 1e-3
     assert "Q2" in k.diagnosis_.advice
 
 
 def test_fewer_runs_than_inputs():
-    k = Kriging().fit(RNG.random((6, 10)), RNG.random(6))
+    k = plain().fit(RNG.random((6, 10)), RNG.random(6))
     assert k.theta_.shape == (10,)
 
 
@@ -84,14 +85,14 @@ def test_fewer_runs_than_inputs():
 )
 def test_the_advice_says_it(case, words):
     x, y = CASES[case]
-    assert words.lower() in Kriging(nugget=1e-8).fit(x, y).diagnosis_.advice.lower()
+    assert words.lower() in plain(nugget=1e-8).fit(x, y).diagnosis_.advice.lower()
 
 
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
 @pytest.mark.parametrize("last", [0.3, 0.1 + 0.2], ids=["equal", "up to rounding"])
 def test_a_constant_column_takes_no_part(settings, last):
     still = np.r_[np.full(24, 0.3), last]
-    k = Kriging(**settings).fit(np.c_[X, still], Y)
+    k = plain(**settings).fit(np.c_[X, still], Y)
     assert k.theta_[3] == 0.0
     assert 3 not in k.diagnosis_.at_upper_bound
     points = np.random.default_rng(1).random((9, 3))
@@ -104,32 +105,32 @@ def test_a_constant_column_takes_no_part(settings, last):
     "settings", [{"theta_bounds": (0.5, 8.0)}, {"groups": [0, 1, 1, 1]}, {"categorical": [3]}]
 )
 def test_a_constant_column_takes_no_part_whatever_else_is_asked(settings):
-    k = Kriging(**settings).fit(np.c_[X, np.ones(25)], Y)
+    k = plain(**settings).fit(np.c_[X, np.ones(25)], Y)
     assert k.theta_[3] == 0.0
     assert (k.theta_[:3] > 0.0).all()
 
 
 def test_a_fixed_theta_is_left_as_given():
-    assert Kriging(theta=[1.0, 2.0, 3.0, 4.0]).fit(np.c_[X, np.ones(25)], Y).theta_[3] == 4.0
+    assert plain(theta=[1.0, 2.0, 3.0, 4.0]).fit(np.c_[X, np.ones(25)], Y).theta_[3] == 4.0
 
 
 @pytest.mark.parametrize("n", [8, 12, 20])
 def test_leave_one_out_of_few_runs_is_called_flattering(n):
     rng = np.random.default_rng(n)
     x = np.c_[rng.random((n, 10)), np.ones(n)]
-    k = Kriging().fit(x, np.sin(4 * x[:, 0]) + x[:, 1] * x[:, 2])
+    k = plain().fit(x, np.sin(4 * x[:, 0]) + x[:, 1] * x[:, 2])
     said = f"{n} runs are few for 10 thetas that were fitted to them, so leave-one-out flatters"
     assert said in k.diagnosis_.advice
     assert "come to 30 runs, screen the inputs first" in k.diagnosis_.advice
 
 
 def test_leave_one_out_is_not_doubted_where_nothing_was_fitted_or_the_runs_are_enough():
-    assert "flatters" not in Kriging().fit(X, Y).diagnosis_.advice
-    assert "flatters" not in Kriging(theta=1.0).fit(X[:5], Y[:5]).diagnosis_.advice
+    assert "flatters" not in plain().fit(X, Y).diagnosis_.advice
+    assert "flatters" not in plain(theta=1.0).fit(X[:5], Y[:5]).diagnosis_.advice
 
 
 def test_pure_noise_is_not_trusted():
-    k = Kriging().fit(X, np.random.default_rng(3).normal(size=25))
+    k = plain().fit(X, np.random.default_rng(3).normal(size=25))
     assert k.diagnosis_.q2 < 0.5
     assert "do not rely on predictions" in k.diagnosis_.advice
 
@@ -139,9 +140,9 @@ def test_equal_runs_without_nugget_are_named():
     with pytest.raises(
         NotPositiveDefinite, match=r"runs run0 and run25 are 0 apart .* Remove one, or set nugget=1e-08"
     ):
-        Kriging(nugget=0.0).fit(x, y, run_ids=[f"run{i}" for i in range(28)])
+        plain(nugget=0.0).fit(x, y, run_ids=[f"run{i}" for i in range(28)])
     with pytest.raises(np.linalg.LinAlgError, match="runs 0 and 25"):
-        Kriging(nugget=0.0, theta=1.0).fit(x, y)
+        plain(nugget=0.0, theta=1.0).fit(x, y)
 
 
 @pytest.mark.parametrize(
@@ -159,14 +160,14 @@ def test_the_row_that_is_not_finite_is_named(row, value, message):
     x = X.copy()
     x[row, 1] = value
     with pytest.raises(ValueError, match=message):
-        Kriging().fit(x, Y)
+        plain().fit(x, Y)
 
 
 def test_the_run_id_of_a_failed_run_is_named():
     y = Y.copy()
     y[7] = np.nan
     with pytest.raises(ValueError, match=r"y holds NaN in run r7 \(1 of 25"):
-        Kriging().fit(X, y, run_ids=[f"r{i}" for i in range(25)])
+        plain().fit(X, y, run_ids=[f"r{i}" for i in range(25)])
 
 
 @pytest.mark.parametrize("estimator", [Kriging, KrigingScreener])
@@ -243,8 +244,11 @@ def test_label_columns_are_numbers(estimator, column):
     ("settings", "message"),
     [
         ({"criterion": "map"}, "criterion needs 'reml' or 'ml', got 'map'"),
-        ({"trend": "cubic"}, "trend needs one of constant, linear, interactions, quadratic or a function"),
-        ({"correlation": "rbf"}, "correlation needs one of gaussian, power_exponential"),
+        (
+            {"trend": "cubic"},
+            "trend needs one of auto, constant, linear, interactions, quadratic or a function",
+        ),
+        ({"correlation": "rbf"}, "correlation needs one of auto, gaussian, power_exponential"),
         ({"nugget": -1}, "nugget needs a number >= 0 or one of auto, estimate, ladder, got -1"),
         ({"nugget": [1e-4, 1e-2]}, r"nugget needs a number >= 0 or one of .*, got \[0.0001, 0.01\]"),
         ({"nugget": None}, "nugget needs a number >= 0 or one of .*, got None"),
@@ -252,7 +256,7 @@ def test_label_columns_are_numbers(estimator, column):
         ({"nugget": "free"}, "nugget needs a number or one of auto, estimate, ladder, got 'free'"),
         ({"eta": 2.5}, r"eta needs a number in \[1, 2\] or 'free', got 2.5"),
         ({"eta": "any"}, r"eta needs a number in \[1, 2\] or 'free', got 'any'"),
-        ({"calibration": "yes"}, "calibration needs 'none' or 'cross_validation', got 'yes'"),
+        ({"intervals": "yes"}, "intervals needs 'calibrated' or 'plug-in', got 'yes'"),
         ({"n_starts": 0}, "n_starts needs a whole number >= 1, got 0"),
         ({"theta": [1.0, 2.0]}, "theta needs 3 finite numbers >= 0"),
         ({"theta_start": [-1.0, 1, 1]}, "theta_start needs 3 finite numbers >= 0"),
@@ -267,27 +271,27 @@ def test_label_columns_are_numbers(estimator, column):
 )
 def test_settings_that_are_refused(settings, message):
     with pytest.raises(ValueError, match=message):
-        Kriging(**settings).fit(X, Y)
+        plain(**settings).fit(X, Y)
 
 
 def test_runs_that_are_refused():
     with pytest.raises(TooFewRuns, match="at least 2 runs, got n_samples = 1: add runs"):
-        Kriging().fit(X[:1], Y[:1])
+        plain().fit(X[:1], Y[:1])
     with pytest.raises(TooFewRuns, match="at least 2 runs, got n_samples = 0: add runs"):
-        Kriging().fit(X[:0], Y[:0])
+        plain().fit(X[:0], Y[:0])
     with pytest.raises(TooFewRuns, match="at least 3 runs, got n_samples = 0: add runs"):
         KrigingScreener().fit(X[:0], Y[:0])
     with pytest.raises(TooFewRuns, match="trend 'quadratic' has 10 terms and needs at least 11 runs, got 10"):
-        Kriging(trend="quadratic").fit(X[:10], Y[:10])
+        plain(trend="quadratic").fit(X[:10], Y[:10])
     with pytest.raises(ValueError, match="run_ids needs one entry per run, got 2 for 25 runs"):
-        Kriging().fit(X, Y, run_ids=[1, 2])
+        plain().fit(X, Y, run_ids=[1, 2])
     with pytest.raises(ValueError, match="noise needs variances >= 0"):
-        Kriging().fit(X, Y, noise=-np.ones(25))
+        plain().fit(X, Y, noise=-np.ones(25))
     text = np.array([["1.5", "red"], ["2.5", "blue"], ["3.0", "red"]], dtype=object)
     with pytest.raises(
         ValueError, match=r"column 1 holds text \('red' in row 0\): name it in categorical=\[1\]"
     ):
-        Kriging().fit(text, [1.0, 2.0, 3.0])
+        plain().fit(text, [1.0, 2.0, 3.0])
     with pytest.raises(ValueError, match="column 1 holds text"):
-        Kriging(categorical=[0]).fit(text, [1.0, 2.0, 3.0])
-    Kriging(categorical=[1]).fit(text, [1.0, 2.0, 3.0])
+        plain(categorical=[0]).fit(text, [1.0, 2.0, 3.0])
+    plain(categorical=[1]).fit(text, [1.0, 2.0, 3.0])

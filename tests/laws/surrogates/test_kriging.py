@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy.linalg import null_space
 from scipy.stats import multivariate_normal
 
-from surrogates import Kriging
 from surrogates.likelihood._kernels_correlation import cross, derivatives, gram
 from surrogates.likelihood.correlation import CORRELATIONS, Correlation
 from surrogates.likelihood.likelihood import Likelihood
+from tests.plain_kriging import plain
 
 KINDS = sorted(CORRELATIONS)
 INTERPOLATION = 1e-8  # of the spread of y, for condition numbers below 1e7
@@ -168,7 +168,7 @@ def test_a_prior_adds_its_log_density_to_what_is_climbed_and_nothing_to_the_like
 @few
 def test_restricted_likelihood_is_the_density_of_error_contrasts(trend, seed):
     x, y = runs(seed)
-    kriging = Kriging(trend=trend, theta=[3.0, 2.0, 1.0], nugget=1e-4).fit(x, y)
+    kriging = plain(trend=trend, theta=[3.0, 2.0, 1.0], nugget=1e-4).fit(x, y)
     f = np.column_stack([np.ones(len(x)), x])[:, : len(kriging.beta_)]
     contrasts = null_space(f.T)
     z = kriging.sigma2_ * (twin(x, x, kriging.theta_, "gaussian", 2) + 1e-4 * np.eye(len(x)))
@@ -200,7 +200,7 @@ def test_profiled_variance_is_the_best_free_variance(seed):
 @pytest.mark.parametrize("trend", ["constant", "linear", "quadratic"])
 def test_without_nugget_the_runs_are_met_and_their_variance_is_zero(kind, trend):
     x, y = runs(1, n=25)
-    kriging = Kriging(correlation=kind, eta=1.5, trend=trend, nugget=0.0, theta=[2.0, 2.0, 2.0]).fit(x, y)
+    kriging = plain(correlation=kind, eta=1.5, trend=trend, nugget=0.0, theta=[2.0, 2.0, 2.0]).fit(x, y)
     mean, std = kriging.predict(x, return_std=True)
     assert np.abs(mean - y).max() < INTERPOLATION * y.std()
     assert std.max() < 1e-6 * np.sqrt(kriging.sigma2_)  # the root of rounding in 1 - r'C^-1 r
@@ -212,13 +212,11 @@ def test_without_nugget_the_runs_are_met_and_their_variance_is_zero(kind, trend)
 @few
 def test_leave_one_out_equals_refitting_at_fixed_parameters(trend, kind, seed):
     x, y = runs(seed, n=14)
-    kriging = Kriging(correlation=kind, trend=trend, theta=[3.0, 2.0, 4.0], nugget=1e-5).fit(x, y)
+    kriging = plain(correlation=kind, trend=trend, theta=[3.0, 2.0, 4.0], nugget=1e-5).fit(x, y)
     loo = kriging.leave_one_out()
     for i in (0, 6, 13):
         kept = np.arange(14) != i
-        other = Kriging(correlation=kind, trend=trend, theta=[3.0, 2.0, 4.0], nugget=1e-5).fit(
-            x[kept], y[kept]
-        )
+        other = plain(correlation=kind, trend=trend, theta=[3.0, 2.0, 4.0], nugget=1e-5).fit(x[kept], y[kept])
         mean, std = other.predict(x[[i]], return_std=True)
         # the leave-one-out keeps sigma^2 of all runs and predicts the noisy observation
         variance = kriging.sigma2_ * (std[0] ** 2 / other.sigma2_ + 1e-5)
@@ -232,8 +230,8 @@ def test_leave_one_out_equals_refitting_at_fixed_parameters(trend, kind, seed):
 @few
 def test_affine_change_of_the_response(seed, a, b):
     x, y = runs(seed)
-    one = Kriging(trend="linear", n_starts=2).fit(x, y)
-    two = Kriging(trend="linear", n_starts=2).fit(x, a * (y + b))
+    one = plain(trend="linear", n_starts=2).fit(x, y)
+    two = plain(trend="linear", n_starts=2).fit(x, a * (y + b))
     degrees = len(y) - 4
     assert two.log_likelihood_ + degrees * np.log(a) == pytest.approx(one.log_likelihood_, abs=SHIFT)
     new = np.random.default_rng(seed).random((5, 3))
@@ -247,8 +245,8 @@ def test_affine_change_of_the_response(seed, a, b):
 def test_affine_change_of_an_input(seed, power, turned):
     x, y = runs(seed)
     scale = np.array([10.0**power, -1.0 if turned else 1.0, 1.0])
-    one = Kriging(n_starts=3).fit(x, y)
-    two = Kriging(n_starts=3).fit(x * scale, y)
+    one = plain(n_starts=3).fit(x, y)
+    two = plain(n_starts=3).fit(x * scale, y)
     assert two.log_likelihood_ == pytest.approx(one.log_likelihood_, abs=SHIFT)
     assert two.predict(x[:5] * scale) == pytest.approx(one.predict(x[:5]), abs=1e-5 * y.std())
 
@@ -259,15 +257,15 @@ def test_order_of_rows_and_columns_does_not_matter(seed):
     rng = np.random.default_rng(seed)
     x, y = runs(seed, d=4)
     rows, columns = rng.permutation(len(x)), rng.permutation(4)
-    one = Kriging(n_starts=4).fit(x, y)
-    two = Kriging(n_starts=4).fit(x[rows][:, columns], y[rows])
+    one = plain(n_starts=4).fit(x, y)
+    two = plain(n_starts=4).fit(x[rows][:, columns], y[rows])
     assert two.log_likelihood_ == pytest.approx(one.log_likelihood_, abs=SHIFT)
     assert two.predict(x[:5][:, columns]) == pytest.approx(one.predict(x[:5]), abs=1e-5 * y.std())
 
 
 def test_same_seed_same_bits():
     x, y = runs(5, n=30, d=6)
-    one, two = (Kriging(seed=4).fit(x, y) for _ in range(2))
+    one, two = (plain(seed=4).fit(x, y) for _ in range(2))
     assert one.theta_.tobytes() == two.theta_.tobytes()
     assert one.log_likelihood_ == two.log_likelihood_
 
@@ -280,7 +278,7 @@ def test_slopes_of_mean_and_variance_equal_central_differences(kind, trend):
     if trend == "function":
         form = polynomial
     scale = np.array([1.0, 50.0, 0.01])
-    kriging = Kriging(correlation=kind, eta=1.8, trend=form, theta=3.0 / scale**2, nugget=1e-6)
+    kriging = plain(correlation=kind, eta=1.8, trend=form, theta=3.0 / scale**2, nugget=1e-6)
     kriging.fit(x * scale, 7 + 100 * y)
     points = np.random.default_rng(0).random((6, 3)) * scale
     mean, variance = kriging.predict_gradient(points)
@@ -302,7 +300,7 @@ def polynomial(x):
 
 def test_joint_draws_have_the_joint_mean_and_covariance():
     x, y = runs(8)
-    kriging = Kriging(correlation="matern52", trend="linear").fit(x, y)
+    kriging = plain(correlation="matern52", trend="linear").fit(x, y)
     points = np.random.default_rng(0).random((4, 3))
     mean, covariance = kriging.predict_covariance(points)
     draws = kriging.sample_posterior(points, 40_000, rng=np.random.default_rng(1))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from surrogates import Kriging
 from surrogates.kriging.trend import basis, terms
 from surrogates.likelihood.correlation import Correlation
 from surrogates.likelihood.likelihood import Likelihood
+from tests.plain_kriging import plain
 
 DRAWS = 5000
 BIAS = 0.02  # four standard errors of the mean of 5000 draws with 14 degrees of freedom are 0.021
@@ -34,7 +34,7 @@ def test_variance_over_many_draws(restricted, expected):
     assert sigma2.mean() == pytest.approx(expected, abs=BIAS)
     criterion = "reml" if restricted else "ml"
     for j in (0, 17):
-        kriging = Kriging(criterion=criterion, trend="quadratic", theta=theta, nugget=1e-8).fit(x, y[:, j])
+        kriging = plain(criterion=criterion, trend="quadratic", theta=theta, nugget=1e-8).fit(x, y[:, j])
         assert kriging.sigma2_ == pytest.approx(sigma2[j], rel=1e-4)
 
 
@@ -73,7 +73,7 @@ def test_calibrated_intervals_cover_and_plug_in_ones_do_not():
         plug_in, calibrated = [], []
         for seed in range(40, 45):
             x = qmc.LatinHypercube(d, rng=np.random.default_rng(seed)).random(n)
-            k = Kriging(calibration="cross_validation").fit(x, f(x))
+            k = plain(intervals="calibrated").fit(x, f(x))
             new = np.random.default_rng(1000 + seed).random((1000, d))
             mean, std = k.predict(new, return_std=True)
             z = np.abs(f(new) - mean) / std
@@ -91,9 +91,7 @@ def test_calibration_narrows_intervals_of_a_smooth_response():
     factors, coverage = [], []
     for seed in range(40, 46):
         x = qmc.LatinHypercube(4, rng=np.random.default_rng(seed)).random(40)
-        k = Kriging(calibration="cross_validation", n_starts=3).fit(
-            x, x[:, 0] ** 2 + 2 * x[:, 1] * x[:, 2] + x[:, 3]
-        )
+        k = plain(intervals="calibrated", n_starts=3).fit(x, x[:, 0] ** 2 + 2 * x[:, 1] * x[:, 2] + x[:, 3])
         new = np.random.default_rng(1000 + seed).random((1000, 4))
         mean, std = k.predict(new, return_std=True)
         truth = new[:, 0] ** 2 + 2 * new[:, 1] * new[:, 2] + new[:, 3]

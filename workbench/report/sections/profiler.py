@@ -98,6 +98,7 @@ def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list
         eta=float(said.get("eta") or 2.0),
         theta=[said["theta"][name] for name in names],
         nugget=float(said["nugget"]),
+        intervals="plug-in",
     ).fit(x, np.asarray(loo["observed"], dtype=float))
     if said.get("calibration", "none") == "none":
         return fitted.posterior_

@@ -46,9 +46,14 @@ class Feasibility:
         """
         metric = np.ones(features.shape[1])
         if min(ok.sum(), (~ok).sum()) >= FEWEST_OF_EACH:
-            kriging = Kriging(nugget=INDICATOR_NUGGET, n_starts=STARTS, seed=seed).fit(
-                features, ok.astype(float)
-            )
+            kriging = Kriging(
+                correlation="gaussian",
+                trend="constant",
+                nugget=INDICATOR_NUGGET,
+                n_starts=STARTS,
+                intervals="plug-in",
+                seed=seed,
+            ).fit(features, ok.astype(float))
             metric = np.maximum(kriging.theta_, least_weight * kriging.theta_.max())
         return cls(features=features, ok=ok, metric=metric)
 

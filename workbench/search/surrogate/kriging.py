@@ -51,6 +51,7 @@ def fitted(
         theta=form.theta,
         theta_start=None if previous is None else previous.kriging.theta_,
         theta_prior=(PRIOR_SUM / p, max(1.0, p / PRIOR_INPUTS)) if form.prior else None,
+        intervals="plug-in",
         n_starts=COLD_STARTS if previous is None else WARM_STARTS,
         seed=seed,
     )

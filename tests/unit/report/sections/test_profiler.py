@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from surrogates import Kriging
 from tests.browser import needs_browser, visit
+from tests.plain_kriging import plain
 from tests.sample_campaign import write_sample
 from workbench.report.page.html import PAGE
 from workbench.report.sections.profiler import posterior_arrays
@@ -32,7 +32,7 @@ def fitted(correlation, trend, nugget):
     rng = np.random.default_rng(3)
     x = rng.random((40, 3))
     y = np.sin(4 * x[:, 0]) + x[:, 1] ** 2 * x[:, 2] + 250.0
-    kriging = Kriging(correlation=correlation, trend=trend, nugget=nugget, theta=[3.0, 1.0, 0.4], eta=1.7)
+    kriging = plain(correlation=correlation, trend=trend, nugget=nugget, theta=[3.0, 1.0, 0.4], eta=1.7)
     kriging.fit(x, y)
     kriging.posterior_ = kriging.posterior_.calibrated(1.3, nugget=kriging.nugget_)
     return kriging, rng.random((POINTS, 3))

@@ -6,13 +6,13 @@ import pytest
 from sklearn.exceptions import NotFittedError
 
 from surrogates import (
-    Kriging,
     accumulated_local_effect,
     main_effects,
     partial_dependence,
     sobol_indices,
 )
 from surrogates.analysis import measure
+from tests.plain_kriging import plain
 
 KINDS = ["gaussian", "power_exponential", "matern32", "matern52"]
 # mean squares over [-1/2, 1/2]^6 by hand: x12, x4 = x20, x5, x19; then 1:12 and 4:20
@@ -31,12 +31,12 @@ def welch6(x):
 @pytest.fixture(scope="module", params=["gaussian", "matern52"])
 def kriging(request):
     x = np.random.default_rng(0).random((80, 6))
-    return Kriging(correlation=request.param, n_starts=3).fit(x, welch6(x))
+    return plain(correlation=request.param, n_starts=3).fit(x, welch6(x))
 
 
 def small(kind, trend="linear", n=14, seed=0):
     x = np.random.default_rng(seed).random((n, 2))
-    return Kriging(correlation=kind, eta=1.5, trend=trend, n_starts=2).fit(
+    return plain(correlation=kind, eta=1.5, trend=trend, n_starts=2).fit(
         x, np.sin(5 * x[:, 0]) + x[:, 0] * x[:, 1]
     )
 
@@ -106,7 +106,7 @@ def test_sobol_indices_of_draws_equal_sampling_the_draws(kind):
 
 def test_weights_of_the_inputs_change_the_shares():
     x = np.random.default_rng(0).random((40, 2))
-    k = Kriging(n_starts=2).fit(x, x[:, 0] + x[:, 1])
+    k = plain(n_starts=2).fit(x, x[:, 0] + x[:, 1])
     narrow = measure.uniform(0.4, 0.6)
     s = sobol_indices(k, measures=[None, narrow], rng=np.random.default_rng(0))
     assert s.main.mean == pytest.approx([1 / 1.04, 0.04 / 1.04], abs=1e-3)
@@ -119,7 +119,7 @@ def test_weights_of_the_inputs_change_the_shares():
 def test_effects_of_labels_and_levels():
     rng = np.random.default_rng(1)
     x = np.column_stack([rng.random(40), rng.integers(0, 3, 40)])
-    k = Kriging(categorical=[1], n_starts=3).fit(x, x[:, 0] + np.array([0.0, 5.0, 1.0])[x[:, 1].astype(int)])
+    k = plain(categorical=[1], n_starts=3).fit(x, x[:, 0] + np.array([0.0, 5.0, 1.0])[x[:, 1].astype(int)])
     label = main_effects(k)[1]
     assert label.x.tolist() == [0, 1, 2]
     assert label.mean - label.mean[0] == pytest.approx([0, 5, 1], abs=0.02)
@@ -150,7 +150,7 @@ def test_accumulated_local_effect_of_a_linear_input_is_its_line(kriging):
 
 
 def test_a_constant_response_has_no_effects():
-    k = Kriging().fit(np.random.default_rng(0).random((8, 2)), np.full(8, 3.0))
+    k = plain().fit(np.random.default_rng(0).random((8, 2)), np.full(8, 3.0))
     s = sobol_indices(k, pairs=[(0, 1)], rng=np.random.default_rng(0))
     assert s.main.mean.tolist() == s.total.mean.tolist() == [0, 0]
     assert main_effects(k, points=2)[0].mean.tolist() == [3, 3]
@@ -178,7 +178,7 @@ def test_bad_requests_are_refused():
         lambda raw: accumulated_local_effect(raw, np.ones((5, 2)), 0),
     ):
         with pytest.raises(NotFittedError, match="This Kriging instance is not fitted yet"):
-            ask(Kriging())
+            ask(plain())
     with pytest.raises(ValueError, match="measures needs one entry per input, got 1 for 2"):
         main_effects(k, measures=[None])
     with pytest.raises(ValueError, match="level needs a probability"):
@@ -190,9 +190,9 @@ def test_bad_requests_are_refused():
     with pytest.raises(ValueError, match="weights needs 2 numbers"):
         measure.discrete([0, 1], [1])
     x = rng.random((10, 2))
-    own = Kriging(trend=np.ones_like).fit(x, x[:, 0])
+    own = plain(trend=np.ones_like).fit(x, x[:, 0])
     with pytest.raises(ValueError, match="effects need a polynomial trend"):
         main_effects(own)
-    mixed = Kriging(categorical=[1]).fit(np.column_stack([x[:, 0], np.arange(10) % 2]), x[:, 0])
+    mixed = plain(categorical=[1]).fit(np.column_stack([x[:, 0], np.arange(10) % 2]), x[:, 0])
     with pytest.raises(ValueError, match="input 1 holds labels"):
         accumulated_local_effect(mixed, mixed.posterior_.u, 1)

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from surrogates import Kriging
 from surrogates.kriging.calibration import (
     FOLDS,
     PRIOR_ERRORS,
     _conformal_factor,
     _predictive_factor,
 )
+from tests.plain_kriging import plain
 
 
 def table(n, d=2, seed=0):
@@ -20,7 +20,7 @@ def table(n, d=2, seed=0):
 
 def factor(n, **settings):
     x, y = table(n)
-    return Kriging(calibration="cross_validation", n_starts=2, **settings).fit(x, y).interval_factor_
+    return plain(intervals="calibrated", n_starts=2, **settings).fit(x, y).interval_factor_
 
 
 def test_a_wider_factor_is_the_conformal_quantile():
@@ -43,14 +43,14 @@ def test_a_narrower_factor_holds_95_percent_of_the_next_error():
 
 def test_up_to_twenty_runs_every_run_is_left_out_by_itself():
     x, y = table(16)
-    kriging = Kriging(calibration="cross_validation", n_starts=2).fit(x, y)
-    plain = Kriging(theta_start=kriging.theta_, n_starts=1)
+    kriging = plain(intervals="calibrated", n_starts=2).fit(x, y)
+    bare = plain(theta_start=kriging.theta_, n_starts=1)
     errors = []
     for i in range(16):
         rest = np.arange(16) != i
-        plain.fit(x[rest], y[rest])
-        mean, std = plain.predict(x[i : i + 1], return_std=True)
-        errors.append(abs(y[i] - mean[0]) / np.sqrt(std[0] ** 2 + plain.nugget_ * plain.sigma2_))
+        bare.fit(x[rest], y[rest])
+        mean, std = bare.predict(x[i : i + 1], return_std=True)
+        errors.append(abs(y[i] - mean[0]) / np.sqrt(std[0] ** 2 + bare.nugget_ * bare.sigma2_))
     wider = _conformal_factor(np.array(errors))
     expected = wider if wider >= 1.0 else min(1.0, _predictive_factor(np.array(errors)))
     assert kriging.interval_factor_ == pytest.approx(expected, rel=1e-6)

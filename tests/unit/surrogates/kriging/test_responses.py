@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from surrogates import Kriging, SharedKriging, TooFewRuns, choose_trend
+from surrogates import SharedKriging, TooFewRuns, choose_trend
+from tests.plain_kriging import plain
 
 
 def runs(n=30, d=3, seed=0):
@@ -14,11 +15,11 @@ def runs(n=30, d=3, seed=0):
 
 def test_shared_theta_maximises_the_sum():
     x, y = runs()
-    shared = SharedKriging(Kriging(nugget=1e-6)).fit(x, y[:, :2])
+    shared = SharedKriging(plain(nugget=1e-6)).fit(x, y[:, :2])
     theta = shared.theta_
 
     def total(theta):
-        return sum(Kriging(nugget=1e-6, theta=theta).fit(x, t).log_likelihood_ for t in y[:, :2].T)
+        return sum(plain(nugget=1e-6, theta=theta).fit(x, t).log_likelihood_ for t in y[:, :2].T)
 
     assert shared.log_likelihood_ == pytest.approx(total(theta), abs=1e-6)
     for k in range(2):
@@ -35,7 +36,7 @@ def test_shared_predictions_are_those_of_each_response_at_that_theta():
     mean, std = shared.predict(new, return_std=True)
     assert shared.predict(new) == pytest.approx(mean)
     for i in range(2):
-        alone = Kriging(theta=shared.theta_).fit(x, y[:, i])
+        alone = plain(theta=shared.theta_).fit(x, y[:, i])
         expected = alone.predict(new, return_std=True)
         assert mean[:, i] == pytest.approx(expected[0], rel=1e-8)
         assert std[:, i] == pytest.approx(expected[1], rel=1e-6)
@@ -78,5 +79,5 @@ def test_a_trend_that_is_exact_is_chosen_and_too_large_ones_are_skipped():
 
 def test_calibration_of_shared_responses_is_refused():
     x = np.random.default_rng(0).random((12, 2))
-    with pytest.raises(ValueError, match="share theta have plug-in intervals, got calibration='cross_val"):
-        SharedKriging(Kriging(calibration="cross_validation")).fit(x, x)
+    with pytest.raises(ValueError, match="share theta have plug-in intervals, got intervals='calibrated'"):
+        SharedKriging(plain(intervals="calibrated")).fit(x, x)

@@ -6,9 +6,10 @@ from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from surrogates import Kriging, KrigingScreener, restricted_log_likelihood, selection_stability
+from surrogates import KrigingScreener, restricted_log_likelihood, selection_stability
 from surrogates.errors import TooFewRuns
 from surrogates.screening.sets.rules import threshold_for
+from tests.plain_kriging import plain
 
 METHODS = ["default", "forward", "welch"]
 
@@ -171,7 +172,7 @@ def test_a_pipeline_behind_a_screener_that_selects_nothing_says_so():
     with pytest.raises(
         ValueError, match=r"0 feature\(s\) .* Behind a screener .* it selected no input: read its"
     ):
-        make_pipeline(KrigingScreener(), Kriging()).fit(x, noise)
+        make_pipeline(KrigingScreener(), plain()).fit(x, noise)
 
 
 def test_duplicates_constants_and_repeats_are_facts_not_errors():
