@@ -49,6 +49,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
         "space motion system",
         "engine errors _siblings _moved",
     ),
+    "workbench/campaign": ("rescue", "*", "integrity"),
     "workbench/report": ("*", "sections", "worst_case", "page", "lines"),
     "workbench/search": ("*", "evidence proposals", "surrogate", "runs"),
     "workbench/search/evidence": ("*", "attack"),

@@ -5,7 +5,6 @@ The documents have the shape that the stages write; the numbers in `screening.js
 
 import json
 import math
-import sqlite3
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from studies.welch20 import NAMES, welch20, worst_corner
 from tests.sample_motion import sample_motion
 from workbench.campaign.store_schema import SCHEMA
 from workbench.search.evidence.gap import Gap
+from workbench.system.database import connected
 
 RUNS = 40
 PATH = ((None, -52.3), ("x12", -44.1), ("x4", -40.7), ("x20", -31.2), ("x19", -20.0), ("x16", -18.5))
@@ -105,8 +105,8 @@ def _history(rows, values, status, rng):
 
 def _database(path, rows, values, status, history):
     path.unlink(missing_ok=True)
-    connection = sqlite3.connect(path)
-    connection.executescript(SCHEMA)
+    connection = connected(path)
+    connection.executescript("BEGIN;" + SCHEMA)
     errors = {"failed": "ZeroDivisionError: division by zero", "timeout": "no result after 5 s",
               "nonfinite": "response 'y' is nan"}  # fmt: skip
     for k, h in enumerate(history):

@@ -139,7 +139,7 @@ def present_version(store: Store, base: str, *, anew: bool = False) -> str:
     if anew:
         number = int(version.rpartition("~")[2]) if version != base else 1
         version = f"{base}~{number + 1}"
-        store.write("INSERT OR REPLACE INTO meta VALUES (?, ?)", [name, version])
+        store.write("INSERT OR REPLACE INTO meta (key, value) VALUES (?, ?)", [name, version])
     return version
 
 

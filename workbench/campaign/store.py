@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+from workbench.campaign.integrity.checksums import check_store, is_sound, was_changed
 from workbench.campaign.store_schema import SCHEMA, VERSION, migrate, run_key
 from workbench.errors import StoreError
 from workbench.models.evaluation import COLUMNS, Evaluation, evaluation_of
@@ -26,6 +27,7 @@ from workbench.system.database import (
 )
 from workbench.system.lease import is_alive, owner_of_this_process
 from workbench.system.one_writer import WriterLock
+from workbench.system.witness import Witness, witness_says
 
 __all__ = ["Store", "run_key"]
 
@@ -52,7 +54,9 @@ class Store:
         self._db = connection
         self._lock = lock
         self._depth = 0
-        self._columns = ", ".join((*COLUMNS, SLOPES))
+        self._columns = ", ".join((*COLUMNS, SLOPES, is_sound("evaluation")))
+        self._witness: Witness | None = None
+        self._answered: tuple[str, float] | None = None
 
     @classmethod
     def opened(cls, path: Path) -> "Store":
@@ -64,6 +68,9 @@ class Store:
         lock = WriterLock.taken(path)
         with ExitStack() as undone:
             undone.callback(lock.close)
+            said = witness_says(path)
+            if path.exists() and path.stat().st_size:
+                _check(path, said)  # a connection that may write would throw a damaged log away
             new = not path.exists()
             db = connected(path)
             undone.callback(db.close)
@@ -73,9 +80,12 @@ class Store:
                 db.execute(f"PRAGMA journal_mode = {'WAL' if wal else 'TRUNCATE'}")
                 db.execute("PRAGMA synchronous = FULL")
                 if new or not tables(db):
-                    made = f"INSERT INTO meta VALUES ('created_with', '{_own_version()}');"
+                    check_store(db, path, said, thoroughly=False)
+                    made = f"INSERT INTO meta (key, value) VALUES ('created_with', '{_own_version()}');"
                     db.executescript(f"BEGIN; {SCHEMA} {made} PRAGMA user_version = {VERSION}; COMMIT;")
                 store._check_version(migrating=True)
+            store._witness = Witness(path, said.get("last"))
+            undone.callback(store._witness.close)
             store._release_stale()
             undone.pop_all()
         return store
@@ -98,6 +108,9 @@ class Store:
     def close(self) -> None:
         """Close the database and let others have it."""
         self._db.close()
+        if self._witness is not None:
+            self._witness.close()
+            self._witness = None
         if self._lock is not None:
             self._lock.close()
             self._lock = None
@@ -125,6 +138,9 @@ class Store:
                 raise
             finally:
                 self._depth -= 1
+                answered, self._answered = self._answered, None
+        if answered is not None and self._witness is not None:
+            self._witness.saw(*answered)
 
     def select(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
         """Rows of a query, for the other tables of a campaign."""
@@ -196,9 +212,11 @@ class Store:
                     key,
                 ),
             ).rowcount
+            if changed and not again:
+                self._answered = (key, now)
             if changed and answer.gradients and answer.status == "ok":
                 slopes = json.dumps({name: dict(by) for name, by in answer.gradients.items()})
-                self._db.execute("INSERT OR REPLACE INTO gradient VALUES (?, ?)", (key, slopes))
+                self._db.execute("INSERT OR REPLACE INTO gradient (key, slopes) VALUES (?, ?)", (key, slopes))
             if again or not changed:
                 reason = "retried" if changed else "late"
                 text = (_clean(answer.error), _clean(answer.log))
@@ -239,7 +257,7 @@ class Store:
                     cursor = self._db.execute(
                         f"SELECT {self._columns} FROM evaluation WHERE key IN ({marks})", part
                     )
-                    found.update((row.key, row) for row in map(evaluation_of, cursor))
+                    found.update((row.key, row) for row in map(self._sound, cursor))
                 return [found[key] for key in keys if key in found]
             where, values = [], []
             for column, value in (("batch", batch), ("version", version)):
@@ -248,7 +266,7 @@ class Store:
                     values.append(value)
             clause = f"WHERE {' AND '.join(where)}" if where else ""
             query = f"SELECT {self._columns} FROM evaluation {clause} ORDER BY id"
-            return [evaluation_of(row) for row in self._db.execute(query, values)]
+            return [self._sound(row) for row in self._db.execute(query, values)]
 
     def attempts(self, key: str) -> list[tuple[int, str, str, str]]:
         """Answers of a run that are not its answer: attempt, status, reason (retried or late), error."""
@@ -318,14 +336,26 @@ class Store:
     def _check_version(self, *, migrating: bool = False) -> None:
         (version,) = self._db.execute("PRAGMA user_version").fetchone()
         if version > VERSION:
-            known = f"this holdfast knows up to {VERSION}; update holdfast"
+            known = f"this holdfast knows up to {VERSION}; update holdfast, or see `holdfast doctor --store`"
             raise StoreError(f"{self.path} has schema {version}, {known}")
         if version < 1 or "evaluation" not in tables(self._db):
             raise StoreError(f"{self.path} is a database, but not one of holdfast's; choose another --folder")
         if version < VERSION and migrating:
             migrate(self._db, self.path, version)
         if "gradient" not in tables(self._db):
-            self._columns = ", ".join((*COLUMNS, "NULL"))  # an older version, opened for reading
+            self._columns = ", ".join((*COLUMNS, "NULL", "1"))  # an older version, opened for reading
+        elif version < VERSION:
+            self._columns = ", ".join((*COLUMNS, SLOPES, "1"))
+
+    def _sound(self, row: Sequence[Any]) -> Evaluation:
+        """The record of a row that is as it was stored."""
+        *cells, sound = row
+        if not sound:
+            raise StoreError(
+                f"{self.path} is damaged: run {cells[0]} ({cells[1]}) is not as it was stored. `holdfast "
+                "doctor --store` says what else is wrong, `holdfast recover` saves what can be read"
+            )
+        return evaluation_of(cells)
 
     def _release_stale(self) -> None:
         with explained(self.path):
@@ -340,6 +370,16 @@ class Store:
                         "WHERE status = 'running' AND owner IS ?",
                         (owner,),
                     )
+
+
+def _check(path: Path, said: Mapping[str, Any]) -> None:
+    """Hold a database against its witness without touching it."""
+    db, _ = opened_for_reading(path)
+    try:
+        with explained(path):
+            check_store(db, path, said, thoroughly=was_changed(path, said))
+    finally:
+        db.close()
 
 
 def _clean(text: str) -> str | None:

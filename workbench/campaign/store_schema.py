@@ -11,12 +11,13 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
+from workbench.campaign.integrity.checksums import CHECKED, CHECKSUMS
 from workbench.errors import StoreError
 from workbench.models.evaluation import FAILED, UNFINISHED
 
 __all__ = ["MIGRATIONS", "SCHEMA", "STATUSES", "VERSION", "kept_name", "migrate", "run_key"]
 
-VERSION = 4
+VERSION = 5
 
 STATUSES = (*UNFINISHED, "ok", *FAILED, "skipped")
 
@@ -64,6 +65,11 @@ ALTER TABLE evaluation ADD COLUMN kept TEXT;
 ALTER TABLE evaluation ADD COLUMN former TEXT;
 """
 
+# a run may take the coordinator with it; a bit may turn over on the disk
+STARTS_AND_CHECKSUMS = f"""
+ALTER TABLE evaluation ADD COLUMN unanswered INTEGER NOT NULL DEFAULT 0;
+{CHECKSUMS}"""
+
 SCHEMA = f"""
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE evaluation (
@@ -88,10 +94,10 @@ CREATE TABLE evaluation (
   owner    TEXT                            -- who is at it: host, boot, process, its start; NULL otherwise
 );
 CREATE INDEX evaluation_status ON evaluation (status);
-{ATTEMPT}{GRADIENT}{READING}"""
+{ATTEMPT}{GRADIENT}{READING}{STARTS_AND_CHECKSUMS}"""
 
 # version -> statements that lead from it to the next
-MIGRATIONS = {1: ATTEMPT, 2: GRADIENT, 3: READING}
+MIGRATIONS = {1: ATTEMPT, 2: GRADIENT, 3: READING, 4: STARTS_AND_CHECKSUMS}
 
 
 def run_key(model: str, version: str, inputs: Mapping[str, Any], *, repeat: int = 0) -> str:
@@ -168,8 +174,14 @@ def _reading_id(db: sqlite3.Connection, definition: Mapping[str, Any]) -> int:
     return int(found)
 
 
+def _seal(db: sqlite3.Connection) -> None:
+    """Give every row its checksum."""
+    for table, columns in CHECKED.items():
+        db.execute(f"UPDATE {table} SET checksum = row_checksum('{table}', {', '.join(columns)})")
+
+
 # version -> what brings its rows into the new tables
-ROWS: dict[int, Callable[[sqlite3.Connection], None]] = {3: _part_readings}
+ROWS: dict[int, Callable[[sqlite3.Connection], None]] = {3: _part_readings, 4: _seal}
 
 
 def migrate(db: sqlite3.Connection, path: Path, version: int) -> None:

@@ -11,18 +11,30 @@ import shutil
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from hashlib import blake2b
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from workbench.errors import StoreError
 
-__all__ = ["NETWORK", "connected", "explained", "file_system", "opened_for_reading", "tables"]
+__all__ = [
+    "NETWORK",
+    "connected",
+    "explained",
+    "file_system",
+    "opened_for_reading",
+    "row_checksum",
+    "tables",
+]
 
 # file systems on which a write-ahead log is not safe
 NETWORK = frozenset(
     "9p afs beegfs ceph cifs fuse.glusterfs fuse.sshfs gpfs lustre nfs nfs4 orangefs panfs smb3 smbfs".split()
 )
 WAIT = 30.0  # s that a connection waits for another's transaction
+DAMAGE = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
+UNREADABLE = ("decode to UTF-8", "user-defined function", "malformed")  # what a damaged text says
 TRIES = 3  # copies that are begun while the file changes, before it is read as it stands
 
 
@@ -45,9 +57,24 @@ def file_system(folder: Path) -> str:
 def connected(path: Path) -> sqlite3.Connection:
     """A connection in which transactions are begun by hand."""
     try:
-        return sqlite3.connect(path, isolation_level=None, timeout=WAIT, check_same_thread=False)
+        db = sqlite3.connect(path, isolation_level=None, timeout=WAIT, check_same_thread=False)
     except sqlite3.Error as exc:
         raise StoreError(f"cannot open {path}: {exc}") from exc
+    _add_checksums(db)
+    return db
+
+
+def row_checksum(*values: Any) -> bytes:
+    """Eight bytes that follow the values of a row as SQLite gives them; also a function in our SQL.
+
+    >>> row_checksum("meta", "key", "value").hex()
+    'ec4070cbfd56c5b7'
+    """
+    return blake2b(repr(values).encode(errors="surrogatepass"), digest_size=8).digest()
+
+
+def _add_checksums(db: sqlite3.Connection) -> None:
+    db.create_function("row_checksum", -1, row_checksum, deterministic=True)
 
 
 def opened_for_reading(path: Path) -> tuple[sqlite3.Connection, str]:
@@ -65,7 +92,8 @@ def opened_for_reading(path: Path) -> tuple[sqlite3.Connection, str]:
     except sqlite3.OperationalError:
         pass  # SQLite would have to make or to write a file beside it
     except sqlite3.Error as exc:
-        raise StoreError(f"cannot read {path}: {exc}") from exc
+        with explained(path):
+            raise exc
     log = path.with_name(f"{path.name}-wal")
     with explained(path):
         if not _size(log):
@@ -89,15 +117,26 @@ def explained(path: Path) -> Iterator[None]:
     try:
         yield
     except sqlite3.Error as exc:
+        if _is_damage(exc):
+            raise StoreError(
+                f"{path} is damaged ({exc}). `holdfast doctor --store` says what is wrong, `holdfast "
+                "recover` saves what can be read"
+            ) from exc
         raise StoreError(
-            f"{path}: {exc}. Nothing that was acknowledged is lost; free space or mend the disk, run again"
+            f"{path}: {exc}. Free space or mend the disk, then run again: it continues from what is stored"
         ) from exc
+
+
+def _is_damage(exc: sqlite3.Error) -> bool:
+    code = getattr(exc, "sqlite_errorcode", None)
+    return (code is not None and code & 0xFF in DAMAGE) or any(text in str(exc) for text in UNREADABLE)
 
 
 def _queried(uri: str) -> sqlite3.Connection:
     """A connection that has answered a first query."""
     db = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=WAIT, check_same_thread=False)
     try:
+        _add_checksums(db)
         db.execute("PRAGMA query_only = ON")
         db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
     except BaseException:
@@ -119,6 +158,7 @@ def _copied(path: Path, log: Path) -> sqlite3.Connection | None:
         whole = connected(place / path.name)
         memory = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
         try:
+            _add_checksums(memory)
             whole.backup(memory)
             memory.execute("PRAGMA query_only = ON")
         except BaseException:

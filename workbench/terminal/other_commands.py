@@ -13,6 +13,8 @@ __all__ = ["commands"]
 
 commands = typer.Typer()
 
+DAMAGED = 5  # the exit code of a store that is not sound
+
 
 @commands.command()
 def validate(
@@ -160,9 +162,24 @@ def doctor(
     model: Annotated[
         Path | None, typer.Option(help="List what the state of this study's model consists of instead.")
     ] = None,
+    store: Annotated[
+        Path | None, typer.Option(help="Examine the store of this study, or of this folder, instead.")
+    ] = None,
     json_: Json = False,
 ) -> None:
     """Check this installation: versions, packages of the same name, workers, disk."""
+    if store is not None:
+        from workbench.campaign.rescue.examination import DATABASES, examined
+        from workbench.study.loading import load_study
+
+        place = store if store.is_dir() else load_study(store).campaign_folder
+        states = [examined(place / name) for name in DATABASES if (place / name).exists()]
+        states = states or [examined(place / DATABASES[0])]
+        lines = [line for state in states for line in state.lines()]
+        finish([state.to_dict() for state in states], lines, as_json=json_)
+        if not all(state.is_sound for state in states):
+            raise typer.Exit(DAMAGED)
+        return
     if model is not None:
         from workbench.provenance.content import ContentCache
         from workbench.provenance.state import model_state
@@ -182,6 +199,33 @@ def doctor(
     finish(found.to_dict(), found.lines(), as_json=json_)
     if not found.healthy:
         raise typer.Exit(2)
+
+
+@commands.command()
+def recover(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
+    """Make a new store of what can be read of a damaged one, its log, runs.csv and results.nc."""
+    from workbench.campaign.rescue.recovery import recovered, recovery_lines
+    from workbench.study.loading import load_study
+
+    read = load_study(study)
+    found = recovered(read, folder or read.campaign_folder)
+    finish([one.to_dict() for one in found], recovery_lines(found), as_json=json_)
+
+
+@commands.command()
+def merge(
+    study: StudyFile,
+    other: Annotated[Path, typer.Argument(help="The folder of the other campaign, such as b.holdfast.")],
+    folder: Folder = None,
+    json_: Json = False,
+) -> None:
+    """Take over the answers of another campaign of the same model in the same state; it stays as it is."""
+    from workbench.campaign.rescue.merging import merged, merging_lines
+
+    with opened_campaign(study, folder) as campaign:
+        found = merged(campaign, other)
+        campaign.reread()
+    finish(found.to_dict(), merging_lines(found, other), as_json=json_)
 
 
 @commands.command()

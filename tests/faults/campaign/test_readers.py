@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -165,10 +166,19 @@ def answered(path):
         db.close()
 
 
+@pytest.fixture
+def open_place():
+    """A folder that everybody may enter; those of pytest are their user's own."""
+    with TemporaryDirectory() as name:
+        Path(name).chmod(0o755)
+        yield Path(name)
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="to be another user needs the rights of the super-user")
 @pytest.mark.parametrize("verbs", [QUICK, pytest.param(ALL, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("log", ["closed", "with a log"])
-def test_another_user_looks_without_the_right_to_write(tmp_path, log, verbs):
+def test_another_user_looks_without_the_right_to_write(open_place, log, verbs):
+    tmp_path = open_place
     (tmp_path / "warm").mkdir()
     warm = made(tmp_path / "warm")
     filled(warm)
@@ -176,9 +186,6 @@ def test_another_user_looks_without_the_right_to_write(tmp_path, log, verbs):
     folder = filled(study)
     if log != "closed":
         leave_a_log(folder / "runs.sqlite", {"a": 0.25, "b": 0.25})
-    for place in (tmp_path, *tmp_path.parents):
-        if place.stat().st_uid == 0 and place != Path("/"):
-            place.chmod(place.stat().st_mode | 0o055)
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
     found = looked(study, tmp_path / "out", verbs=verbs, user=NOBODY, warm=warm)
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from workbench.campaign import store_schema
+from workbench.campaign.integrity.checksums import CHECKED, is_sound
 from workbench.campaign.store import Store, run_key
 from workbench.campaign.store_schema import VERSION
 from workbench.errors import StoreError
@@ -111,6 +112,21 @@ def test_version_3_parts_simulations_from_their_reading(tmp_path):
     assert former[1] == "68d0763dec0e2e1b3697598a9fda8b12"
     ((kept,),) = store.select("SELECT kept FROM evaluation WHERE key = ?", [rows[2].key])
     assert sorted(json.loads(kept).values()) == [-7.0, 0.0, 0.75], "what was read from either twin"
+    store.close()
+
+
+def test_version_4_gains_checksums(tmp_path):
+    path = written_by(4, tmp_path)
+    reading = Store.reading(path)
+    assert [row.status for row in reading.rows()] == ["ok", "queued", "nonfinite", "queued"]
+    reading.close()
+    store = Store.opened(path)
+    first = store.rows()[0]
+    assert (first.outputs, first.gradients) == ({"y": 1 / 3}, {"y": {"a": 1.0, "b": 0.5}})
+    assert [a[2] for a in store.attempts(store.rows()[1].key)] == ["retried"]
+    for table in CHECKED:
+        assert store.select(f"SELECT COUNT(*) FROM {table} WHERE NOT ({is_sound(table)})") == [(0,)]
+        assert store.select(f"SELECT COUNT(*) FROM {table} WHERE checksum IS NULL") == [(0,)]
     store.close()
 
 

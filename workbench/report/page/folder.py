@@ -135,7 +135,18 @@ def _runs(database: Path) -> tuple[Evaluation, ...]:
     connection, _ = opened_for_reading(database)
     try:
         with explained(database):
-            rows = connection.execute(f"SELECT {', '.join(COLUMNS)} FROM evaluation ORDER BY id").fetchall()
+            held = [name for _, name, *_ in connection.execute("PRAGMA table_info(evaluation)")]
+            sound = "1"
+            if held and held[-1] == "checksum":
+                sound = f"row_checksum('evaluation', {', '.join(held[:-1])}) IS checksum"
+            query = f"SELECT {sound}, {', '.join(COLUMNS)} FROM evaluation ORDER BY id"
+            rows = connection.execute(query).fetchall()
     finally:
         connection.close()
-    return tuple(evaluation_of((*row, None)) for row in rows)
+    wrong = [cells[0] for sound, *cells in rows if not sound]
+    if wrong:
+        raise StoreError(
+            f"{database} is damaged: {len(wrong)} runs, the first run {wrong[0]}, are not as they were "
+            "stored. `holdfast recover` saves what can be read"
+        )
+    return tuple(evaluation_of((*cells, None)) for _, *cells in rows)
