@@ -102,6 +102,20 @@ def test_trusses_without_second_derivatives_reach_one_per_cent_of_the_optimum():
     assert result.value <= 1.01 * trusses.plastic_optimum(truss)
 
 
+@pytest.mark.parametrize("cases", [1, 3])
+def test_gradients_alone_reach_six_digits(cases):
+    loads = ((((0, -1), (3.0, 1.0)),), (((1, 0), (3.0, 2.0)),), (((0.6, 0.8), (2.0, 0.0)),))[:cases]
+    truss = trusses.ground_structure(columns=4, rows=3, width=3.0, height=2.0, loads=loads)
+    exact = optimise_layout(trusses.problem(truss), max_evaluations=100, tolerance=1e-10).value
+    if cases == 1:
+        assert exact == pytest.approx(trusses.plastic_optimum(truss), rel=1e-8)
+    result = optimise_layout(trusses.problem(truss, second_order=False), max_evaluations=150)
+    best = np.array([entry.best for entry in result.history]) / exact - 1
+    assert result.status is LayoutStatus.CONVERGED
+    for gap, evaluations in ((1e-2, 30), (1e-3, 60), (1e-6, 150)):
+        assert best[min(evaluations, len(best)) - 1] <= gap
+
+
 def test_learnt_curvature_solves_convex_rows_that_are_no_trusses():
     # rows that rise, bend more than their slope tells, and compete: the prior of a falling row is wrong there
     rng = np.random.default_rng(3)

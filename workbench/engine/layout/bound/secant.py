@@ -20,10 +20,13 @@ __all__ = ["Curvature", "SecantMemory"]
 
 Array = NDArray[np.float64]
 
-_PAIRS = 60  # moves remembered
+_PAIRS, _MOVES = 150, 150  # pairs of moves and rows that are used, and moves remembered
+_FEWEST = 25  # moves used of each row at least
+_LIGHT = 1e-4  # of the largest weight: rows below it have no curvature
+_NOTHING = 1e-8  # shift of an eigenvalue that is rounding
 _FLOOR = 0.01  # smallest eigenvalue in the scale of the prior
 _ANGLE = 1e-2  # updates whose correction is nearly orthogonal to the move say nothing
-_FAINT = 0.1  # of the largest derivative: where slopes vanish the prior would know no curvature
+_FAINT = 0.01  # of the largest derivative: where slopes vanish the prior would know no curvature
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,40 +65,58 @@ class SecantMemory:
     def add(self, here: Array, gradients: Array, there: Array, gradients_there: Array) -> None:
         """Remember a move from here to there, both as distances from the lower bounds."""
         self.moves.append((here, gradients, there, gradients_there))
-        del self.moves[:-_PAIRS]
+        del self.moves[:-_MOVES]
 
     def curvature(self, distance: Array, gradients: Array, weights: Array) -> Curvature:
-        """Of the weighted sum of the rows at a distance (n,) from the lower bounds."""
-        root = np.sqrt(_prior(distance, weights @ gradients))
-        pairs = [self._scaled(move, weights) for move in self.moves]
-        pairs = [(s, y) for s, y in pairs if np.isfinite(s).all() and np.isfinite(y).all()]
-        if not pairs:
-            n = len(distance)
-            return Curvature(diagonal=root**2, columns=np.zeros((n, 0)), signs=np.zeros(0))
-        S, Y = (np.array(part).T for part in zip(*pairs, strict=True))
-        # rows that bend more than the prior allows raise it as a whole
-        stiff = max(1.0, float((S * Y).sum(0).max()))
-        basis, small = scipy.linalg.qr(np.hstack([S, Y]), mode="economic", check_finite=False)
-        k = S.shape[1]
-        values, vectors = np.linalg.eigh(_rank_one_updates(small[:, :k], small[:, k:] / stiff))
-        shift = np.maximum(values, _FLOOR) - 1.0
-        heavy = np.abs(shift) > 1e-8
-        columns = basis @ (vectors[:, heavy] * np.sqrt(stiff * np.abs(shift[heavy])))
-        return Curvature(
-            diagonal=stiff * root**2, columns=root[:, None] * columns, signs=np.sign(shift[heavy])
-        )
+        """Of the weighted sum of the rows at a distance (n,) from the lower bounds.
 
-    @staticmethod
-    def _scaled(move: tuple[Array, Array, Array, Array], weights: Array) -> tuple[Array, Array]:
-        """Move and change of gradient in the scale of the prior half way, the move of length 1."""
-        here, gradients, there, gradients_there = move
-        before, after = weights @ gradients, weights @ gradients_there
-        both = np.sqrt(np.abs(before * after))
-        root = np.sqrt(_prior(np.sqrt(here * there), both))
-        s, y = root * (there - here), (after - before) / root
-        length = np.linalg.norm(s)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(s / length), np.asarray(y / length)
+        Each row that weighs is learnt by itself: a move says something of every one of them, and in the scale
+        of its own prior each is nearly a projection, while their sum is not.
+        """
+        heavy = np.flatnonzero(weights > _LIGHT * weights.max())
+        kept = max(_PAIRS // len(heavy), _FEWEST)
+        parts = [
+            _learnt([_scaled(move, row) for move in self.moves[-kept:]], _prior(distance, gradients[row]))
+            for row in heavy
+        ]
+        return Curvature(
+            diagonal=np.sum([w * c.diagonal for w, c in zip(weights[heavy], parts, strict=True)], axis=0),
+            columns=np.hstack([
+                np.sqrt(w) * c.columns for w, c in zip(weights[heavy], parts, strict=True)
+            ]),
+            signs=np.concatenate([c.signs for c in parts]),
+        )  # fmt: skip
+
+
+def _learnt(pairs: list[tuple[Array, Array]], prior: Array) -> Curvature:
+    """Of one row: the prior (n,) corrected by the pairs in its scale."""
+    pairs = [(s, y) for s, y in pairs if np.isfinite(s).all() and np.isfinite(y).all()]
+    if not pairs:
+        return Curvature(diagonal=prior, columns=np.zeros((len(prior), 0)), signs=np.zeros(0))
+    S, Y = (np.array(part).T for part in zip(*pairs, strict=True))
+    # a row that bends more than the prior allows raises it as a whole
+    stiff = max(1.0, float((S * Y).sum(0).max()))
+    basis, small = scipy.linalg.qr(np.hstack([S, Y]), mode="economic", check_finite=False)
+    k = S.shape[1]
+    values, vectors = np.linalg.eigh(_rank_one_updates(small[:, :k], small[:, k:] / stiff))
+    shift = np.maximum(values, _FLOOR) - 1.0
+    heavy = np.abs(shift) > _NOTHING
+    columns = basis @ (vectors[:, heavy] * np.sqrt(stiff * np.abs(shift[heavy])))
+    return Curvature(
+        diagonal=stiff * prior, columns=np.sqrt(prior)[:, None] * columns, signs=np.sign(shift[heavy])
+    )
+
+
+def _scaled(move: tuple[Array, Array, Array, Array], row: int) -> tuple[Array, Array]:
+    """Move and change of a row's gradient in the scale of the prior half way, the move of length 1."""
+    here, gradients, there, gradients_there = move
+    before, after = gradients[row], gradients_there[row]
+    both = np.sqrt(np.abs(before * after))
+    root = np.sqrt(_prior(np.sqrt(here * there), both))
+    s, y = root * (there - here), (after - before) / root
+    length = np.linalg.norm(s)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(s / length), np.asarray(y / length)
 
 
 def _rank_one_updates(S: Array, Y: Array) -> Array:
