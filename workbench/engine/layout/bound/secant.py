@@ -107,7 +107,7 @@ def _learnt(pairs: list[tuple[Array, Array]], prior: Array) -> Curvature:
     )
 
 
-def _scaled(move: tuple[Array, Array, Array, Array], row: int) -> tuple[Array, Array]:
+def _scaled(move: tuple[Array, Array, Array, Array], row: np.intp) -> tuple[Array, Array]:
     """Move and change of a row's gradient in the scale of the prior half way, the move of length 1."""
     here, gradients, there, gradients_there = move
     before, after = gradients[row], gradients_there[row]
