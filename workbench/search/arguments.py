@@ -34,6 +34,8 @@ class Arguments:
     enclosure: Enclosure | None = None
     attack: int | None = None
     noise: bool | None = None
+    failures: str = "avoid"
+    given_are_even: bool = True  # whether given runs fill the space, as a design does and another search not
 
     def __post_init__(self) -> None:
         if self.sense not in ("max", "min"):
@@ -50,9 +52,16 @@ class Arguments:
                 f"attack needs a whole number of runs >= 0, or None for what the search leaves of its "
                 f"budget, got {self.attack!r}"
             )
+        if self.failures not in ("avoid", "worst"):
+            raise StudyError(f"failures needs 'avoid' or 'worst', got {self.failures!r}")
         if self.noise is not None and not isinstance(self.noise, bool):
             raise StudyError(
                 f"noise needs True, False, or None to find it out by the runs, got {self.noise!r}"
+            )
+        if self.noise and self.failures == "worst":
+            raise StudyError(
+                "failures='worst' does not go with noise=True: a mean of runs that may fail is none. "
+                "Leave one out"
             )
         without = [n for n in ("lipschitz", "enclosure", "attack") if getattr(self, n)]
         if self.noise and without:

@@ -9,6 +9,7 @@ from workbench.search.arguments import Arguments
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.audit import audit_runs
 from workbench.search.evidence.baselines import measured_baselines
+from workbench.search.evidence.border import border_of
 from workbench.search.evidence.certificates import stated_gap
 from workbench.search.evidence.gap import Gap, modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
@@ -76,7 +77,18 @@ def concluded(
         gap_history=tuple(gaps.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
         audit=audit_runs(ledger, model, rng=stream(seed, "audit")),
+        border=border_of(
+            ledger,
+            model,
+            success,
+            unseen=unseen,
+            is_answer=asked.failures == "worst",
+            given_are_even=asked.given_are_even,
+            rng=stream(seed, "border"),
+        ),
     )
+    if found.border is not None and found.border.is_answer:
+        found = replace(found, status=Status.FAILED)
     if model is None:
         return found
     return replace(

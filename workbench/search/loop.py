@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.models.evaluator import RepeatingEvaluator
 from workbench.search.arguments import Arguments
+from workbench.search.evidence.border import has_failed
 from workbench.search.evidence.gap import modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
@@ -14,7 +15,7 @@ from workbench.search.proposals.known import Known
 from workbench.search.proposals.portfolio import propose
 from workbench.search.proposals.turns import Turn
 from workbench.search.record import Status
-from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
+from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, distinct
 from workbench.search.runs.repeats import run_again
 from workbench.search.start import begin, far_points
 from workbench.search.surrogate.fitting import fit_search_model
@@ -28,6 +29,7 @@ __all__ = ["Loop"]
 QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the search stops
 FLAT_RUNS = 10  # per parameter, all of one value, before a response counts as constant
 SAME = 1e-12  # relative: values that differ by rounding only
+MOST_COUNTED, REDRAWN = 100, 20  # runs that count failures, and points drawn for each
 STALLED_RUNS = 6  # without a gain, or one per parameter where there are more
 
 
@@ -76,8 +78,8 @@ class Loop:
         ledger, ended = self.ledger, None
         while ended is None and ledger.spent < self.searched and not ledger.is_exhausted:
             ended = self._batch()
-        if self.is_noisy:
-            return Status.BUDGET
+        if self.is_noisy or ended is Status.FAILED:
+            return ended or Status.BUDGET
         if ledger.slopes and not ledger.is_exhausted:
             ascend(self.evaluate, ledger, budget=self.asked.budget)
         if ledger.is_exhausted:
@@ -97,6 +99,9 @@ class Loop:
         """One batch of runs; why the search ends here, None when it goes on."""
         ledger, workers = self.ledger, self.asked.workers
         known = self._learnt()
+        if self.asked.failures == "worst" and any(has_failed(run) for run in ledger.runs):
+            self._count_failures()
+            return Status.FAILED
         if self._is_found_noisy():
             return Status.BUDGET
         left = self.searched - ledger.spent
@@ -132,13 +137,23 @@ class Loop:
         ledger, seed = self.ledger, self.asked.seed
         features = ledger.where.features(ledger.u_ok)
         self.model = fit_search_model(features, ledger.v, previous=self.model, seed=seed)
-        success = SuccessChance.of(ledger.where.features(ledger.u), ledger.ok)
+        ok = ledger.ok if self.asked.failures == "avoid" else np.ones(len(ledger.runs), dtype=bool)
+        success = SuccessChance.of(ledger.where.features(ledger.u), ok)
         # the full bound is sought only when a cheap look at it suggests that the search is over
         full = self.quiet >= QUIET_BATCHES
         gap = modelled_gap(ledger, self.model, success, seed=seed, full=full)
         self.gaps.note(gap, ledger, full=full)
         self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
         return Known.of(ledger, self.model, success)
+
+    def _count_failures(self) -> None:
+        """An even sample of the box, of the runs that are left: how often runs fail remains to be said."""
+        ledger, left = self.ledger, min(self.searched - self.ledger.spent, MOST_COUNTED)
+        rng = stream(self.asked.seed, "worst case failures")
+        drawn = ledger.where.snap(rng.random((REDRAWN * MOST_COUNTED, ledger.where.dimension)))
+        points = distinct(drawn[ledger.where.allowed(drawn)], ledger.u)[:left]
+        for batch in range(0, len(points), self.asked.workers):
+            ledger.run(self.evaluate, points[batch : batch + self.asked.workers], purpose="even")
 
     def _is_found_noisy(self) -> bool:
         """Whether the worst run gives another value when it is made again.

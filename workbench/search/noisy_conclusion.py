@@ -5,6 +5,7 @@ from dataclasses import replace
 from workbench.models.evaluator import response_name
 from workbench.search.arguments import Arguments
 from workbench.search.evidence.audit import audit_runs
+from workbench.search.evidence.border import border_of
 from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.evidence.mean_gap import mean_gap
 from workbench.search.noisy import smoothed
@@ -54,4 +55,7 @@ def concluded_by_mean(
         audit=audit_runs(means, model, rng=stream(seed, "audit")),
         profile=profile_of(ledger, model, where.unit([dict(first.parameters)])[0]),
         repeated=stated,
+        border=border_of(
+            means, model, success, given_are_even=asked.given_are_even, rng=stream(seed, "border")
+        ),
     )

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.audit import Audit
 from workbench.search.evidence.baselines import Baseline
+from workbench.search.evidence.border import Border
 from workbench.search.evidence.gap import Gap
 from workbench.search.evidence.gap_history import GapLook
 from workbench.search.evidence.grade import Grade, grade_of
@@ -29,6 +30,7 @@ class Status(Enum):
     CONVERGED = "the model-based gap stayed below the tolerance"
     BUDGET = "the budget of runs was spent"
     EXHAUSTED = "every point of the finite space was run"
+    FAILED = "a run failed, which counts as worse than any value"
     NO_POINT = "no point that meets the constraints was found beside those that were run"
     CONSTANT = (
         "every run gave the same value: the response does not depend on these parameters, "
@@ -43,7 +45,7 @@ class WorstCase:
     """The worst true run found, how it was found, and how much worse it could still be.
 
     `repeated`: where runs have noise, the mean of the runs that were made at the reported point after it was
-    chosen; `value` is that mean.
+    chosen; `value` is that mean. `border`: where runs fail, and whether the worst case borders on that.
     """
 
     response: str
@@ -66,6 +68,7 @@ class WorstCase:
     gap_history: tuple[GapLook, ...] = ()
     attack: Attack | None = None
     repeated: Mean | None = None
+    border: Border | None = None
 
     @property
     def mean(self) -> float | None:
@@ -154,6 +157,7 @@ class WorstCase:
             "noise": None if self.repeated is None else self.repeated.deviation,
             "seed": self.seed,
             "failures": self.failures,
+            "border": None if self.border is None else self.border.to_dict(),
             "history": history,
             "grade": self.grade.name.lower(),
             "grade_sentence": self.grade_sentence,

@@ -67,6 +67,7 @@ def worst_case(
     enclosure: Enclosure | None = None,
     attack: int | None = None,
     noise: bool | None = None,
+    failures: str = "avoid",
     progress: Progress | None = None,
 ) -> WorstCase:
     """Search the worst case of `function(**parameters)` over `space`.
@@ -96,6 +97,10 @@ def worst_case(
             `workbench.search.noisy`. None: found out, where runs of `start` at one point disagree, or where
             the Kriging takes much of the scatter for noise and a run made again confirms it, at the cost of
             one of the budget. False: never.
+        failures: "avoid": the worst of the runs that give a value is searched, along the border of failures
+            where they grow into it; `border` says whether, and how much of the box fails. "worst": a failed
+            run is worse than any value. It is searched without avoiding any, and once one has failed the rest
+            of the budget counts how much of the box fails; `value` is the worst that came.
         progress: called with every run and the best value so far.
 
     Returns: a `WorstCase`; `value` and `parameters` belong to a true run, or under noise to several.
@@ -123,6 +128,7 @@ def worst_case(
         enclosure=enclosure,
         attack=attack,
         noise=noise,
+        failures=failures,
     )
     return search_worst_case(FunctionEvaluator(function), space, asked, start=start, progress=progress)
 

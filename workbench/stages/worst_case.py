@@ -195,7 +195,9 @@ def _asked(campaign: CampaignRuns, table: Mapping[str, Any], target: Target) -> 
     """What the search of a target is asked for; of a table of runs without a budget."""
     from workbench.search.arguments import Arguments
 
-    options = {key: table[key] for key in ("tolerance", "lipschitz", "attack", "noise") if key in table}
+    options = {
+        key: table[key] for key in ("tolerance", "lipschitz", "attack", "noise", "failures") if key in table
+    }
     if "enclosure" in table:
         options["enclosure"] = _enclosure(campaign, table)
     return Arguments(
@@ -225,7 +227,7 @@ def _all_searched(
         workers=int(table.get("batch", 1)),
         evaluator=campaign.outcomes_of_search,
         progress=lambda name: _listener(campaign, table, by_name[name]),
-        **{key: table[key] for key in ("tolerance", "attack", "noise") if key in table},
+        **{key: table[key] for key in ("tolerance", "attack", "noise", "failures") if key in table},
     )
     return [found[target.name] for target in wanted]
 

@@ -218,7 +218,8 @@ class WorstCaseTable(Table):
     other responses; `quantile` asks for the value that is kept to with that chance, too. `batch` is how many
     runs the search proposes at once, whoever runs them; `enclosure` names a function that bounds the response
     over a box; `attack` is how many runs an adversary gets beside the budget; `noise` says whether the model
-    gives another value when it is run again, which is found out where nobody says."""
+    gives another value when it is run again, which is found out where nobody says; `failures`
+    "worst" counts a failed run as worse than any value."""
 
     response: Text | None = None
     responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None
@@ -235,6 +236,7 @@ class WorstCaseTable(Table):
     enclosure_calls: Count = 2000
     attack: Annotated[int, Field(ge=0)] | None = None
     noise: bool | None = None
+    failures: Literal["avoid", "worst"] | None = None
 
 
 class LayoutTable(Table):

@@ -31,6 +31,8 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
         text += [f"  {line}" for line in wrapped(document["grade_sentence"], 77)]
     if document.get("gap"):
         text += [f"  {line}" for line in wrapped(document["gap"]["sentence"], 77)]
+    if document.get("border"):
+        text += [f"  {line}" for line in wrapped(document["border"]["sentence"], 77)]
     if document.get("quantile"):
         text += [f"  {line}" for line in wrapped(quantile_text(document["quantile"]), 77)]
     failures = document.get("failures") or {}

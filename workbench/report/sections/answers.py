@@ -116,7 +116,16 @@ def _worst(
             how = f"{worst['label'][:1].upper()}{worst['label'][1:]}"
         detail = f"{how}, after {worst['evaluations']} runs of the search. {gap_sentence(worst)}"
         beyond = _beyond(worst, loop)
-        level: Level = "fair" if beyond else "plain" if worst.get("grade") == "searched" else "good"
+        border = worst.get("border") or {}
+        if border.get("borders") or border.get("is_answer"):
+            detail = f"{border['sentence']} {detail}"
+        level: Level = (
+            "fair"
+            if beyond or border.get("is_answer")
+            else "plain"
+            if worst.get("grade") == "searched"
+            else "good"
+        )
         detail = " ".join(part for part in (detail, worst.get("grade_sentence"), beyond) if part)
     else:
         std = worst.get("predicted_std")

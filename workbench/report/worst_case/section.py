@@ -102,7 +102,7 @@ def _section(folder: CampaignFolder, worst: Mapping[str, Any]) -> Section:
             for key in (
                 "response", "unit", "sense", "value", "parameters", "confirmed", "label", "run_key",
                 "predicted", "predicted_std", "evaluations", "budget", "failures", "gap", "baselines",
-                "quantile", "grade", "attack", "mean", "interval", "repeats", "noise",
+                "quantile", "grade", "attack", "mean", "interval", "repeats", "noise", "border",
             )
         },
     )  # fmt: skip
@@ -123,6 +123,8 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
             f"Runs have noise: {noise} (standard deviation at this point). The runs by which the point was "
             "chosen have no part in the mean; a single run beyond it is luck."
         )
+    if worst.get("border"):
+        sentences.append(typeset(worst["border"]["sentence"]))
     if worst.get("within"):
         sentences.append(f"Only runs with {limits_text(worst['within'])} count; others are called excluded.")
     if confirmed:

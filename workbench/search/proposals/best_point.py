@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from workbench.search.proposals.known import LEAST_CHANCE, Known
+from workbench.search.proposals.known import Known
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
@@ -58,7 +58,7 @@ def best_point(
         features = where.features(points)
         chance = known.success.probability(features)
         value = acquisition(features, chance)
-        free = where.allowed(points) & (chance >= LEAST_CHANCE)
+        free = where.allowed(points) & (chance >= known.least_chance)
         for others, least in ((known.u, CLOSEST), (known.under_way, APART)):
             if len(others):
                 free &= cdist(points, others, "chebyshev").min(axis=1) > least

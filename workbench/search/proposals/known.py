@@ -15,13 +15,17 @@ __all__ = ["LEAST_CHANCE", "Known"]
 # an even chance would tell most about where the border of failures runs; a likelier run costs less, and so
 # many of those that a search proposes succeed
 LEAST_CHANCE = 0.7
+# a search asks for the point of the highest score, where a chance is overrated: while more than RATE of its
+# runs have failed the least chance rises, by SLOPE for each share of failed runs beyond, up to MOST
+RATE, SLOPE, MOST = 0.3, 2.0, 0.97
+SETTLING = 8  # runs of a search before its share of failures is taken as such
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Known:
     """The runs at u (n, d), failed ones included; those at u_ok (m, d) gave the signed values v (m,), and
     `incumbent` (d,) is the worst of them. `under_way` (k, d): the points of the batch so far, which u holds,
-    too.
+    too. Where runs are less likely to succeed than `least_chance` none is proposed.
     """
 
     where: SearchSpace
@@ -32,6 +36,7 @@ class Known:
     v: np.ndarray
     incumbent: np.ndarray
     under_way: np.ndarray
+    least_chance: float = LEAST_CHANCE
 
     @classmethod
     def of(cls, ledger: Ledger, model: SearchModel, success: SuccessChance) -> "Known":
@@ -45,6 +50,7 @@ class Known:
             v=ledger.v,
             incumbent=ledger.incumbent,
             under_way=np.empty((0, ledger.where.dimension)),
+            least_chance=_least_chance(ledger),
         )
 
     def believing(self, point: np.ndarray) -> "Known":
@@ -60,3 +66,11 @@ class Known:
             v=v,
             under_way=np.vstack([self.under_way, point]),
         )
+
+
+def _least_chance(ledger: Ledger) -> float:
+    """The least chance of success that a run is proposed with, after the failures of the search so far."""
+    searched = [run for run in ledger.runs if run.number > 0 and run.proposal != "start"]
+    failed = sum(run.value is None for run in searched)
+    rate = failed / max(len(searched), SETTLING)
+    return min(LEAST_CHANCE + SLOPE * max(rate - RATE, 0.0), MOST)

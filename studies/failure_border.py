@@ -1,0 +1,170 @@
+"""Worst cases at the border of failures: how many runs fail, how close the search comes, whether it says so.
+
+Eight models of 2 to 10 inputs in [0, 1] fail in a part of the box towards which their response grows.
+The worst of the runs that give a value lies on the border, where no slope says that the response ends:
+
+    plane d     linear response, fails beyond a plane      (d = 2, 4, 7, 10; the worst by linear programming)
+    own d       fails where the response itself is too large  (d = 4, 6; the worst is the limit)
+    sphere 3    linear response, fails beyond a sphere        (closed form)
+    product 8   product of affine factors, fails beyond a plane (worst by many starts of SLSQP)
+
+`python -m studies.failure_border 0 10` prints a line per model for seeds 0 to 9.
+"""
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import linprog, minimize
+
+from workbench import Parameter, Space
+from workbench.search.worst_case import worst_case
+
+__all__ = ["MODELS", "Bordered", "run"]
+
+WORDS = "SolverError: step size underflow"
+CLOSE = 0.01  # of the constrained worst
+SPHERE, LIMIT = 1.15, 0.6
+
+Array = np.ndarray
+
+
+class SolverError(RuntimeError):
+    """What a solver says when it gives up."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bordered:
+    """A response (d,) -> number, which fails where `margin` is negative; `worst` of those that succeed."""
+
+    name: str
+    dimension: int
+    response: Callable[[Array], float]
+    margin: Callable[[Array], float]
+    worst: float
+
+    def __call__(self, **x: float) -> float:
+        """The response, or the solver's error."""
+        u = np.array([x[f"x{i + 1}"] for i in range(self.dimension)])
+        if self.margin(u) < 0:
+            raise SolverError("step size underflow")
+        return float(self.response(u))
+
+    @property
+    def space(self) -> Space:
+        """The unit cube."""
+        return Space([Parameter(f"x{i + 1}", lower=0.0, upper=1.0) for i in range(self.dimension)])
+
+
+def _weights(d: int, key: int) -> tuple[Array, Array, float]:
+    """Slopes of a response and of a border, and where the border lies: a sixth of the box fails or so."""
+    rng = np.random.default_rng([d, key])
+    a, b = 0.3 + rng.random(d), 0.3 + rng.random(d)
+    return a, b, float(b.sum() / 2 + 1.0 * np.sqrt((b**2).sum() / 12))
+
+
+def _plane(d: int) -> Bordered:
+    a, b, c = _weights(d, 1)
+    solve: Any = linprog
+    found = solve(-a, A_ub=b[None], b_ub=[c], bounds=[(0, 1)] * d)
+    return Bordered(
+        name=f"plane {d}", dimension=d, response=lambda u: a @ u, margin=lambda u: c - b @ u, worst=-found.fun
+    )
+
+
+def _own(d: int) -> Bordered:
+    a, _, _ = _weights(d, 2)
+
+    def response(u: Array) -> float:
+        return float(a @ u**2 + 0.5 * a @ u)
+
+    limit = LIMIT * response(np.ones(d))
+    return Bordered(
+        name=f"own {d}", dimension=d, response=response, margin=lambda u: limit - response(u), worst=limit
+    )
+
+
+def _sphere() -> Bordered:
+    a = np.array([1.0, 0.8, 0.4])
+    return Bordered(
+        name="sphere 3", dimension=3, response=lambda u: a @ u, margin=lambda u: SPHERE**2 - u @ u,
+        worst=SPHERE * float(np.linalg.norm(a)),
+    )  # fmt: skip
+
+
+def _product() -> Bordered:
+    a, b, c = _weights(8, 3)
+
+    def response(u: Array) -> float:
+        return float(np.prod(1 + 0.5 * a * u))
+
+    rng = np.random.default_rng(0)
+    climb: Any = minimize
+    left = {"type": "ineq", "fun": lambda u: c - b @ u}
+    ends = [
+        climb(
+            lambda u: -float(np.log(response(u))), start, bounds=[(0, 1)] * 8, method="SLSQP",
+            constraints=left,
+        )
+        for start in rng.random((20, 8)) * 0.6
+    ]  # fmt: skip
+    worst = float(np.exp(-min(end.fun for end in ends if end.success)))
+    return Bordered(name="product 8", dimension=8, response=response, margin=lambda u: c - b @ u, worst=worst)
+
+
+MODELS: dict[str, Callable[[], Bordered]] = {
+    "plane 2": cache(lambda: _plane(2)),
+    "plane 4": cache(lambda: _plane(4)),
+    "plane 7": cache(lambda: _plane(7)),
+    "plane 10": cache(lambda: _plane(10)),
+    "own 4": cache(lambda: _own(4)),
+    "own 6": cache(lambda: _own(6)),
+    "sphere 3": cache(_sphere),
+    "product 8": cache(_product),
+}
+
+
+def _searched(model: Bordered, seed: int, budget: int) -> tuple[float, ...]:
+    found = worst_case(model, model.space, budget=budget, seed=seed)
+    searched = [run for run in found.runs if run.proposal != "start"]
+    failed = sum(run.value is None for run in searched)
+    border = found.border
+    says = border is not None and border.borders and WORDS in border.sentence
+    return failed / max(len(searched), 1), (model.worst - found.value) / model.worst, float(says)
+
+
+def run(
+    seeds: Sequence[int] = (0,), *, budget: int = 30, models: Sequence[str] = tuple(MODELS)
+) -> xr.Dataset:
+    """Every model with every seed: the share of search runs that `failed`, how far the worst found is `short`
+    of the constrained worst, relative to it, and whether the result `says` that it borders on failures.
+    """
+    made = np.array([[_searched(MODELS[name](), seed, budget) for seed in seeds] for name in models])
+    return xr.Dataset(
+        {name: (("model", "seed"), made[:, :, k]) for k, name in enumerate(("failed", "short", "says"))},
+        coords={"model": list(models), "seed": list(seeds)},
+        attrs={"budget": budget, "close": CLOSE},
+    )
+
+
+if __name__ == "__main__":
+    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
+    parts = []
+    for name in MODELS:
+        part = run(range(first, last), models=(name,))
+        parts.append(part)
+        print(
+            f"{name:10s} failed {float(part['failed'].mean()):5.1%}   within 1 % "
+            f"{float((part['short'] <= CLOSE).mean()):5.1%}   short {float(part['short'].median()):7.2%}   "
+            f"says {float(part['says'].mean()):5.1%}",
+            flush=True,
+        )
+    every = xr.concat(parts, "model")
+    print(
+        f"{every['short'].size} searches: {float(every['failed'].mean()):.1%} of the search's runs fail, "
+        f"{float((every['short'] <= CLOSE).mean()):.1%} within 1 %, {float(every['says'].mean()):.1%} say so"
+    )

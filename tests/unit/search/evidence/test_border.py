@@ -1,0 +1,106 @@
+"""Where runs fail beside the worst case: said in the solver's words, with the share of the box."""
+
+import numpy as np
+import pytest
+
+from workbench.errors import StudyError
+from workbench.search.evidence.border import border_of
+from workbench.search.record import Status
+from workbench.search.runs.ledger import Ledger
+from workbench.search.surrogate.success import SuccessChance
+from workbench.search.worst_case import worst_case
+from workbench.space.box import Parameter, Space
+
+BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
+
+
+def growing(a, b):
+    """Grows with a, and fails for a > 0.8: a fifth of the box."""
+    if a > 0.8:
+        raise RuntimeError("no convergence\nin 50 steps")
+    return a + 0.1 * b
+
+
+def elsewhere(a, b):
+    """Grows with a; the failures are at the other end."""
+    if a < 0.2:
+        raise RuntimeError("negative volume")
+    return a + 0.1 * b
+
+
+def test_a_worst_case_that_grows_into_failures_says_so_in_the_solvers_words():
+    border = worst_case(growing, BOX, budget=14, seed=0).border
+    assert border.borders
+    assert border.grows
+    assert border.words == "RuntimeError: no convergence"
+    assert border.sentence.startswith(
+        'The worst case borders on failures of this kind: "RuntimeError: no convergence", and the Kriging '
+    )
+    assert border.counted.low <= 0.2 <= border.counted.high
+    assert border.parameters["a"] > 0.8
+
+
+def test_failures_far_from_the_worst_case_are_told_apart():
+    start = [{"a": a, "b": b, "y": elsewhere(a, b)} for a in (0.3, 0.6, 0.9) for b in (0.1, 0.9)]
+    start += [{"a": 0.1, "b": b, "y": None} for b in (0.1, 0.5, 0.9)]
+    border = worst_case(elsewhere, BOX, budget=5, seed=0, start=start).border
+    assert not border.borders
+    assert "but not near the worst case" in border.sentence
+
+
+def test_without_failures_there_is_no_border():
+    found = worst_case(lambda a, b: a + b, BOX, budget=10, seed=0)
+    assert found.border is None
+    assert found.to_dict()["border"] is None
+
+
+def test_a_failed_run_as_the_answer():
+    found = worst_case(growing, BOX, budget=40, seed=0, failures="worst")
+    assert found.status is Status.FAILED
+    assert found.border.is_answer
+    assert found.border.sentence.startswith('The worst case is a failure, "RuntimeError: no convergence"')
+    assert sum(run.proposal == "even" for run in found.runs) > 20
+    assert found.evaluations == 40
+    assert found.border.counted.low <= 0.2 <= found.border.counted.high
+    assert found.border.chance == pytest.approx(0.2, abs=0.08)
+    with pytest.raises(RuntimeError):
+        growing(**found.border.parameters)
+
+
+def test_without_a_failure_worst_is_the_search_that_avoids():
+    plain = worst_case(lambda a, b: a * b, BOX, budget=12, seed=0)
+    asked = worst_case(lambda a, b: a * b, BOX, budget=12, seed=0, failures="worst")
+    assert [run.parameters for run in asked.runs] == [run.parameters for run in plain.runs]
+    assert asked.border is None
+
+
+def test_the_interval_of_the_share_holds():
+    """Thirty even samples of 20 runs of a model that fails in 30 % of the box."""
+    held = 0
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        start = [
+            {"a": a, "b": b, "y": None if a + 0 * b > 0.7 else a} for a, b in rng.random((20, 2)).tolist()
+        ]
+        ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
+        success = SuccessChance.of(ledger.u, ledger.ok)
+        border = border_of(ledger, None, success, rng=rng)
+        held += border.counted.low <= 0.3 <= border.counted.high
+        assert border.counted.low <= border.chance <= border.counted.high
+    assert held >= 26  # exact intervals hold in at least 95 %
+
+
+def test_runs_of_another_search_are_no_even_sample():
+    start = [{"a": 0.9, "b": 0.5, "y": None}, *({"a": 0.1 * k, "b": 0.5, "y": 0.1 * k} for k in range(6))]
+    ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
+    success = SuccessChance.of(ledger.u, ledger.ok)
+    border = border_of(ledger, None, success, given_are_even=False, rng=np.random.default_rng(0))
+    assert border.counted.draws == 0
+    assert "by the classifier alone, as no even sample was run" in border.sentence
+
+
+def test_what_failures_may_be():
+    with pytest.raises(StudyError, match="failures needs 'avoid' or 'worst', got 'count'"):
+        worst_case(growing, BOX, failures="count")
+    with pytest.raises(StudyError, match="failures='worst' does not go with noise=True"):
+        worst_case(growing, BOX, failures="worst", noise=True)

@@ -1,0 +1,152 @@
+"""Does the worst case border on failures: which, in the solver's own words, and how much of the box fails.
+
+A worst run borders on failures when, within a tenth of the box in every input, a run is likelier to fail than
+not, by the classifier of `workbench.search.surrogate.success`. Such a value is the worst of the cases that
+give one, and the failures beyond it may be the answer.
+
+The share of the box that fails is counted in the even runs alone, those that fill the space or are drawn from
+it: k of n with the exact interval of Clopper and Pearson (1934). Runs that a search placed say nothing of it,
+and of n that fill the space evenly k scatters less than of independent ones, so the interval holds. The
+classifier's own share, of all runs, is stated where it lies inside.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.search.evidence.attack.share import Share, counted_share
+from workbench.search.runs.given_runs import Run
+from workbench.search.runs.ledger import Ledger
+from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.success import SuccessChance
+
+__all__ = ["EVEN", "Border", "border_of", "has_failed"]
+
+NEAR = 0.1  # of the box in every input
+PROBES, SHARED = 400, 4000  # points near the worst run, and of the box, at which the chance is asked
+UNLIKELY = 0.5
+EVEN = (
+    "given",
+    "start",
+    "even",
+    "attack: interior",
+)  # they fill the box
+MOST_WORDS = 160
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Border:
+    """Failures of a search, and where its worst run lies to them.
+
+    `borders`: whether the worst run does; `grows`: whether the Kriging expects more beyond the border.
+    `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words ->
+    runs.
+    `chance`: share of the box that fails; `counted` in the even runs. `is_answer`: a failed run counts as
+    worse than any value, by `failures="worst"`.
+    """
+
+    borders: bool
+    grows: bool
+    words: str
+    parameters: Mapping[str, Any]
+    run_key: str
+    kinds: Mapping[str, int]
+    chance: float
+    counted: Share
+    is_answer: bool = False
+
+    @property
+    def sentence(self) -> str:
+        """What to tell a reader."""
+        quoted = f'"{self.words}"' if self.words else "without a word of the solver"
+        if self.is_answer:
+            return f"The worst case is a failure, {quoted}, as a failed run counts as worse; {self._share}."
+        if self.borders:
+            more = ", and the Kriging expects worse beyond" if self.grows else ""
+            return f"The worst case borders on failures of this kind: {quoted}{more}; {self._share}."
+        return f"Runs fail, {quoted}, but not near the worst case; {self._share}."
+
+    @property
+    def _share(self) -> str:
+        said = f"about {_percent(self.chance)} of the box fails"
+        n = self.counted.draws
+        if not n:
+            return f"{said}, by the classifier alone, as no even sample was run"
+        return (
+            f"{said} ({self.counted.hits} of {n} even runs: between {_percent(self.counted.low)} and "
+            f"{_percent(self.counted.high)} with 95 % confidence)"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """For the JSON document."""
+        return {**asdict(self), "sentence": self.sentence}
+
+
+def has_failed(run: Run) -> bool:
+    """Whether a run failed; one that `within` excludes did not."""
+    return run.value is None and run.status != "excluded"
+
+
+def border_of(
+    ledger: Ledger,
+    model: SearchModel | None,
+    success: SuccessChance,
+    *,
+    unseen: Sequence[Run] = (),
+    is_answer: bool = False,
+    given_are_even: bool = True,
+    rng: np.random.Generator,
+) -> Border | None:
+    """The border of the failures among the runs of a ledger, None where none failed.
+
+    `unseen`: runs of an attack that the ledger does not hold. `given_are_even`: whether given runs are of a
+    design that fills the space, which those of another search are not.
+    """
+    where = ledger.where
+    places = [i for i, run in enumerate(ledger.runs) if has_failed(run)]
+    lost = [ledger.runs[i] for i in places] + [run for run in unseen if has_failed(run)]
+    if not lost:
+        return None
+    worst = ledger.incumbent
+    points = where.unit([dict(run.parameters) for run in lost])
+    nearest = lost[int(np.argmin(np.abs(points - worst).max(axis=1)))]
+    signs = rng.choice([-1.0, 0.0, 1.0], (PROBES, where.dimension))
+    around = where.snap(worst + NEAR * signs * rng.random((PROBES, 1)) ** 0.5)
+    chance = success.probability(where.features(around))
+    beyond = chance < UNLIKELY
+    near = np.abs(points - worst).max(axis=1) <= NEAR
+    borders = bool(beyond.any() or near.any())
+    outside = np.vstack([around[beyond], points[near]])
+    grows = model is not None and len(outside) > 0
+    if grows and model is not None:
+        grows = bool(model.mean(where.features(outside)).max() > float(ledger.v.max()))
+    box = where.snap(rng.random((SHARED, where.dimension)))
+    box = box[where.allowed(box)]
+    failing = 1.0 - float(success.probability(where.features(box)).mean()) if len(box) else 0.0
+    proposals = EVEN if given_are_even else EVEN[1:]
+    even = [run for run in (*ledger.runs, *unseen) if run.proposal in proposals]
+    counted = counted_share(sum(has_failed(run) for run in even), len(even))
+    return Border(
+        borders=borders,
+        grows=grows,
+        words=_words(nearest),
+        parameters=dict(nearest.parameters),
+        run_key=nearest.key,
+        kinds=dict(Counter(_words(run) for run in lost).most_common(5)),
+        chance=float(np.clip(failing, counted.low, counted.high)),
+        counted=counted,
+        is_answer=is_answer,
+    )
+
+
+def _words(run: Run) -> str:
+    """What the solver said, in a line; the status of a run that said nothing."""
+    line = next((part.strip() for part in run.error.splitlines() if part.strip()), "") or run.status
+    return line if len(line) <= MOST_WORDS else f"{line[: MOST_WORDS - 3]}..."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
