@@ -72,6 +72,7 @@ class WorkerProcess:
     def dismiss(self) -> None:
         """Close the pipe of tasks: an idle worker then ends by itself."""
         _close(self.inbox)
+        self.inbox = -1  # the number may soon be that of another file
 
     def close(self) -> None:
         """Close both pipes."""
