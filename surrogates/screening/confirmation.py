@@ -37,6 +37,9 @@ class Examined:
         confirmed, disputed: units that the witness named and the likelihood confirmed, and did not.
         errors: (n,) leave-one-out, of the standardised response of the canonical runs.
         share: what stays unexplained.
+        open: selected units that a nearly as likely set does without.
+        open_share: y, the upper bound of what such a set leaves unexplained: none of them is above it; 0
+            without one.
     """
 
     found: Found
@@ -44,6 +47,8 @@ class Examined:
     disputed: tuple[int, ...]
     errors: np.ndarray
     share: HiddenShare
+    open: tuple[int, ...]
+    open_share: float
 
 
 def examined(
@@ -56,6 +61,8 @@ def examined(
     ground = landscape_of(runs, restricted=rules.restricted, eta=found.etas[found.accepted])
     confirmed: tuple[int, ...] = ()
     disputed: tuple[int, ...] = ()
+    certain = set(found.sets[found.accepted]).intersection(*(members for members, _ in found.beside.doubts))
+    without = [_unexplained(ground, optimum, runs)[1].upper for _, optimum in found.beside.doubts]
     errors, share = _unexplained(ground, found.optima[found.accepted], runs)
     while testify and share.upper > RESOLVED_SHARE:
         selected = found.sets[found.accepted]
@@ -84,8 +91,15 @@ def examined(
         regression = quadratic_witness(runs, rng=rng).inputs
         disputed = tuple(dict.fromkeys((*disputed, *regression)))
     selected = found.sets[found.accepted]
-    disputed = tuple(u for u in disputed if u not in selected)
-    return Examined(found=found, confirmed=confirmed, disputed=disputed, errors=errors, share=share)
+    return Examined(
+        found=found,
+        confirmed=confirmed,
+        disputed=tuple(u for u in disputed if u not in selected),
+        errors=errors,
+        share=share,
+        open=tuple(u for u in selected if u not in certain and u not in confirmed),
+        open_share=max(without, default=0.0),
+    )
 
 
 def _joined(ground: Landscape, at: Optimum, selected: tuple[int, ...], unit: int, rules: Rules) -> Optimum:

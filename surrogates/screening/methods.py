@@ -10,6 +10,7 @@ from .partitions.landscape import landscape_of
 from .partitions.optimum import Optimum
 from .sets.ard import ard_screening
 from .sets.forward import forward_path
+from .sets.rival_sets import Rivals
 from .sets.rules import Rules
 from .sets.welch import welch_path
 
@@ -18,6 +19,7 @@ __all__ = ["METHODS", "Found", "find_sets"]
 Array = NDArray[np.float64]
 
 METHODS = ("default", "forward", "welch")
+NO_RIVALS = Rivals(closest=(), margin=float("inf"), doubts=())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +29,8 @@ class Found:
     Attributes:
         sets, optima, etas: nested sets of units, the maximum of l for each, the exponents (u,) there.
         accepted: which of the sets is selected.   ranked: units, most active first.
-        starts, starts_at_best, search_runs, evaluations, margin, rest_gain, rivals: see `ScreeningDiagnosis`.
+        starts, starts_at_best, search_runs, evaluations, rest_gain: see `ScreeningDiagnosis`.
+        beside: rival sets.
         pool_gain: what one theta for all units adds to l, over a response that depends on none (greedy
             methods).
     """
@@ -40,11 +43,10 @@ class Found:
     starts_at_best: int = 0
     search_runs: int = 0
     evaluations: int = 0
-    margin: float = float("inf")
+    beside: Rivals = NO_RIVALS
     rest_gain: float = float("nan")
     pool_gain: float = float("nan")
     ranked: tuple[int, ...] = ()
-    rivals: tuple[tuple[tuple[int, ...], float], ...] = ()
 
 
 def find_sets(runs: CanonicalRuns, method: str, rules: Rules, rng: np.random.Generator) -> Found:
@@ -103,8 +105,7 @@ def _default(runs: CanonicalRuns, rules: Rules, rng: np.random.Generator) -> Fou
         starts_at_best=result.agreeing,
         search_runs=result.search_runs,
         evaluations=result.search.evaluations,
-        rivals=result.rivals,
-        margin=result.margin,
+        beside=result.beside,
         rest_gain=result.rest_gain,
         ranked=result.ranked,
     )

@@ -28,7 +28,7 @@ from ..kriging.given_runs import (
 )
 from .confirmation import Examined, examined, where_it_errs
 from .methods import METHODS, Found, find_sets
-from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs
+from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs, replicate_variance
 from .partitions.landscape import landscape_of
 from .partitions.optimum import left_out_q2, standard_scores
 from .path import ScreeningStep, screening_path, told
@@ -228,14 +228,16 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             n_selected=n_selected,
             constant_response=constant,
             pool_gain=found.pool_gain,
-            margin=found.margin if self.method == "default" else None,
+            margin=found.beside.margin if self.method == "default" else None,
             rest_gain=found.rest_gain,
             q2=q2,
             starts_at_best=found.starts_at_best,
             repeated=repeated,
             hidden_share=seen.share.upper if seen else None,
-            confirmed=tuple(k for u in seen.confirmed for k in runs.given(u)) if seen else (),
-            disputed=tuple(k for u in seen.disputed for k in runs.given(u)) if seen else (),
+            confirmed=runs.given_all(seen.confirmed) if seen else (),
+            disputed=runs.given_all(seen.disputed) if seen else (),
+            open=runs.given_all(seen.open) if seen else (),
+            open_share=seen.open_share if seen else 0.0,
             rough_side=side,
         )
         judged = judge(self._evidence)
@@ -255,8 +257,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             starts_at_best=found.starts_at_best,
             search_runs=found.search_runs or n,
             evaluations=found.evaluations,
-            rivals=tuple((_inputs(runs, members), gap) for members, gap in found.rivals),
-            margin=found.margin,
+            rivals=tuple((_inputs(runs, members), gap) for members, gap in found.beside.closest),
+            margin=found.beside.margin,
             rest_gain=found.rest_gain,
             q2=q2,
             duplicates=tuple(equal),
@@ -267,6 +269,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             hidden_share=seen.share.upper if seen else float("nan"),
             confirmed=tuple(self._evidence.confirmed),
             disputed=tuple(self._evidence.disputed),
+            open=tuple(self._evidence.open),
+            open_share=self._evidence.open_share,
             rough_side=side,
             state=judged.state,
             resolved=judged.state == "resolved",
@@ -328,7 +332,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         if self.method == "default":
             return DEFAULT_NUGGET
         # equal inputs with unequal responses: their variance is the least noise there can be
-        noise = _replicate_variance(runs)
+        noise = replicate_variance(runs)
         value = max(FORWARD_NUGGET, noise)
         return value, value
 
@@ -388,13 +392,3 @@ def _inputs(runs: CanonicalRuns, members: Sequence[int]) -> tuple[int, ...]:
 def _criterion(name: str) -> str:
     what = "restricted log-likelihood l of (3.13)" if name == "reml" else "log-likelihood l of (3.11)"
     return f"{what}, constant 0, larger is better"
-
-
-def _replicate_variance(runs: CanonicalRuns) -> float:
-    """Variance of standardised responses of runs with equal inputs, 0 without such runs."""
-    _, at, count = np.unique(runs.x, axis=0, return_inverse=True, return_counts=True)
-    at = at.ravel()
-    if count.max() == 1:
-        return 0.0
-    mean = np.bincount(at, runs.y) / count
-    return float(((runs.y - mean[at]) ** 2).sum() / (count - 1).sum())

@@ -1,12 +1,13 @@
 """What a screening found out about its data and itself, and whether it may be believed.
 
-Three states, and a number: x, the share of the variance above which no input is missing
-(`surrogates.screening.hidden_share`).
+Three states, and two numbers: x, the share of the variance above which no input is missing, and y, above
+which no selected input is open (`surrogates.screening.hidden_share`). A selected input is open when a set
+without it is nearly as likely; what that set leaves unexplained bounds what the input does, so y is reckoned
+as x is, from that set.
 
-    resolved          x is at most 1 %, and every doubt below is out of the way
-    partly resolved   the selected inputs are certain, and others below x may hide
-    not resolved      a set that misses one of the selected inputs is nearly as likely, or the others together
-                      still act, or the runs are too few, or one start alone led here, or x is above 30 %
+    resolved          x and y are at most 1 %, and no doubt below stands
+    partly resolved   others below x may hide, and whether the open inputs act, each below y, is not known
+    not resolved      the runs are too few, or one start alone led here, or x or y is above 30 %
 
 A second witness (`surrogates.screening.witness`) that names an input which the likelihood does not confirm,
 or one that only both together show, keeps a screening from being resolved.
@@ -18,13 +19,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .hidden_share import RoughSide
+from .sets.rival_sets import CLEAR_MARGIN
 
 __all__ = ["Evidence", "Judgement", "ScreeningDiagnosis", "fewest_runs", "judge"]
 
 FEW_RUNS, FEW_RUNS_PER_INPUT = 10, 2.0  # with fewer, weaker inputs are missed without a sign
-CLEAR_MARGIN = 2.0  # in l: the rival set is e^2 = 7 times less likely
 RESOLVED_SHARE, PARTLY_SHARE = 0.01, 0.3  # of the variance that an input may hide in
 ROUGH_SHARE = 0.1  # of it, unexplained with more runs than a smooth response needs: a rough one
+NO_RIVAL = 1e300  # a margin beyond it: there is no rival set
 SILENT_REST = 1.5  # in l: what a common theta of the inputs that were not selected may add
 
 
@@ -49,6 +51,8 @@ class ScreeningDiagnosis:
             nugget's floor and without it.
         hidden_share: x, its upper 95 % bound: no input above it is missing.
         confirmed, disputed: inputs that the second witness named and the likelihood confirmed, and did not.
+        open: selected inputs that a nearly as likely set does without.
+        open_share: y, the upper 95 % bound: no open input is above it; 0 without one.
         rough_side: where the errors are large, in the coordinates of X; None where they are spread.
         state: "resolved", "partly resolved", "not resolved", "not judged" or "nothing to screen".
         resolved: whether the state is "resolved".   verdict, advice: the judgement, in words.
@@ -79,6 +83,8 @@ class ScreeningDiagnosis:
     hidden_share: float
     confirmed: tuple[int, ...]
     disputed: tuple[int, ...]
+    open: tuple[int, ...]
+    open_share: float
     rough_side: RoughSide | None
     state: str
     resolved: bool
@@ -106,7 +112,8 @@ class Evidence:
             methods).
         margin: see `ScreeningDiagnosis`; None for a greedy method, which knows no rival sets and therefore
             cannot be resolved.
-        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, rough_side: see `ScreeningDiagnosis`.
+        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, open, open_share, rough_side: see
+            `ScreeningDiagnosis`.
         hidden_share: x; None for 1 - q2.
     """
 
@@ -123,6 +130,8 @@ class Evidence:
     hidden_share: float | None = None
     confirmed: Sequence[int] = ()
     disputed: Sequence[int] = ()
+    open: Sequence[int] = ()
+    open_share: float = 0.0
     rough_side: RoughSide | None = None
 
 
@@ -184,13 +193,13 @@ def judge(
             verdict="not resolved: " + "; ".join(doubts.reasons) + bound,
             advice=advice,
         )
-    gap = f"at least {e.margin:.1f} lower" if e.margin < 1e300 else "much lower"
-    certain = f"every set that misses a selected input is {gap} in log-likelihood"
-    if x <= RESOLVED_SHARE and not e.disputed and not e.confirmed:
+    certain = _certainty(e, name)
+    if max(x, e.open_share) <= RESOLVED_SHARE and not e.disputed and not e.confirmed:
         return Judgement(state="resolved", verdict=f"resolved: {missing}; {certain}", advice=known)
     hide = f"{_percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
-    said = [hide, *_testimony(e, name), certain]
-    cures = [f"add about {max(8, e.n_runs // 2)} runs to see weaker inputs", where, known]
+    said = [hide, *_rest(e), *_testimony(e, name), certain]
+    settle = f" and to settle {', '.join(map(name, e.open))}" if e.open_share > RESOLVED_SHARE else ""
+    cures = [f"add about {max(8, e.n_runs // 2)} runs to see weaker inputs{settle}", where, known]
     if x > ROUGH_SHARE:
         cures.insert(1, ROUGH_ADVICE)
     return Judgement(
@@ -253,21 +262,17 @@ def _doubts(e: Evidence, x: float, name: Callable[[int], str]) -> _Doubts:
     """What keeps a selection from being certain."""
     assert e.margin is not None
     doubts, n = _Doubts(), e.n_runs
-    if e.margin < CLEAR_MARGIN:
-        doubts.add(
-            f"a set without one of the selected inputs is only {max(e.margin, 0.0):.1f} lower in l",
-            f"add about {max(8, n // 4)} runs to the design",
-        )
     if not x <= PARTLY_SHARE:
         doubts.add(
             f"left-out runs are predicted with Q2 = {e.q2:.2f} only; further inputs may hide in the rest",
             "add runs, or look for an input that varied but is not in the table",
         )
         doubts.cures.append(ROUGH_ADVICE)
-    if e.rest_gain > SILENT_REST:
+    if e.open_share > PARTLY_SHARE:
         doubts.add(
-            f"the inputs that were not selected still act together: l rises by {e.rest_gain:.1f} if they may",
-            f"add about {max(8, n // 2)} runs to tell which of them",
+            f"a set without {', '.join(map(name, e.open))} is only {max(e.margin, 0.0):.1f} lower in l, and "
+            f"leaves up to {_percent(e.open_share)} of the variance unexplained",
+            f"add about {max(8, n // 4)} runs to the design",
         )
     needed = fewest_runs(e.n_inputs)
     if n < needed:
@@ -277,8 +282,31 @@ def _doubts(e: Evidence, x: float, name: Callable[[int], str]) -> _Doubts:
     if e.starts_at_best <= 1:
         doubts.add("at most one start led to the selected set", "screen again with more starts")
     if doubts.reasons:
-        doubts.reasons += _testimony(e, name)
+        doubts.reasons += [*_rest(e), *_testimony(e, name)]
+        if e.open and e.open_share <= PARTLY_SHARE:
+            doubts.reasons.append(_certainty(e, name))
     return doubts
+
+
+def _certainty(e: Evidence, name: Callable[[int], str]) -> str:
+    """How far the sets without a selected input fall, and which selected inputs are open."""
+    assert e.margin is not None
+    if not e.open:
+        gap = f"at least {e.margin:.1f} lower" if e.margin < NO_RIVAL else "much lower"
+        return f"every set that misses a selected input is {gap} in log-likelihood"
+    names, many = ", ".join(map(name, e.open)), len(e.open) > 1
+    return (
+        f"whether {names} act{'' if many else 's'} is open, {'each ' if many else ''}with at most "
+        f"{_percent(e.open_share)} of the variance: a set without is only {max(e.margin, 0.0):.1f} lower in "
+        "log-likelihood"
+    )
+
+
+def _rest(e: Evidence) -> list[str]:
+    """What the inputs that were not selected do together, where it shows."""
+    if not e.rest_gain > SILENT_REST:
+        return []
+    return [f"the inputs that were not selected still act together: l rises by {e.rest_gain:.1f} if they may"]
 
 
 def _testimony(e: Evidence, name: Callable[[int], str]) -> list[str]:

@@ -166,7 +166,7 @@ def _diagnosis(facts: Any, judged: Judgement, names: Sequence[str], ids: Sequenc
     )
     found = {
         name: getattr(facts, name)
-        for name in [*plain.split(), "margin", "q2", "resolved", "unexplained", "hidden_share"]
+        for name in [*plain.split(), "margin", "q2", "resolved", "unexplained", "hidden_share", "open_share"]
     }
     return found | {
         "nugget_bounds": list(facts.nugget_bounds),
@@ -175,6 +175,7 @@ def _diagnosis(facts: Any, judged: Judgement, names: Sequence[str], ids: Sequenc
         "advice": judged.advice,
         "confirmed": [names[k] for k in facts.confirmed],
         "disputed": [names[k] for k in facts.disputed],
+        "open": [names[k] for k in facts.open],
         "constant": [names[k] for k in facts.constant],
         "repeated": [[names[i], names[j]] for i, j in facts.repeated],
         "duplicates": [[ids[i], ids[j]] for i, j in facts.duplicates],

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...kriging.diagnosis import varying
 
-__all__ = ["CanonicalRuns", "about_unit_wide", "canonical_runs"]
+__all__ = ["CanonicalRuns", "about_unit_wide", "canonical_runs", "replicate_variance"]
 
 Array = NDArray[np.float64]
 
@@ -48,6 +48,10 @@ class CanonicalRuns:
     rows: NDArray[np.intp]
     constant: tuple[int, ...]
     repeated: tuple[tuple[int, int], ...]
+
+    def given_all(self, units: Sequence[int]) -> tuple[int, ...]:
+        """The given columns of some units."""
+        return tuple(k for unit in units for k in self.given(unit))
 
     def given(self, unit: int) -> tuple[int, ...]:
         """The given columns of a unit."""
@@ -154,3 +158,13 @@ def _repeated(x: Array, columns: NDArray[np.intp]) -> tuple[tuple[int, int], ...
             a, b = sorted((int(columns[i]), int(columns[j])))
             pairs.append((a, b))
     return tuple(sorted(pairs))
+
+
+def replicate_variance(runs: CanonicalRuns) -> float:
+    """Variance of standardised responses of runs with equal inputs, 0 without such runs."""
+    _, at, count = np.unique(runs.x, axis=0, return_inverse=True, return_counts=True)
+    at = at.ravel()
+    if count.max() == 1:
+        return 0.0
+    mean = np.bincount(at, runs.y) / count
+    return float(((runs.y - mean[at]) ** 2).sum() / (count - 1).sum())

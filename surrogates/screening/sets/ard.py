@@ -29,7 +29,7 @@ from .backward import Chain, most_active, shorten
 from .exchange import exchange
 from .joint_effect_of_the_rest import rest_gain
 from .multi_start import Maxima, n_alive
-from .rival_sets import entering, ranked, rivals
+from .rival_sets import Rivals, also, entering, ranked, rivals
 from .rules import Rules
 from .single_input_fits import margins
 
@@ -50,8 +50,7 @@ class ArdScreening:
         ranked: units, the one that most likely acts first; the chosen ones lead where their number is given
             or all runs had the last word.
         search: the multi-start.
-        rivals: the best other set of each other maximum, with its score below the chosen one's.
-        margin: the smallest such fall to a set that misses a unit of the chosen one.
+        beside: the sets of all maxima beside the chosen one.
         rest_gain: how far l rises when all other units share a theta, see
             `surrogates.screening.sets.joint_effect_of_the_rest`.
         agreeing: starts whose maximum has the chosen units as its most active ones.
@@ -62,8 +61,7 @@ class ArdScreening:
     chosen: int
     ranked: tuple[int, ...]
     search: Maxima
-    rivals: tuple[tuple[tuple[int, ...], float], ...]
-    margin: float
+    beside: Rivals
     rest_gain: float
     agreeing: int
     search_runs: int
@@ -102,13 +100,13 @@ def _attempt(runs: CanonicalRuns, rules: Rules, rng: np.random.Generator) -> Ard
         for optimum, reached in zip(search.optima, search.reached, strict=True)
         if set(most_active(ground, optimum, k)) == set(best.sets[chosen])
     )
-    close, margin = rivals(best, chosen, others, rules.threshold)
+    beside = rivals(best, chosen, others, rules.threshold)
     order = ranked(entering(best, k), [best, *others], rules.lenient)
     if rows is not None:
         best = on_all_runs(runs, best, chosen, rules, rng)
         chosen = _chosen(best, rules)
         # inputs that only all runs showed belong to the selection, and to what it leads by
-        margin = min(margin, rivals(best, chosen, [], rules.threshold)[1])
+        beside = also(beside, rivals(best, chosen, [], rules.threshold))
     if rows is not None or rules.size is not None:
         leading = entering(best, len(best.sets[chosen]))
         order = (*leading, *(u for u in order if u not in leading))
@@ -117,8 +115,7 @@ def _attempt(runs: CanonicalRuns, rules: Rules, rng: np.random.Generator) -> Ard
         chosen=chosen,
         ranked=order,
         search=search,
-        rivals=close,
-        margin=margin,
+        beside=beside,
         # on the runs that the search saw: all runs of a large design would make it dear
         rest_gain=rest_gain(ground, best.sets[chosen], best.optima[chosen].phi, rules.nugget),
         agreeing=agreeing,

@@ -91,9 +91,10 @@ def evidence(**changed):
 
 def test_the_rest_together_is_part_of_the_verdict():
     found = judge(evidence(rest_gain=3.0))
-    assert found.state == "not resolved"
+    assert found.state == "partly resolved"
     assert "still act together: l rises by 3.0" in found.verdict
     assert "add about 30 runs" in found.advice
+    assert judge(evidence(rest_gain=3.0, hidden_share=0.01)).state == "resolved"
     found = judge(evidence())
     assert found.state == "partly resolved"
     assert "3.0 % of the variance may hide further inputs" in found.verdict
@@ -105,6 +106,24 @@ def test_three_states_by_what_may_hide():
     assert judge(evidence(hidden_share=0.31, q2=0.8)).state == "not resolved"
     certain = judge(evidence(hidden_share=0.004))
     assert certain.verdict.startswith("resolved: no input above 0.4 % of the variance is missing")
+
+
+def test_an_open_input_is_named_with_the_most_it_can_do():
+    names = {3: "grip", 5: "mass"}.__getitem__
+    open_one = {"margin": 0.4, "open": (3,), "hidden_share": 0.004}
+    found = judge(evidence(**open_one, open_share=0.009), name=names)
+    assert found.state == "resolved"
+    assert "whether grip acts is open, with at most 0.9 % of the variance: a set without is" in found.verdict
+    found = judge(evidence(**open_one, open_share=0.05), name=names)
+    assert found.state == "partly resolved"
+    assert "with at most 5.0 % of the variance" in found.verdict
+    assert "to see weaker inputs and to settle grip" in found.advice
+    found = judge(evidence(**open_one | {"open": (3, 5)}, open_share=0.31), name=names)
+    assert found.state == "not resolved"
+    assert "a set without grip, mass is only 0.4 lower in l, and leaves up to 31 % of" in found.verdict
+    found = judge(evidence(**open_one | {"open": (3, 5)}, open_share=0.2, n_runs=15), name=names)
+    assert found.state == "not resolved"
+    assert "whether grip, mass act is open, each with at most 20 % of the variance" in found.verdict
 
 
 def test_a_disagreement_of_witnesses_is_named_and_not_resolved():

@@ -6,7 +6,7 @@ import pytest
 from surrogates import KrigingScreener
 from surrogates.screening.partitions.optimum import Optimum
 from surrogates.screening.sets.backward import Chain, alone
-from surrogates.screening.sets.rival_sets import entering, ranked, rivals
+from surrogates.screening.sets.rival_sets import also, entering, ranked, rivals
 
 PRICE = 2.0
 
@@ -27,11 +27,25 @@ THIRD = chain(((3, 2, 4), 14.6), ((3, 2), 12.9), ((2,), 3.0), ((), 0.0))
 
 
 def test_the_closest_sets_and_the_margin():
-    close, margin = rivals(BEST, 1, [OTHER], PRICE)  # {1, 3}: 13 - 4 = 9
-    assert close[0] == ((2, 3), pytest.approx(0.1))
-    assert margin == pytest.approx(0.1)
-    assert close[1] == ((0, 1, 3), pytest.approx(1.0))  # holds the chosen ones: no rival of theirs
-    assert len(close) == 5
+    beside = rivals(BEST, 1, [OTHER], PRICE)  # {1, 3}: 13 - 4 = 9
+    assert beside.closest[0] == ((2, 3), pytest.approx(0.1))
+    assert beside.margin == pytest.approx(0.1)
+    assert beside.closest[1] == ((0, 1, 3), pytest.approx(1.0))  # holds the chosen ones: no rival of theirs
+    assert len(beside.closest) == 5
+
+
+def test_a_doubt_misses_a_chosen_unit_and_is_nearly_as_likely():
+    doubts = rivals(BEST, 1, [OTHER], PRICE).doubts
+    # {1, 2, 3} and {0, 1, 3} miss none, {3} falls by 5
+    assert [(members, optimum.value) for members, optimum in doubts] == [((2, 3), 12.9)]
+
+
+def test_all_runs_add_their_doubts_to_those_of_a_part():
+    part, whole = rivals(BEST, 1, [OTHER], PRICE), rivals(THIRD, 0, [], PRICE)
+    both = also(part, whole)
+    assert both.closest == part.closest
+    assert both.margin == min(part.margin, whole.margin)
+    assert {members for members, _ in both.doubts} == {(2, 3)}
 
 
 def test_units_that_most_good_sets_share_come_first():
