@@ -43,9 +43,8 @@ class Border:
 
     `borders`: whether the worst run does; `grows`: whether the Kriging expects more beyond the border.
     `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words ->
-    runs.
-    `chance`: share of the box that fails; `counted` in the even runs. `is_answer`: a failed run counts as
-    worse than any value, by `failures="worst"`.
+    runs. `chance`: share of the box that fails; `counted` in the even runs. `is_answer`: a failed run counts
+    as worse than any value, by `failures="worst"`.
     """
 
     borders: bool
