@@ -4,9 +4,11 @@ The folder, the store, our own workers, and `ask` and `tell` for results that co
 stand above (`workbench.stages`) and work on this.
 """
 
+import shutil
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import blake2b
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -72,6 +74,7 @@ class CampaignRuns(StoredRuns):
                 f"cannot make the folder {self.folder}: {exc.strerror}. Choose another --folder"
             ) from exc
         self.store = Store.opened(self.folder / "runs.sqlite")
+        shutil.rmtree(self._scratch, ignore_errors=True)  # of a coordinator that was killed with its machine
         try:
             self.spec = study.spec(version=study_version(study, self.store))
             for text in self._state_taken():
@@ -288,6 +291,16 @@ class CampaignRuns(StoredRuns):
                 if path.stem in former and not path.with_stem(former[path.stem]).exists():
                     path.rename(path.with_stem(former[path.stem]))
 
+    @property
+    def _scratch(self) -> Path:
+        """Where runs have their temporary files: in the folder, or our part of where the study says."""
+        named = self.study.evaluate.get("scratch")
+        whole = self.folder.resolve()
+        if named is None:
+            return whole / "scratch"
+        digest = blake2b(str(whole).encode(), digest_size=6).hexdigest()
+        return Path(self.study.folder) / named / f"{whole.name}-{digest}"
+
     def _workdir(self, key: str) -> Path:
         """Where a run of a command stands."""
         return (self.folder / "work" / key).resolve()
@@ -340,6 +353,7 @@ class CampaignRuns(StoredRuns):
             timeout=options.get("timeout"),
             memory=self.study.memory_bytes,
             recycle=RECYCLE if self.study.model["kind"] == "fmu" else None,
+            scratch=self._scratch,
         )
 
 

@@ -12,7 +12,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from workbench.campaign.integrity.checksums import check_store, is_sound, was_changed
+from workbench.campaign.integrity.checksums import check_file, check_store, is_sound
+from workbench.campaign.integrity.stale import release_stale
 from workbench.campaign.store_schema import SCHEMA, VERSION, migrate, run_key
 from workbench.errors import StoreError
 from workbench.models.evaluation import COLUMNS, Evaluation, evaluation_of
@@ -25,8 +26,9 @@ from workbench.system.database import (
     opened_for_reading,
     tables,
 )
-from workbench.system.lease import is_alive, owner_of_this_process
+from workbench.system.lease import owner_of_this_process
 from workbench.system.one_writer import WriterLock
+from workbench.system.starts import Starts, unanswered_starts
 from workbench.system.witness import Witness, witness_says
 
 __all__ = ["Store", "run_key"]
@@ -57,6 +59,7 @@ class Store:
         self._columns = ", ".join((*COLUMNS, SLOPES, is_sound("evaluation")))
         self._witness: Witness | None = None
         self._answered: tuple[str, float] | None = None
+        self.starts: Starts | None = None
 
     @classmethod
     def opened(cls, path: Path) -> "Store":
@@ -70,7 +73,7 @@ class Store:
             undone.callback(lock.close)
             said = witness_says(path)
             if path.exists() and path.stat().st_size:
-                _check(path, said)  # a connection that may write would throw a damaged log away
+                check_file(path, said)  # a connection that may write would throw a damaged log away
             new = not path.exists()
             db = connected(path)
             undone.callback(db.close)
@@ -86,7 +89,10 @@ class Store:
                 store._check_version(migrating=True)
             store._witness = Witness(path, said.get("last"))
             undone.callback(store._witness.close)
-            store._release_stale()
+            begun = unanswered_starts(path)
+            with store.transaction():
+                release_stale(db, begun)
+            store.starts = Starts(path)
             undone.pop_all()
         return store
 
@@ -108,6 +114,9 @@ class Store:
     def close(self) -> None:
         """Close the database and let others have it."""
         self._db.close()
+        if self.starts is not None:
+            self.starts.close()
+            self.starts = None
         if self._witness is not None:
             self._witness.close()
             self._witness = None
@@ -192,7 +201,7 @@ class Store:
         with self.transaction():
             changed = self._db.execute(
                 "UPDATE evaluation SET status = ?, attempt = ?, outputs = ?, error = ?, log = ?, "
-                "kept = ?, reading = ?, state = ?, "
+                "kept = ?, reading = ?, state = ?, unanswered = 0, "
                 "started = COALESCE(started, ?), finished = ?, wall = ?, cpu = ?, host = ?, owner = NULL "
                 "WHERE key = ? AND status IN ('queued', 'running')",
                 (
@@ -239,8 +248,8 @@ class Store:
         """Put failed rows back in the queue with their attempts counted anew."""
         with self.transaction():
             self._db.executemany(
-                "UPDATE evaluation SET status = 'queued', attempt = 0, error = NULL, log = NULL "
-                "WHERE key = ? AND status IN ('failed', 'timeout', 'killed', 'nonfinite')",
+                "UPDATE evaluation SET status = 'queued', attempt = 0, unanswered = 0, error = NULL, "
+                "log = NULL WHERE key = ? AND status IN ('failed', 'timeout', 'killed', 'nonfinite')",
                 [(key,) for key in keys],
             )
 
@@ -357,29 +366,11 @@ class Store:
             )
         return evaluation_of(cells)
 
-    def _release_stale(self) -> None:
+    def suspects(self) -> set[str]:
+        """Keys of unfinished runs that were under way when a coordinator went."""
         with explained(self.path):
-            query = "SELECT DISTINCT owner FROM evaluation WHERE status = 'running'"
-            owners = [owner for (owner,) in self._db.execute(query)]
-        gone = [owner for owner in owners if owner is None or not is_alive(owner)]
-        if gone:
-            with self.transaction():
-                for owner in gone:
-                    self._db.execute(
-                        "UPDATE evaluation SET status = 'queued', owner = NULL "
-                        "WHERE status = 'running' AND owner IS ?",
-                        (owner,),
-                    )
-
-
-def _check(path: Path, said: Mapping[str, Any]) -> None:
-    """Hold a database against its witness without touching it."""
-    db, _ = opened_for_reading(path)
-    try:
-        with explained(path):
-            check_store(db, path, said, thoroughly=was_changed(path, said))
-    finally:
-        db.close()
+            query = "SELECT key FROM evaluation WHERE unanswered > 0 AND status IN ('queued', 'running')"
+            return {key for (key,) in self._db.execute(query)}
 
 
 def _clean(text: str) -> str | None:

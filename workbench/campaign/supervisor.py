@@ -54,6 +54,7 @@ class InlineEngine:
         self._spec = spec
         self._model = open_model(spec) if model is None else model
         self._waiting: deque[tuple[Any, Mapping[str, Any], Path | None]] = deque()
+        self.suspects: frozenset[Any] = frozenset()  # tasks that may end the process they run in
 
     def submit(self, task: Any, row: Mapping[str, Any], *, workdir: Path | None = None) -> None:
         """Put the row in line."""
@@ -64,7 +65,11 @@ class InlineEngine:
         if not self._waiting:
             return []
         task, row, workdir = self._waiting.popleft()
-        return [(task, call(self._model, self._spec, row, workdir=workdir))]
+        if task not in self.suspects:
+            return [(task, call(self._model, self._spec, row, workdir=workdir))]
+        from workbench.workers.apart import answered_apart
+
+        return [(task, answered_apart(lambda: call(self._model, self._spec, row, workdir=workdir)))]
 
     def close(self) -> None:
         """Close the model."""
@@ -98,14 +103,19 @@ def supervise(
 
     `watcher` is told what has been committed, never sooner; `keep` gets every answer before its commit, to
     write what does not belong into the database. At most the rows under way and those answered within the
-    last 25 ms are repeated when this process is killed.
+    last 25 ms are repeated when this process is killed. Rows that were under way when a coordinator went run
+    last and alone, so that it is known which one took it: in a process of their own where the rest do not.
 
     Raises:
         Interrupted: Ctrl-C; everything answered is stored, the rest is back in the queue.
         StoreError: the store refused a write; nothing more is run.
     """
     rows = {row.key: row for row in store.rows(keys=keys)}
-    waiting = deque(key for key in keys if rows[key].status == "queued")
+    queued = [key for key in keys if rows[key].status == "queued"]
+    suspects = frozenset(store.suspects() & set(queued))
+    waiting = deque(sorted(queued, key=suspects.__contains__))
+    if isinstance(engine, InlineEngine):
+        engine.suspects = suspects
     wave = _Wave(
         engine=engine,
         store=store,
@@ -115,6 +125,7 @@ def supervise(
         keep=keep,
         rows=rows,
         waiting=waiting,
+        suspects=suspects,
         attempts={key: rows[key].attempt for key in waiting},
         tries=dict.fromkeys(waiting, 0),
     )
@@ -151,6 +162,7 @@ class _Wave:
     keep: Callable[[str, Answer], None] | None
     rows: Mapping[str, Evaluation]
     waiting: deque[str]
+    suspects: frozenset[str]
     attempts: dict[str, int]
     tries: dict[str, int]
     running: set[str] = field(default_factory=set)
@@ -166,12 +178,17 @@ class _Wave:
     def submit(self) -> None:
         """Hand the engine as many rows as it has room for."""
         while self.waiting and len(self.running) < self.engine.capacity:
+            if self.running and (self.waiting[0] in self.suspects or self.running & self.suspects):
+                break  # it runs alone
             key = self.waiting.popleft()
             self.attempts[key] += 1
             self.tries[key] += 1
             self.running.add(key)
             self.begun.append(key)
             workdir = None if self.workdir is None else self.workdir(key)
+            if self.store.starts is not None:
+                apart = key in self.suspects and isinstance(self.engine, InlineEngine)
+                self.store.starts.begin(key, apart=apart)
             self.engine.submit(key, self.rows[key].inputs, workdir=workdir)
 
     def collect(self) -> None:
@@ -180,7 +197,10 @@ class _Wave:
             if key not in self.running:
                 continue  # delivered twice
             self.running.discard(key)
+            if self.store.starts is not None:
+                self.store.starts.end(key)
             again = self.policy.tries_again(answer.status, self.tries[key])
+            again = again and not (answer.status == "killed" and key in self.suspects)
             self.answered.append((key, answer, again))
             if again:
                 self.commit()  # the attempt is on record before the next one begins
@@ -207,6 +227,9 @@ class _Wave:
         """Store what was answered, and put the rest back in the queue."""
         self.commit()
         self.store.release(list(self.running))
+        if self.store.starts is not None:
+            for key in self.running:
+                self.store.starts.end(key)
 
 
 @contextmanager

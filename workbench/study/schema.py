@@ -200,6 +200,7 @@ class EvaluateTable(Table):
     timeout: Positive | None = None
     retries: Annotated[int, Field(ge=0, le=100)] = 0
     memory: Size | None = None
+    scratch: Text | None = None
 
 
 class ScreenTable(Table):

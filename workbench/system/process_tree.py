@@ -42,6 +42,11 @@ for _ in range(100):
     clear = 0 if found else clear + 1
     if clear == 3: break
     time.sleep(0.02)
+if sys.argv[2]:
+    import shutil
+    shutil.rmtree(sys.argv[2], ignore_errors=True)
+if sys.argv[3] and os.path.isdir(sys.argv[3]) and not os.listdir(sys.argv[3]):
+    os.rmdir(sys.argv[3])
 """
 
 
@@ -106,12 +111,15 @@ def _is_zombie(pid: int) -> bool:
 
 
 class Watchdog:
-    """A process that outlives this one by a moment, to end everything that carries `mark`."""
+    """A process that outlives this one by a moment: it ends all that carry `mark`.
 
-    def __init__(self, mark: str) -> None:
+    folders: one to remove with all that is in it, and one around it to remove when it is empty
+    """
+
+    def __init__(self, mark: str, *, folders: tuple[Path | None, Path | None] = (None, None)) -> None:
         environment = {k: v for k, v in os.environ.items() if k != MARK}
         self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", "-c", WATCHDOG, mark],
+            [sys.executable, "-I", "-S", "-c", WATCHDOG, mark, *(str(folder or "") for folder in folders)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

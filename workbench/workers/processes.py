@@ -13,11 +13,12 @@ import tempfile
 import time
 import uuid
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from workbench.errors import StudyError
+from workbench.errors import StoreError, StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.system.process_tree import Watchdog, end_group, end_marked
 from workbench.workers.worker import answer_from_dict
@@ -35,6 +36,7 @@ class ProcessPool:
 
     timeout: seconds per run    memory: bytes per run, above what the opened model takes
     recycle: runs after which a worker is replaced
+    scratch: where logs and temporary files of runs stand while it works; a folder of the system by default
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class ProcessPool:
         timeout: float | None = None,
         memory: int | None = None,
         recycle: int | None = None,
+        scratch: Path | None = None,
     ) -> None:
         self.capacity = workers
         self._spec = spec
@@ -56,11 +59,15 @@ class ProcessPool:
         self._workers: list[WorkerProcess] = []
         self._answered: list[tuple[Any, Answer]] = []
         self._selector = selectors.DefaultSelector()
-        self._scratch = Path(tempfile.mkdtemp(prefix="holdfast-"))
-        self._watchdog = Watchdog(self._mark)
+        place = Path(tempfile.gettempdir()) if scratch is None else scratch.resolve()
+        self._scratch = place / f"holdfast-{self._mark[:12]}"
+        self._around = None if scratch is None else place  # goes too when it is empty
+        self._make_scratch()
+        self._watchdog = Watchdog(self._mark, folders=(self._scratch, self._around))
 
     def submit(self, task: Any, row: Mapping[str, Any], *, workdir: Path | None = None) -> None:
         """Hand a row to an idle worker; `task` comes back with its answer. At most `capacity` at a time."""
+        self._make_scratch()
         worker = next((w for w in self._workers if w.task is None), None) or self._started()
         self._wait_until_ready(worker)
         worker.task, worker.begun = task, time.monotonic()
@@ -86,6 +93,16 @@ class ProcessPool:
             self._watch(time.monotonic())
         done, self._answered = self._answered, []
         return done
+
+    def _make_scratch(self) -> None:
+        """The folder for logs and temporary files; anew when somebody has swept it away."""
+        try:
+            self._scratch.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError as exc:
+            raise StoreError(
+                f"cannot make the scratch folder {self._scratch}: {exc.strerror}. Free space, or name "
+                "another in [evaluate] scratch"
+            ) from exc
 
     @property
     def running(self) -> int:
@@ -119,6 +136,9 @@ class ProcessPool:
         end_marked(self._mark)
         self._selector.close()
         shutil.rmtree(self._scratch, ignore_errors=True)
+        if self._around is not None:
+            with suppress(OSError):
+                self._around.rmdir()
 
     def _started(self) -> WorkerProcess:
         """A new worker process, not yet ready."""

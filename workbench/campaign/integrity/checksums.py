@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StoreError
-from workbench.system.database import tables
+from workbench.system.database import explained, opened_for_reading, tables
 from workbench.system.one_writer import moment
 from workbench.system.witness import file_state
 
-__all__ = ["CHECKED", "CHECKSUMS", "REALS", "check_store", "is_sound", "was_changed", "wrong_rows"]
+__all__ = ["CHECKED", "CHECKSUMS", "REALS", "check_file", "check_store", "is_sound", "wrong_rows"]
 
 # table -> its columns in the order in which they stand in the file; the checksum follows
 CHECKED = {
@@ -66,7 +66,7 @@ def wrong_rows(db: sqlite3.Connection) -> dict[str, list[int]]:
     return {table: numbers for table, numbers in found.items() if numbers}
 
 
-def was_changed(path: Path, said: Mapping[str, Any]) -> bool:
+def _was_changed(path: Path, said: Mapping[str, Any]) -> bool:
     """Whether a file that is quick to read is not as it was when holdfast closed it."""
     closed = said.get("file")
     if closed is None or path.with_name(f"{path.name}-wal").exists() or not path.exists():
@@ -107,3 +107,13 @@ def check_store(db: sqlite3.Connection, path: Path, said: Mapping[str, Any], *, 
             f"{path} is damaged: {what}. `holdfast doctor --store` says what is wrong, "
             "`holdfast recover` saves what can be read"
         )
+
+
+def check_file(path: Path, said: Mapping[str, Any]) -> None:
+    """`check_store` of a file without touching it: a connection that may write drops a damaged log."""
+    db, _ = opened_for_reading(path)
+    try:
+        with explained(path):
+            check_store(db, path, said, thoroughly=_was_changed(path, said))
+    finally:
+        db.close()
