@@ -9,10 +9,15 @@ responses. The prior draw is a sum of random Fourier features (Rahimi and Recht 
 products over the inputs, and its main, total and pair variances under independent inputs are quadratic forms
 of products of one-dimensional sums: no sampling of x. Sobol' (1993), Mathematical Modelling and Computational
 Experiments 1, 407-414; Marrel et al. (2009), Reliability Engineering and System Safety 94, 742-751.
+
+theta is drawn, too (`surrogates.kriging.theta_posterior`): at the likeliest theta bands are too narrow. And a
+path is the mean m of the paths plus a deviation that has variances and interactions of its own, so that a
+draw of an index of a plain response is mostly too large: with s = mean of the draws - index of m, a band
+is widened from [q, q'] to [min(q, q - s), max(q', q' - s)].
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +25,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..kriging.estimator import Kriging
 from ..kriging.posterior import Posterior
+from ..kriging.theta_posterior import drawn_fits
 from ..likelihood.correlation import Correlation
 from ..likelihood.likelihood import _solve
 from .effects import _Averages, column
@@ -30,10 +36,12 @@ __all__ = ["Indices", "SobolIndices", "sobol_indices"]
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+THETAS, MANY_RUNS = 10, 300
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Indices:
-    """Shares of the variance, (k,): posterior mean, and the ends of the central 95 % of the draws."""
+    """Shares of the variance, (k,): posterior mean, and the ends of a 95 % band."""
 
     mean: Array
     lower: Array
@@ -65,6 +73,7 @@ def sobol_indices(
     pairs: Sequence[tuple[int, int]] = (),
     measures: Sequence[Measure | None] | None = None,
     features: int = 200,
+    thetas: int | None = None,
     rng: np.random.Generator,
 ) -> SobolIndices:
     """Main, total and pair indices of the modelled response over independent inputs, with 95 % bands.
@@ -73,6 +82,8 @@ def sobol_indices(
         draws: paths drawn from the posterior.   pairs: interactions wanted.
         measures: weights of the inputs, see `surrogates.analysis.measure`; None is uniform.
         features: Fourier features of the prior draws.
+        thetas: draws of theta that the paths are shared among; 0 takes the fitted theta as known. None is 10,
+            and 0 where theta was given or hardly moves: above 300 runs, or where the trend is exact.
 
     Returns indices of zero when the response is constant.
 
@@ -86,40 +97,92 @@ def sobol_indices(
         raise ValueError(f"draws needs at least 2, got {draws}")
     check_is_fitted(kriging)
     posterior = kriging.posterior_
-    averages = _Averages(posterior, resolve(posterior, measures))
-    paths = _Paths(posterior, averages, kriging._diagonal, draws=draws, features=features, rng=rng)
     d = posterior.u.shape[1]
-    mean, main = paths.mains()
-    total = np.empty((d, draws))
-    everything = paths.whole()
-    variance = np.maximum(everything - mean**2, 0.0)
-    for k, without in paths.all_without(list(range(d))):
-        # Var of E[path | all but k]
-        rest = paths.quadratic(without, paths.means[k])
-        total[k] = everything - rest
-    positive = np.where(variance > 1e-14 * np.maximum(mean**2, 1e-300), variance, np.inf)
     named = tuple((column(i, d, "pairs"), column(j, d, "pairs")) for i, j in pairs)
-    interaction = np.empty((len(named), draws))
-    for at, (i, j) in enumerate(named):
+    for i, j in named:
         if i == j:
             raise ValueError(f"pairs needs two different inputs, got ({i}, {j})")
-        interaction[at] = paths.pair(i, j) - mean**2 - main[i] - main[j]
+    weights = resolve(posterior, measures)
+    parts: list[_Shares] = []
+    models = _models(kriging, thetas, rng)
+    for at, (model, diagonal) in enumerate(models):
+        count = draws // len(models) + (at < draws % len(models))
+        if count:
+            averages = _Averages(model, weights)
+            paths = _Paths(model, averages, diagonal, draws=count, features=features, rng=rng)
+            parts.append(_shares(paths, named))
     return SobolIndices(
-        main=_indices(main / positive),
-        total=_indices(total / positive),
+        main=_indices([p.main for p in parts]),
+        total=_indices([p.total for p in parts]),
         pairs=named,
-        interaction=_indices(interaction / positive),
-        variance=posterior.scale**2 * variance,
+        interaction=_indices([p.interaction for p in parts]),
+        variance=posterior.scale**2 * np.concatenate([p.variance for p in parts]),
         draws=draws,
     )
 
 
-def _indices(shares: Array) -> Indices:
-    shares = np.clip(shares, 0.0, 1.0)
+def _models(
+    kriging: Kriging, thetas: int | None, rng: np.random.Generator
+) -> list[tuple[Posterior, Array | float]]:
+    """Posteriors, each with its diagonal of C: at the fitted theta, or at draws of it."""
+    if thetas is not None and thetas < 0:
+        raise ValueError(f"thetas needs a number >= 0, got {thetas}")
+    runs = kriging._runs
+    if thetas is None:
+        sure = kriging.theta is not None or len(runs.u) > MANY_RUNS
+        thetas = 0 if sure else THETAS
+    if thetas == 0 or runs.degenerate:
+        return [(kriging.posterior_, kriging._diagonal)]
+    factor = kriging.interval_factor_
+    return [
+        (replace(fit.posterior, sigma2=factor**2 * fit.posterior.sigma2), fit.diagonal)
+        for fit in drawn_fits(runs, kriging._found, thetas, rng=rng)
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Shares:
+    """Shares of the variance (k, 1 + draws), those of the mean path first; `variance` (draws,)."""
+
+    main: Array
+    total: Array
+    interaction: Array
+    variance: Array
+
+
+def _shares(paths: "_Paths", named: Sequence[tuple[int, int]]) -> _Shares:
+    mean, main = paths.mains()
+    total = np.empty(main.shape)
+    everything = paths.whole()
+    variance = np.maximum(everything - mean**2, 0.0)
+    for k, without in paths.all_without(list(range(len(main)))):
+        # Var of E[path | all but k]
+        total[k] = everything - paths.quadratic(without, paths.means[k])
+    positive = np.where(variance > 1e-14 * np.maximum(mean**2, 1e-300), variance, np.inf)
+    interaction = np.empty((len(named), len(mean)))
+    for at, (i, j) in enumerate(named):
+        interaction[at] = paths.pair(i, j) - mean**2 - main[i] - main[j]
+    return _Shares(
+        main=main / positive,
+        total=total / positive,
+        interaction=interaction / positive,
+        variance=variance[1:],
+    )
+
+
+def _indices(parts: Sequence[Array]) -> Indices:
+    """Mean and band from the shares of each model (k, 1 + draws), those of its mean path first."""
+    shares = np.clip(np.concatenate([part[:, 1:] for part in parts], axis=1), 0.0, 1.0)
     if not len(shares):
         return Indices(mean=np.zeros(0), lower=np.zeros(0), upper=np.zeros(0))
-    lower, upper = np.quantile(shares, [0.025, 0.975], axis=1)
-    return Indices(mean=shares.mean(axis=1), lower=lower, upper=upper)
+    mean = shares.mean(axis=1)
+    lower, upper = np.quantile(shares, [0.025, 0.975], axis=1, method="weibull")  # of one more draw
+    shift = mean - np.clip(np.mean([part[:, 0] for part in parts], axis=0), 0.0, 1.0)
+    return Indices(
+        mean=mean,
+        lower=np.maximum(np.minimum(lower, lower - shift), 0.0),
+        upper=np.minimum(np.maximum(upper, upper - shift), 1.0),
+    )
 
 
 class _Paths:
@@ -158,7 +221,7 @@ class _Paths:
         b = _solve(factor.rf, factor.q.T @ z)
         rest = z - factor.q @ (factor.q.T @ z)
         v = _solve(factor.lower, rest, lower=True, transposed=True)
-        self.coefficients: Complex = np.concatenate(
+        drawn = np.concatenate(
             [
                 posterior.weights[:, None] + v,
                 posterior.coefficients[:, None] + b,
@@ -166,6 +229,10 @@ class _Paths:
                 0.5 * amplitude.conj(),
             ]
         ).astype(np.complex128)
+        # the mean of the paths first
+        centre = np.zeros((len(drawn), 1), dtype=np.complex128)
+        centre[: n + len(posterior.coefficients), 0] = np.append(posterior.weights, posterior.coefficients)
+        self.coefficients: Complex = np.concatenate([centre, drawn], axis=1)
         self.means = [self.averages.weights[k] @ self.factor(k, self.averages.points[k]) for k in range(d)]
 
     def factor(self, k: int, u: Array) -> Complex:

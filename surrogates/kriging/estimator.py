@@ -276,7 +276,7 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         return self
 
     def _set(self, fitted: Fitted, form: Form) -> None:
-        self._runs, self._diagonal = fitted.runs, fitted.diagonal
+        self._runs, self._found, self._diagonal = fitted.runs, fitted.found, fitted.diagonal
         self.posterior_ = fitted.posterior
         self.correlation_, self.trend_ = form.correlation, form.trend
         self.theta_, self.eta_, self.nugget_ = fitted.theta, fitted.eta, fitted.nugget

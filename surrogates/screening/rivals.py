@@ -123,7 +123,7 @@ def _sobol(x: Array, y: Array, labels: tuple[int, ...], rng: np.random.Generator
         categorical=labels or None,
         intervals="plug-in",
     ).fit(x, y)
-    return np.asarray(sobol_indices(kriging, draws=30, rng=rng).total.mean), None
+    return np.asarray(sobol_indices(kriging, draws=30, thetas=0, rng=rng).total.mean), None
 
 
 def _likelihood(method: str) -> "Rival":
