@@ -14,6 +14,7 @@ from workbench.errors import StudyError
 from workbench.models.evaluation import Evaluation
 from workbench.space.box import Response, Space
 from workbench.system.atomic import write_text, write_whole
+from workbench.system.spreadsheet import spreadsheet_cell
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -75,15 +76,17 @@ def frame(runs: Sequence[Evaluation], space: Space, responses: Sequence[Response
     return table
 
 
-def write_all(campaign: StoredRuns, *, folder: Path | None = None, parquet: bool = False) -> list[Path]:
+def write_all(
+    campaign: StoredRuns, *, folder: Path | None = None, parquet: bool = False, raw: bool = False
+) -> list[Path]:
     """`runs.csv`, `results.nc` and, if asked for, `runs.parquet`; their paths.
 
-    `folder`: where they are written, the campaign's own by default.
+    `folder`: where they are written, the campaign's own by default.    `raw`: see `write_csv`.
     """
     study, runs = campaign.study, campaign.runs()
     place = campaign.folder if folder is None else folder
     paths = [place / "runs.csv", place / "results.nc"]
-    write_csv(paths[0], runs, study.space, study.responses)
+    write_csv(paths[0], runs, study.space, study.responses, raw=raw)
     write_netcdf(paths[1], dataset(runs, study.space, study.responses, name=study.name))
     if parquet:
         paths.append(place / "runs.parquet")
@@ -91,15 +94,26 @@ def write_all(campaign: StoredRuns, *, folder: Path | None = None, parquet: bool
     return paths
 
 
-def write_csv(path: Path, runs: Sequence[Evaluation], space: Space, responses: Sequence[Response]) -> None:
-    """Runs as CSV in full precision; units stand in results.nc, a second header line would break readers."""
+def write_csv(
+    path: Path,
+    runs: Sequence[Evaluation],
+    space: Space,
+    responses: Sequence[Response],
+    *,
+    raw: bool = False,
+) -> None:
+    """Runs as CSV in full precision; units stand in results.nc, a second header line would break readers.
+
+    A text that a spreadsheet would take for a formula gets an apostrophe in front, unless `raw`.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     names = [r.name for r in responses]
     writer.writerow(["key", "status", "batch", *space.names, *names, "error"])
     for r in runs:
         values = [r.inputs[n] for n in space.names] + [r.outputs.get(n, "") for n in names]
-        writer.writerow([r.key, r.status, r.batch, *values, r.error])
+        cells = [r.key, r.status, r.batch, *values, r.error]
+        writer.writerow(cells if raw else map(spreadsheet_cell, cells))
     write_text(path, out.getvalue())
 
 

@@ -215,7 +215,9 @@ class _Wave:
             with self.store.transaction():
                 self.store.start([(key, self.attempts[key]) for key in self.begun if key in self.running])
                 for key, answer, again in self.answered:
-                    self.store.finish(key, answer, attempt=self.attempts[key], again=again, host=HOST)
+                    self.store.finish(
+                        key, answer, attempt=self.attempts[key], again=again, host=answer.host or HOST
+                    )
             final = [key for key, _, again in self.answered if not again]
             self.begun.clear()
             self.answered.clear()

@@ -6,8 +6,9 @@ from workbench.space.units import raised
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["axis_label", "current_axes", "whole_numbers"]
+__all__ = ["axis_label", "current_axes", "text_where_no_math", "whole_numbers"]
 
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"
 GREY, PALE = "#8a939d", "#c9d0d8"
@@ -30,6 +31,22 @@ def current_axes(ax: "Axes | None") -> "Axes":
     from matplotlib import pyplot as plt
 
     return plt.gca()
+
+
+def text_where_no_math(figure: "Figure") -> None:
+    """Let labels between dollars that are no valid mathtext be drawn as the text they are."""
+    from matplotlib.mathtext import MathTextParser
+    from matplotlib.text import Text
+
+    parser = MathTextParser("path")
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if text.get_text().count("$") < 2:
+            continue
+        try:
+            parser.parse(text.get_text())
+        except ValueError:
+            text.set_parse_math(False)
 
 
 def whole_numbers() -> Any:

@@ -23,12 +23,12 @@ from workbench.models.protocol import Answer, ModelSpec, settle
 from workbench.models.readers import read_response
 from workbench.models.template import Render, compiled, format_value
 from workbench.system.confined import confined
+from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import end_group
 
-__all__ = ["CommandModel", "command_digest"]
+__all__ = ["LOG", "CommandModel", "command_digest"]
 
 LOG = "output.log"
-LOG_TAIL = 4000  # bytes
 BRACED = re.compile(r"\{([A-Za-z_]\w*)\}")
 
 
@@ -87,7 +87,7 @@ class CommandModel:
             leave_kept(workdir, options.get("keep", ()), limit=options.get("keep_limit", LIMIT_UNASKED))
             return answer
         error = f"{answer.error} (kept in {workdir.parent.name}/{workdir.name})"
-        return Answer(status=answer.status, error=error, log=_tail(workdir / LOG))
+        return Answer(status=answer.status, error=error, log=ends_of(workdir / LOG))
 
     def close(self) -> None:
         """Nothing to release."""
@@ -187,13 +187,3 @@ def _read(path: Path, what: str) -> str:
         raise StudyError(f"{what} cannot be read: {exc.strerror}") from None
     except UnicodeDecodeError as exc:
         raise StudyError(f"{what} is not text in UTF-8 (byte {exc.start})") from None
-
-
-def _tail(log: Path) -> str:
-    try:
-        with open(log, "rb") as file:
-            file.seek(0, os.SEEK_END)
-            file.seek(max(0, file.tell() - LOG_TAIL))
-            return file.read().decode("utf-8", errors="backslashreplace").replace("\0", "\\0").strip()
-    except OSError:
-        return ""

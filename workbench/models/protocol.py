@@ -29,7 +29,7 @@ class Answer:
 
     `gradients`: response -> parameter -> derivative, where the model gives them.
     `kept`: finite numbers that the model returned beside its responses, from which others may be read later;
-    a number returned without a name stands under "".
+    a number returned without a name stands under "". `host`: where it was made, when that is known.
     """
 
     status: str
@@ -41,6 +41,7 @@ class Answer:
     log: str = ""
     wall: float = 0.0
     cpu: float = 0.0
+    host: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ request file holds blocks: a line `REQUEST name`, a line of column names that be
 numbers, and an empty line; lines that begin with `!` are comments.
 """
 
+import codecs
 import csv
 import json
 import re
@@ -40,15 +41,20 @@ KEYS: dict[str, str | tuple[str, ...]] = {
     "which": ("first", "last"),
     "request": "text",
     "function": "text",
+    "encoding": "text",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class RunFiles:
-    """What a reader may look at: the folder of the run, and that of the study, where functions stand."""
+    """What a reader may look at: the folder of the run, and that of the study, where functions stand.
+
+    encoding: of result files; by default UTF-8, or what a byte order mark at their beginning says.
+    """
 
     work: Path
     study: Path
+    encoding: str = ""
 
     def text(self, name: str) -> str:
         """The text of a result file.
@@ -63,11 +69,16 @@ class RunFiles:
                 raise EvaluationFailed(
                     f"the result file {name} has {size} bytes or is no file; at most {LARGEST} are read"
                 )
-            return path.read_bytes().decode("utf-8")
+            data = path.read_bytes()
+            marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+            return data.decode(self.encoding or ("utf-16" if marked else "utf-8-sig"))
         except StudyError as exc:
             raise EvaluationFailed(str(exc)) from None
         except UnicodeDecodeError as exc:
-            raise EvaluationFailed(f"the result file {name} is not text (byte {exc.start})") from None
+            raise EvaluationFailed(
+                f"the result file {name} is not text in {exc.encoding} (byte {exc.start}); say which it is, "
+                'such as encoding = "latin-1", beside its name'
+            ) from None
         except FileNotFoundError:
             raise EvaluationFailed(f"the run left no result file {name}") from None
         except OSError as exc:
@@ -80,7 +91,7 @@ def read_response(rule: Mapping[str, Any], work: Path, study: Path, *, history: 
     Raises:
         EvaluationFailed: the file is missing, too large or does not hold what the rule names.
     """
-    return READERS[rule["kind"]].read(rule, RunFiles(work, study), history)
+    return READERS[rule["kind"]].read(rule, RunFiles(work, study, rule.get("encoding", "")), history)
 
 
 def checked_rule(response: str, rule: Mapping[str, Any], *, reduced: bool) -> dict[str, Any]:
@@ -93,16 +104,28 @@ def checked_rule(response: str, rule: Mapping[str, Any], *, reduced: bool) -> di
     kind = given["kind"]
     reader = READERS[kind]
     keys = set(given) - {"kind"}
-    missing, stray = sorted(set(reader.needs) - keys), sorted(keys - set(reader.needs) - set(reader.may))
+    encoding = ("encoding",) if "file" in reader.needs else ()
+    missing, stray = sorted(set(reader.needs) - keys), sorted(keys - {*reader.needs, *reader.may, *encoding})
     if missing or stray:
         wrong = f"needs {missing[0]}" if missing else f"takes no {stray[0]}"
-        takes = ", ".join(sorted((*reader.needs, *reader.may)))
+        takes = ", ".join(sorted((*reader.needs, *reader.may, *encoding)))
         raise StudyError(f"response {response!r}: read of kind {kind!r} {wrong}; its keys are {takes}")
     try:
+        _check_encoding(given)
         reader.check(given, reduced)
     except StudyError as exc:
         raise StudyError(f"response {response!r}: {exc}") from None
     return given
+
+
+def _check_encoding(rule: Mapping[str, Any]) -> None:
+    name = rule.get("encoding")
+    try:
+        codecs.lookup(name or "utf-8")
+    except LookupError:
+        raise StudyError(
+            f"Python knows no encoding {name!r}; give one such as utf-8, utf-16, latin-1, cp1252"
+        ) from None
 
 
 def _check_nothing(_rule: Mapping[str, Any], _reduced: bool) -> None:

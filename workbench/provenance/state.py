@@ -27,6 +27,7 @@ from workbench.provenance.content import ContentCache, digest_of
 
 __all__ = ["ModelState", "model_state", "reader_digest"]
 
+LONGEST_STATUS = 1.0  # s that git may take to compare files with the commit
 DISTRIBUTIONS = {"sklearn": "scikit-learn", "yaml": "PyYAML", "PIL": "pillow", "cv2": "opencv-python"}
 LIBRARY = re.compile(r"=> (/\S+) \(0x|^\s+(/\S+) \(0x", re.MULTILINE)
 
@@ -156,7 +157,7 @@ def _circumstances(packages: set[str], study: Path) -> dict[str, str]:
         except PackageNotFoundError:
             continue
     commit = _commit(study)
-    return {**found, "commit": commit} if commit else found
+    return {**found, "commit": commit, "tree": _tree(study)} if commit else found
 
 
 def _processor() -> str:
@@ -165,6 +166,22 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+
+
+def _tree(folder: Path) -> str:
+    """Whether files that git follows differ from the commit: "clean", "dirty", or "unknown" to git."""
+    try:
+        done = subprocess.run(
+            ["git", "--no-optional-locks", "-C", str(folder), "status", "--porcelain", "-uno"],
+            capture_output=True,
+            timeout=LONGEST_STATUS,
+            check=False,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    if done.returncode != 0:
+        return "unknown"
+    return "dirty" if done.stdout.strip() else "clean"
 
 
 def _commit(folder: Path) -> str:

@@ -240,10 +240,13 @@ def _grown_design(
 def drawn_design(document: Mapping[str, Any], folder: Path) -> Path:
     """Draw the design of `design.json` into `folder`; gives the path of the picture."""
     from workbench.figures.design import plot_design
+    from workbench.figures.parts import text_where_no_math
     from workbench.sampling.plan import Design
 
     path = folder / "design_quality.png"
-    plot_design(Design.from_dict(document)).savefig(path, dpi=120)
+    figure = plot_design(Design.from_dict(document))
+    text_where_no_math(figure)
+    figure.savefig(path, dpi=120)
     return path
 
 

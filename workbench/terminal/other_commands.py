@@ -103,6 +103,9 @@ def export(
     folder: Folder = None,
     output: Output = None,
     parquet: Annotated[bool, typer.Option(help="Also write runs.parquet (needs pyarrow).")] = False,
+    raw: Annotated[
+        bool, typer.Option("--raw", help="Leave texts that a spreadsheet takes for formulas as they are.")
+    ] = False,
     json_: Json = False,
 ) -> None:
     """Write all runs as CSV and netCDF."""
@@ -110,7 +113,7 @@ def export(
 
     with viewed_campaign(study, folder) as view:
         place = writable_place(view.folder, output)
-        paths = write_all(view, folder=place, parquet=parquet)
+        paths = write_all(view, folder=place, parquet=parquet, raw=raw)
     finish([str(p) for p in paths], [str(p) for p in paths], as_json=json_)
 
 

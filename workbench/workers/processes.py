@@ -20,6 +20,7 @@ from typing import Any
 
 from workbench.errors import StoreError, StudyError
 from workbench.models.protocol import Answer, ModelSpec
+from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import Watchdog, end_group, end_marked
 from workbench.workers.worker import answer_from_dict
 from workbench.workers.worker_process import WorkerProcess, start_process
@@ -70,7 +71,7 @@ class ProcessPool:
         self._make_scratch()
         worker = next((w for w in self._workers if w.task is None), None) or self._started()
         self._wait_until_ready(worker)
-        worker.task, worker.begun = task, time.monotonic()
+        worker.task, worker.begun, worker.workdir = task, time.monotonic(), workdir
         worker.deadline = worker.begun + self._timeout if self._timeout is not None else float("inf")
         message = {"id": 0, "row": dict(row), "workdir": None if workdir is None else str(workdir)}
         try:
@@ -170,7 +171,7 @@ class ProcessPool:
             for key, _ in self._selector.select(min(left, 1.0)):
                 self._read(key.data)
             if worker not in self._workers:
-                text = worker.log_tail
+                text = worker.log_text
                 raise StudyError(f"the model's process ended while it was opened: {worker.ending}\n{text}")
 
     def _read(self, worker: WorkerProcess) -> None:
@@ -190,7 +191,7 @@ class ProcessPool:
 
     def _answer(self, worker: WorkerProcess, answer: Answer) -> None:
         if answer.status != "ok":
-            answer = _with_log(answer, worker.log_tail)
+            answer = _with_log(answer, ends_of(worker.log))
         self._answered.append((worker.task, answer))
         worker.task, worker.deadline = None, float("inf")
         worker.runs += 1
@@ -218,7 +219,10 @@ class ProcessPool:
         if task is not None:
             answer = answer or Answer(status="killed", error=f"the worker process {worker.ending}")
             answer = replace(answer, wall=time.monotonic() - worker.begun)
-            self._answered.append((task, _with_log(answer, worker.log_tail)))
+            if worker.workdir is not None and worker.workdir.is_dir():
+                place = f"{worker.workdir.parent.name}/{worker.workdir.name}"
+                answer = replace(answer, error=f"{answer.error} (kept in {place})")
+            self._answered.append((task, _with_log(answer, worker.log_text)))
 
     def _end(self, worker: WorkerProcess) -> None:
         # a process that closed its pipe is about to end by itself: let its own signal or code be the one

@@ -8,7 +8,9 @@ fails. Nothing is pickled. The process leads its own group and dies with its coo
 import json
 import os
 import resource
+import socket
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -53,6 +55,7 @@ def answer_to_dict(answer: Answer) -> dict[str, Any]:
         "log": answer.log,
         "wall": answer.wall,
         "cpu": answer.cpu,
+        "host": answer.host,
     }
 
 
@@ -90,11 +93,12 @@ def main(inbox: int, outbox: int, parent: int) -> None:
     except StudyError as exc:
         send({"refused": str(exc)})
         return
+    host = socket.gethostname()
     send({"ready": os.getpid()})
     while (task := receive(reading)) is not None:
         _fresh_output(log)
         workdir = None if task["workdir"] is None else Path(task["workdir"])
-        answer = call(model, spec, task["row"], workdir=workdir)
+        answer = replace(call(model, spec, task["row"], workdir=workdir), host=host)
         _flush_output()
         send({"id": task["id"], "answer": answer_to_dict(answer)})
     model.close()

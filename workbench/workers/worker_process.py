@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StoreError
+from workbench.models.command import LOG
 from workbench.models.protocol import ModelSpec
+from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import MARK
 from workbench.workers.worker import pack
 
 __all__ = ["WorkerProcess", "start_process"]
 
-LOG_TAIL = 4000  # bytes that are kept
 BOOTSTRAP = (
     "import sys; sys.path.append({root!r}); "
     "from workbench.workers.worker import main; main({inbox}, {outbox}, {parent})"
@@ -30,6 +31,7 @@ class WorkerProcess:
     """One process with its pipes and the run it is at.
 
     inbox: tasks are written here    outbox: answers are read here    task: None while it is idle
+    workdir: the folder of the run, where a command keeps its log
     """
 
     process: subprocess.Popen[bytes]
@@ -40,6 +42,7 @@ class WorkerProcess:
     started: float
     ready: bool = False
     task: Any = None
+    workdir: Path | None = None
     begun: float = 0.0
     runs: int = 0
     deadline: float = float("inf")
@@ -88,15 +91,10 @@ class WorkerProcess:
             return 0
 
     @property
-    def log_tail(self) -> str:
-        """The last lines of the log, with what is not text made visible."""
-        try:
-            with open(self.log, "rb") as file:
-                file.seek(max(0, self.log_size - LOG_TAIL))
-                text = file.read(LOG_TAIL).decode("utf-8", errors="backslashreplace")
-        except OSError:
-            return ""
-        return text.replace("\0", "\\0").strip()
+    def log_text(self) -> str:
+        """What the run printed, and what its command did: the beginning and the end of either log."""
+        logs = [self.log] if self.workdir is None else [self.log, self.workdir / LOG]
+        return "\n".join(text for text in map(ends_of, logs) if text)
 
     @property
     def resident(self) -> int:

@@ -169,8 +169,8 @@ def test_a_run_apart_answers_or_is_killed(tmp_path):
         "killed",
         "it ended its process twice, the second time with exit code 3",
     )
-    gone = answered_apart(lambda: os.kill(os.getpid(), signal.SIGSEGV))
-    assert gone.error.endswith("with signal 11")
+    gone = answered_apart(lambda: os.kill(os.getpid(), signal.SIGKILL))
+    assert gone.error.endswith("with signal 9")
 
 
 def spec_of(folder, code):

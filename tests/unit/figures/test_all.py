@@ -23,7 +23,8 @@ from workbench.figures import (
 from workbench.figures import (
     worst_case as worst_case_plots,
 )
-from workbench.figures.parts import axis_label, current_axes, whole_numbers
+from workbench.figures.parts import axis_label, current_axes, text_where_no_math, whole_numbers
+from workbench.report.page.drawing import draw_svg
 
 PATH = [
     {"added": ["a"], "log_likelihood": -40.0, "gain": 9.0, "accepted": True},
@@ -121,3 +122,21 @@ def test_a_closed_gap_is_marked_on_a_logarithmic_axis(ax):
     assert ax.get_yscale() == "log"
     closed = next(line for line in ax.lines if line.get_label() == "closed")
     assert closed.get_xdata() == [5]
+
+
+@pytest.mark.parametrize("label", ["cost in $ or $_", "$\\frac{1}$ N", "$x^2$ and $y_{$"])
+def test_a_label_that_is_no_mathtext_is_drawn_as_text(label):
+    svg = draw_svg(lambda ax: ax.set_xlabel(label), width=2, height=1, name="n")
+    assert "<svg" in svg
+
+
+def test_a_label_that_is_mathtext_stays_mathematics():
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    ax = figure.add_subplot()
+    ax.set_xlabel("$x^2$")
+    ax.set_ylabel("$x^{$")
+    text_where_no_math(figure)
+    assert ax.xaxis.label.get_parse_math()
+    assert not ax.yaxis.label.get_parse_math()

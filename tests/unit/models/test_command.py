@@ -1,6 +1,7 @@
 """Command models: runs in folders of their own, and the loop of figure 8.26."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 import studies
 from studies.adams_loop import solver
+from workbench.campaign.failures import failure_document
 from workbench.errors import StudyError
 from workbench.models.template import compiled
 from workbench.stages.campaign import Campaign
@@ -177,3 +179,37 @@ def test_the_stand_in_solver_refuses_wrong_decks():
         solver.parse("nonsense")
     with pytest.raises(SystemExit, match=r"the deck lacks TORSO.MASS"):
         solver.parse("PART/ TORSO, LENGTH = 3\nEND")
+
+
+LATE = """
+import sys, time
+a = float(sys.argv[1])
+print("reading deck of", a)
+print("x" * 9000)
+print("*** ERROR: step", 7 * a, "did not converge")
+print("see the manual", flush=True)
+if a > 5: time.sleep(600)
+sys.exit(3)
+"""
+
+
+def test_failures_are_told_by_the_solvers_own_words(tmp_path):
+    (tmp_path / "solve.py").write_text(LATE)
+    text = STUDY.format(command=json.dumps(["{python}", "{study}/solve.py", "{a}"]), more="")
+    (tmp_path / "s.toml").write_text(text.replace("timeout = 5.0", "timeout = 1.0\nworkers = 2"))
+    with Campaign.from_file(tmp_path / "s.toml") as campaign:
+        rows = campaign.evaluate([{"a": float(k)} for k in (1, 2, 9)])
+        document = failure_document(campaign.runs(), campaign.study.space)
+        late = rows[-1]
+        assert late.status == "timeout"
+        assert late.error == f"no answer within 1 s (kept in work/{late.key})"
+        assert (campaign.folder / "work" / late.key / "output.log").exists()
+        for row in rows:
+            assert row.log.startswith("reading deck of"), "the beginning of the log"
+            assert "bytes are left out" in row.log
+            assert row.log.endswith("see the manual"), "and its end"
+            assert len(row.log) < 6000
+    assert list(document["errors"].values()) == [2, 1]
+    first, second = document["errors"]
+    assert re.fullmatch(r"python\S* ended with exit code 3: \*\*\* ERROR: step 7.0 did not converge", first)
+    assert second.startswith("no answer within 1 s: *** ERROR: step 63.0")

@@ -86,17 +86,37 @@ def test_readers_and_files_that_are_none(tmp_path, monkeypatch):
     with pytest.raises(EvaluationFailed, match="the run left no result file out"):
         read_response(rule, tmp_path, tmp_path, history=False)
     (tmp_path / "out").write_bytes(bytes(range(256)))
-    with pytest.raises(EvaluationFailed, match="the result file out is not text"):
+    with pytest.raises(EvaluationFailed, match="the result file out is not text in utf-8"):
         read_response(rule, tmp_path, tmp_path, history=False)
     monkeypatch.setattr("workbench.models.readers.LARGEST", 10)
     with pytest.raises(EvaluationFailed, match="has 256 bytes or is no file; at most 10 are read"):
         read_response(rule, tmp_path, tmp_path, history=False)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_byte_order_mark_says_what_a_file_is_written_in(tmp_path, encoding):
+    (tmp_path / "out").write_bytes("Kräfte,y\n1,2.5\n".encode(encoding))
+    rule = {"kind": "csv", "file": "out", "column": "Kräfte"}
+    assert read_response(rule, tmp_path, tmp_path, history=False) == 1.0
+
+
+def test_an_encoding_may_be_named(tmp_path):
+    (tmp_path / "out").write_bytes("Kräfte,y\n1,2.5\n".encode("latin-1"))
+    rule = {"kind": "csv", "file": "out", "column": "Kräfte"}
+    with pytest.raises(EvaluationFailed, match=r'is not text in utf-8 \(byte 2\); .*encoding = "latin-1"'):
+        read_response(rule, tmp_path, tmp_path, history=False)
+    named = checked_rule("y", {**rule, "encoding": "latin-1"}, reduced=False)
+    assert read_response(named, tmp_path, tmp_path, history=False) == 1.0
+    with pytest.raises(StudyError, match="Python knows no encoding 'klingon'; give one such as utf-8"):
+        checked_rule("y", {**rule, "encoding": "klingon"}, reduced=False)
+    with pytest.raises(StudyError, match="takes no encoding"):
+        checked_rule("y", {"kind": "python", "function": "m.py:f", "encoding": "utf-8"}, reduced=False)
+
+
 @pytest.mark.parametrize(
     ("rule", "words"),
     [
-        ({"kind": "json", "file": "o"}, "read of kind 'json' needs key; its keys are file, key"),
+        ({"kind": "json", "file": "o"}, "read of kind 'json' needs key; its keys are encoding, file, key"),
         ({"kind": "json", "file": "o", "key": "a", "column": 3}, "takes no column"),
         ({"kind": "columns", "file": "o"}, "needs column or characters"),
         ({"kind": "columns", "file": "o", "characters": [3, 1]}, r"needs first and last, such as \[11, 22\]"),

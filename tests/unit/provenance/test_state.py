@@ -1,6 +1,7 @@
 """The state of a model: what is noticed, what is no change, and what a person may answer."""
 
 import shutil
+import subprocess
 
 import pytest
 
@@ -171,3 +172,25 @@ def test_a_change_is_met_in_three_ways(place):
     with Campaign.from_file(place / "s.toml") as campaign:
         assert len(campaign.store.rows()) == 2
         assert campaign.spec.version == "1~2"
+
+
+def test_whether_the_tree_is_as_committed_is_written_down(tmp_path):
+    from workbench.provenance.state import _tree
+
+    if shutil.which("git") is None:
+        pytest.skip("needs git")
+
+    def git(*arguments):
+        who = ["-c", "user.name=n", "-c", "user.email=n@example.com"]
+        subprocess.run(["git", "-C", str(tmp_path), *who, *arguments], check=True, capture_output=True)
+
+    assert _tree(tmp_path) == "unknown"
+    git("init")
+    (tmp_path / "m.py").write_text("a = 1\n")
+    git("add", ".")
+    git("commit", "-m", "first")
+    assert _tree(tmp_path) == "clean"
+    (tmp_path / "new.txt").write_text("")
+    assert _tree(tmp_path) == "clean", "files that git does not follow are none of it"
+    (tmp_path / "m.py").write_text("a = 2\n")
+    assert _tree(tmp_path) == "dirty"

@@ -18,6 +18,7 @@ from workbench.errors import StudyError
 from workbench.models.evaluation import FAILED
 from workbench.space.box import Space
 from workbench.system.database import row_checksum
+from workbench.system.spreadsheet import plain_cell
 
 __all__ = ["Exported", "Stock", "exported_rows", "stock_of"]
 
@@ -108,7 +109,10 @@ def exported_rows(
     for cells in table:
         try:
             inputs = space.canonical(
-                {p.name: float(cells[p.name]) if p.is_numeric else cells[p.name] for p in space.parameters}
+                {
+                    p.name: float(cells[p.name]) if p.is_numeric else plain_cell(cells[p.name])
+                    for p in space.parameters
+                }
             )
             key, status = cells["key"], cells["status"]
             if run_key(model, version, inputs) != key or status not in (*FAILED, "ok", "skipped"):
@@ -125,7 +129,7 @@ def exported_rows(
         found.append(
             Exported(
                 key=key, status=status, batch=cells.get("batch") or "design", inputs=inputs, outputs=outputs,
-                error=cells.get("error") or "", confirmed=confirmed,
+                error=plain_cell(cells.get("error") or ""), confirmed=confirmed,
             )
         )  # fmt: skip
     return found

@@ -9,6 +9,8 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from workbench.figures.parts import text_where_no_math
+
 __all__ = ["STYLE", "draw_svg"]
 
 STYLE = "workbench.style"
@@ -34,6 +36,7 @@ def draw_svg(draw: Callable[[Any], Any], *, width: float, height: float, name: s
         figure = Figure(figsize=(width, height), dpi=POINTS_PER_INCH, layout="constrained")
         canvas: Any = FigureCanvasSVG(figure)
         draw(figure.add_subplot())
+        text_where_no_math(figure)
         # savefig would lay out and draw everything twice
         engine = figure.get_layout_engine()
         assert engine is not None

@@ -6,6 +6,7 @@ from typing import Any
 
 from workbench.report.page.blocks import Html, Note, Table, number
 from workbench.report.page.content import Content
+from workbench.system.spreadsheet import spreadsheet_cell
 
 __all__ = ["csv_text", "markdown_text"]
 
@@ -63,4 +64,4 @@ def csv_text(table: Table) -> str:
 def _cell(value: Any) -> str:
     if value is None:
         return ""
-    return repr(value) if isinstance(value, float) else number(value)
+    return repr(value) if isinstance(value, float) else str(spreadsheet_cell(number(value)))
