@@ -8,6 +8,7 @@ from workbench.models.evaluator import response_name
 from workbench.search.arguments import Arguments
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.audit import audit_runs
+from workbench.search.evidence.backtested_gap import backtested_gap
 from workbench.search.evidence.baselines import measured_baselines
 from workbench.search.evidence.border import border_of
 from workbench.search.evidence.certificates import stated_gap
@@ -44,7 +45,11 @@ def concluded(
 
     def modelled() -> Gap:
         assert model is not None  # only an enumeration goes without
-        return modelled_gap(ledger, model, success, seed=seed, full=True)
+        loop_gap = modelled_gap(ledger, model, success, seed=seed, full=True)
+        if loop_gap.width <= asked.tolerance * ledger.scale:
+            return loop_gap
+        begun = sum(run.value is not None for run in ledger.runs if run.proposal in ("given", "start"))
+        return backtested_gap(loop_gap, ledger, success, begun=begun, seed=seed)
 
     gap = stated_gap(
         ledger,

@@ -81,6 +81,8 @@ class Gap:
     def sentence(self) -> str:
         """What to tell a reader: the one wording that results, documents, terminal and report show."""
         note = self.note.rstrip(".")
+        if self.kind == "model-based" and not isfinite(self.width):
+            return self._claim
         return f"{self._claim} {note[:1].upper()}{note[1:]}." if note else self._claim
 
     @property
@@ -98,6 +100,8 @@ class Gap:
             return (
                 f"By the given interval enclosure it is certain that at most {width} more is possible{end}."
             )
+        if not isfinite(self.width):
+            return f"No bound is known on how much worse it could be: {self.note}."
         return (
             f"By the Kriging with {100 * self.coverage:.0f} % confidence {self.subject} could be at most "
             f"{width} worse ({self.kind}, not a proof)."

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.search.runs.noticeable_gain import noticeable_gain
 from workbench.search.surrogate.choice import prediction_score
+from workbench.search.surrogate.credible import credible_models
 from workbench.search.surrogate.kriging import Form, fitted
 from workbench.search.surrogate.model import SearchModel
 
@@ -48,24 +49,9 @@ def fit_noisy_model(
 def credible_noisy_models(
     features: np.ndarray, v: np.ndarray, *, seed: int
 ) -> tuple[list[SearchModel], np.ndarray]:
-    """Models of other trends, correlations and ranges, and how much each is believed (k,), in sum 1.
-
-    Believed in proportion to the density of every run predicted from the others.
-    """
-    n, p = features.shape
-    trends = ("constant", "linear") if n >= p + 1 + SPARE else ("constant",)
-    found = []
-    for trend in trends:
-        for kind in ("matern52", "gaussian"):
-            form = Form(trend=trend, nugget="estimate", correlation=kind)
-            best = fitted(features, v, form, seed=seed)
-            found.append(best)
-            for factor in ROUGHER:
-                theta = factor * best.kriging.theta_
-                found.append(fitted(features, v, replace(form, theta=theta), seed=seed))
-    scores = np.array([prediction_score(model) for model in found])
-    weights = np.exp(scores - scores.max())
-    return [_of_the_mean(m, features, chosen_at=n) for m in found], weights / weights.sum()
+    """Models of other trends, correlations and ranges, and how much each is believed (k,), in sum 1."""
+    found, weights = credible_models(features, v, nugget="estimate", factors=ROUGHER, seed=seed)
+    return [_of_the_mean(model, features, chosen_at=len(v)) for model in found], weights
 
 
 def looks_noisy(model: SearchModel) -> bool:
