@@ -64,7 +64,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
         "compiler",
         "errors",
     ),
-    "workbench/engine/layout": ("*", "bound separable", "outcome", "formulation"),
+    "workbench/engine/layout": ("*", "bound separable whole", "outcome", "formulation"),
     "workbench/engine/planar": ("*", "_kernels"),
     "workbench/engine/tree": ("*", "_kernels"),
     "doe": ("*", "optimal", "latin", "criteria portable", "_kernel_cache"),

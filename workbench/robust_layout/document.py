@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.outcome.purify import PurifiedLayout, fractional_members
 from workbench.engine.layout.outcome.result import LayoutResult
+from workbench.engine.layout.whole_members import WholeLayout
 
 __all__ = ["check_gradient", "finite", "layout_document"]
 
@@ -29,6 +30,7 @@ def layout_document(
     check: Mapping[str, float],
     clean: PurifiedLayout | None,
     baselines: tuple[Mapping[str, float], Mapping[str, float]],
+    whole: WholeLayout | None = None,
 ) -> dict[str, Any]:
     """The content of `layout.json`: plain numbers and sentences, no NaN.
 
@@ -66,9 +68,20 @@ def layout_document(
             **{k: v for k, v in asdict(clean).items() if k != "density"},
             "density": clean.density.tolist(), "loss": clean.loss,
         },
+        "whole": None if whole is None else _whole(whole),
         "gradient_check": dict(check),
         "verdicts": list(result.verdicts),
         "optima": list(result.optima),
+    }  # fmt: skip
+
+
+def _whole(found: WholeLayout) -> dict[str, Any]:
+    return {
+        "members": list(found.members), "value": finite(found.value), "density": found.density.tolist(),
+        "relaxed": finite(found.relaxed), "price_of_rounding": finite(found.price_of_rounding),
+        "bound": finite(found.bound), "evaluations": found.evaluations, "status": found.status.value,
+        "verdicts": list(found.verdicts),
+        "runners_up": [{"value": value, "members": list(members)} for value, members in found.runners_up],
     }  # fmt: skip
 
 

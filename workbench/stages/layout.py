@@ -21,6 +21,7 @@ from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutPro
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
 from workbench.engine.layout.outcome.purify import purify
 from workbench.engine.layout.outcome.result import HistoryEntry
+from workbench.engine.layout.whole_members import whole_members
 from workbench.errors import Interrupted, StudyError
 from workbench.report.lines.layout import layout_lines
 from workbench.robust_layout.document import check_gradient, finite, layout_document
@@ -46,6 +47,8 @@ def run_layout(
     tolerance: float = 1e-6,
     peaks: str = "all",
     purified: bool = True,
+    whole: int | None = None,
+    whole_evaluations: int = 300,
     study_folder: Path | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
@@ -54,7 +57,10 @@ def run_layout(
     Args:
         problem: "module:function" or a problem itself.    options: keywords for the function.
         method, evaluations, tolerance, peaks: as in `optimise_layout`.
-        purified: also look for a layout with few fractions.    progress: called with every history entry.
+        purified: also look for a layout with few fractions.
+        whole: also look for a layout of at most so many members, on or off.
+        whole_evaluations: simulations for it.
+        progress: called with every history entry.
 
     Raises StudyError for an unusable problem, Interrupted when the user stops it (run again to go on).
     """
@@ -81,6 +87,7 @@ def run_layout(
         )  # fmt: skip
         check = check_gradient(full)
         clean = purify(full, result.density) if purified and full.geometry is not None else None
+        found = None if whole is None else whole_members(full, whole, evaluations=whole_evaluations)
     except KeyboardInterrupt:
         raise Interrupted(
             f"layout stopped after {len(kept.history)} evaluations, best value {kept.best:.6g}; "
@@ -91,7 +98,7 @@ def run_layout(
     start_value = float(kept.history[0]["value"]) if offset else result.start_value
     document = layout_document(
         full, result, name=name, method=method, history=kept.history, start_value=start_value, check=check,
-        clean=clean, baselines=_baselines(full),
+        clean=clean, baselines=_baselines(full), whole=found,
     )  # fmt: skip
     write_json(folder / "layout.json", document)
     (folder / PARTIAL).unlink(missing_ok=True)

@@ -241,7 +241,8 @@ class WorstCaseTable(Table):
 
 
 class LayoutTable(Table):
-    """`[layout]`: a problem of the engine; `scenarios` hands it the worst cases found."""
+    """`[layout]`: a problem of the engine; `scenarios` hands it the worst cases found. `whole` also looks
+    for a layout of at most so many members, each on or off."""
 
     problem: Text
     options: dict[str, Any] = Field(default_factory=dict)
@@ -251,6 +252,8 @@ class LayoutTable(Table):
     tolerance: Positive = 1e-6
     peaks: Text = "all"
     purified: bool = True
+    whole: Count | None = None
+    whole_evaluations: Annotated[int, Field(ge=2)] = 300
 
 
 class RobustDesignTable(Table):

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from studies import trusses
+from studies.whole_members import random_problem
 from workbench.errors import Interrupted, StudyError
 from workbench.figures.layout import (
     plot_density,
@@ -14,6 +15,7 @@ from workbench.figures.layout import (
     plot_layout,
     plot_layout_history,
 )
+from workbench.report.lines.layout import layout_lines
 from workbench.robust_layout.document import check_gradient
 from workbench.robust_layout.loading import load_problem
 from workbench.stages.layout import run_layout
@@ -127,3 +129,14 @@ def test_figures_are_labelled():
     plot_front([[1, 2], [0, 3]], knee=0, utopia=[0, 2], units=("mm", "1"), ax=axes[3])
     assert axes[3].get_xlabel() == "objective 1 [mm]"
     assert trusses.cantilever().title == "cantilever"
+
+
+def test_whole_members_stand_in_the_document_and_in_the_terminal(tmp_path):
+    problem, count = random_problem(0, most=800)
+    document = run_layout(tmp_path, problem=problem, evaluations=8, whole=count, whole_evaluations=40)
+    whole = document["whole"]
+    assert len(whole["members"]) <= count
+    assert whole["evaluations"] <= 40
+    assert whole["price_of_rounding"] == pytest.approx(whole["value"] / whole["relaxed"] - 1)
+    assert any("The price of rounding is" in line for line in layout_lines(document))
+    assert json.loads((tmp_path / "layout.json").read_text())["whole"] == whole

@@ -25,4 +25,6 @@ def layout_lines(document: Mapping[str, Any]) -> list[str]:
         value = format_number(document["purified"].get("value"), 6)
         loss = format_number(document["purified"]["loss"], 3)
         text.append(f"  with few fractional members: {value}{unit} (loss {loss})")
+    if document.get("whole"):
+        text += [f"  {said}" for said in document["whole"]["verdicts"]]
     return text

@@ -75,6 +75,7 @@ def layout_section(folder: CampaignFolder) -> Section | None:
         _carried(members),
     ]
     sentences += [str(layout[key]) for key in ("status", "strategy") if layout.get(key)]
+    sentences += [str(said) for said in (layout.get("whole") or {}).get("verdicts", ())]
     blocks: list[Block] = [Note(text=str(text)) for text in layout.get("verdicts") or ()]
     if members and all(m.get("a") and m.get("b") for m in members):
         blocks.append(drawing_figure(layout, members))

@@ -78,6 +78,15 @@ def test_fixed_members_stay():
         assert result.density[0] == pytest.approx(0.26, rel=1e-3)
 
 
+def test_members_that_are_fixed_at_zero_divide_nothing():
+    upper = np.array([1.0, 1.0, 0.0])
+    problem = static_problem(
+        lambda a: (float(((a - 0.6) ** 2).sum()), 2 * (a - 0.6)), start=[0.9, 0.2, 0.0], upper=upper
+    )
+    for method in ("gsao", "dsqp"):
+        assert optimise_layout(problem, method).density == pytest.approx([0.6, 0.6, 0.0], abs=1e-3)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_improves_and_stays_feasible(method):
     truss = trusses.ground_structure(

@@ -60,7 +60,8 @@ def _move_box(x: Array, lower: Array, upper: Array, move: float, ratio: float) -
 
 
 def _distance(x: Array, centre: float, lower: Array, upper: Array) -> Array:
-    return np.maximum(x - centre, _CLEARANCE * (upper - lower))
+    distance = np.maximum(x - centre, _CLEARANCE * (upper - lower))
+    return np.where(distance > 0, distance, 1.0)  # a member that is fixed at the centre has none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

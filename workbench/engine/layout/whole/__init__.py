@@ -1,0 +1,1 @@
+"""Members on or off: what may be chosen, outer approximation, search in what a response sees."""
