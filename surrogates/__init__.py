@@ -49,6 +49,12 @@ _PUBLIC: dict[str, str] = {
     "accumulated_local_effect": "surrogates.analysis.effects",
     "choose_trend": "surrogates.kriging.trend_choice",
     "main_effects": "surrogates.analysis.effects",
+    "FormScore": "surrogates.kriging.form_choice",
+    "HsicIndices": "surrogates.analysis.dependence",
+    "REGRESSION_KINDS": "surrogates.analysis.regression",
+    "RegressionCoefficients": "surrogates.analysis.regression",
+    "hsic_indices": "surrogates.analysis.dependence",
+    "regression_coefficients": "surrogates.analysis.regression",
     "partial_dependence": "surrogates.analysis.effects",
     "sobol_indices": "surrogates.analysis.sobol",
 }

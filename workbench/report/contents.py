@@ -22,6 +22,7 @@ from workbench.report.sections.robust import robust_section
 from workbench.report.sections.robust_layout import robust_layout_section
 from workbench.report.sections.runs import runs_section
 from workbench.report.sections.screening import screening_section
+from workbench.report.sections.sensitivity import sensitivity_section
 from workbench.report.worst_case.section import further_worst_cases, worst_case_section
 
 __all__ = ["DOCUMENTS", "ENTRIES", "Entry", "page_content"]
@@ -81,6 +82,10 @@ ENTRIES = (
     Entry(
         title="Main effects", make=effects_section, document="screening", always=True,
         command="holdfast screen",
+    ),
+    Entry(
+        title="Indices by other methods", make=sensitivity_section, document="sensitivity",
+        command="holdfast screen --method",
     ),
     Entry(
         title="Try other values", make=profiler_section, document="screening", always=True,

@@ -1,7 +1,8 @@
 """Other views of which parameters matter, beside the screening of the study: `holdfast screen --method ...`.
 
 Nothing here replaces `screening.json`, which the later stages read: these are looks at the same runs by
-other methods, or, for Morris, at runs made for it.
+other methods, or, for Morris, at runs made for it. Indices and elementary effects are kept in
+`sensitivity.json`, from where the report shows them.
 """
 
 from typing import Any
@@ -18,53 +19,82 @@ from surrogates import (
 from workbench.campaign.runs import CampaignRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
+from workbench.screening.indices import indices_document
 from workbench.screening.kriging import METHODS, screen
+from workbench.screening.named_methods import INDICES, NAMED_METHODS, named
 from workbench.space.groups import chosen
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
 from workbench.stages.stored_runs import screening_runs
+from workbench.system.atomic import read_json, write_json
 
 __all__ = ["OTHER_METHODS", "other_screening"]
 
-OTHER_METHODS = (*METHODS, "rivals", "morris", "hybrid")
+OTHER_METHODS = tuple(method.name for method in NAMED_METHODS)
 TRAJECTORIES = 4
 
 
 def other_screening(
-    campaign: CampaignRuns, method: str, *, trajectories: int = TRAJECTORIES
+    campaign: CampaignRuns,
+    method: str | None = None,
+    *,
+    response: str | None = None,
+    trajectories: int = TRAJECTORIES,
 ) -> dict[str, Any]:
     """Screen a campaign's runs by a method of choice; a document with names.
 
     Args:
-        method: "default", "forward" or "welch" on the stored runs; "rivals" for several rankings of them side
-            by side; "morris" for elementary effects, which makes runs of its own unless they are stored;
-            "hybrid" for the likelihood on those runs together with the stored ones.
+        method: a name of `workbench.screening.named_methods`; None is that of the [screen] table. "morris"
+            and "hybrid" make runs of their own unless they are stored.
+        response: which; None is that of the [screen] table.
         trajectories: of Morris, each one run more than there are parameters.
 
     Raises:
-        StudyError: an unknown method, no [screen] table, or Morris with a model that cannot be run.
+        StudyError: an unknown method or response, neither a [screen] table nor a response, or Morris with a
+            model that cannot be run.
         NotEnoughRuns: fewer usable runs than the method needs.
     """
+    table = campaign.study.screen
+    if table is None and response is None:
+        raise StudyError(
+            "the study has no [screen] table, which names the response to screen: add one, or name a response"
+        )
+    table = table or {"transform": "none"}
+    method = method or str(table.get("method", "default"))
     if method not in OTHER_METHODS:
         raise StudyError(f"screening method needs one of {', '.join(OTHER_METHODS)}, got {method!r}")
-    table = campaign.study.screen
-    if table is None:
-        raise StudyError("the study has no [screen] table, which names the response to screen")
-    response = campaign.study.response(table["response"])
+    wanted = campaign.study.response(table["response"] if response is None else response)
     if method in METHODS:
         stored = [row.as_outcome() for row in screening_runs(campaign)]
         return screen(
             stored,
             campaign.study.space,
-            response,
+            wanted,
             method=method,
             transform=table["transform"],
             seed=campaign.study.seed,
             **chosen(table),
         ).to_dict()
     if method == "rivals":
-        return _rivals(campaign, response)
-    return _morris(campaign, response, trajectories, hybrid=method == "hybrid")
+        return _rivals(campaign, wanted)
+    if method in INDICES:
+        outcomes = [row.as_outcome() for row in screening_runs(campaign)]
+        x, y, left_out = _usable(campaign, outcomes, wanted.name)
+        space = campaign.study.space
+        found = indices_document(method, x, y, space, wanted, seed=campaign.study.seed)
+        return _kept(campaign, found | {"n_left_out": left_out})
+    found = _morris(campaign, wanted, trajectories, hybrid=method == "hybrid")
+    return found if method == "hybrid" else _kept(campaign, found)
+
+
+def _kept(campaign: CampaignRuns, found: dict[str, Any]) -> dict[str, Any]:
+    """The document, kept in `sensitivity.json` in place of an older one of its method and response."""
+    path = campaign.folder / "sensitivity.json"
+    older = (read_json(path) or {"looks": []})["looks"]
+    key = (found["response"], found["method"])
+    looks = [one for one in older if (one["response"], one["method"]) != key] + [found]
+    write_json(path, {"looks": sorted(looks, key=lambda one: (one["response"], one["method"]))})
+    return found
 
 
 def _usable(
@@ -129,6 +159,8 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
         "unit": response.unit,
         "n_runs": int(rows.sum()),
         "n_left_out": int((~rows).sum()),
+        "needs": named("morris").needs,
+        "cannot_see": named("morris").cannot_see,
         "ranking": [names[k] for k in effects.ranking],
         "mu": dict(zip(names, effects.mu.tolist(), strict=True)),
         "mu_star": dict(zip(names, effects.mu_star.tolist(), strict=True)),

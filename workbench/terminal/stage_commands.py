@@ -1,5 +1,6 @@
 """The commands that walk a study: all stages, each stage, results told from outside, the report."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -148,20 +149,32 @@ def screen(
     folder: Folder = None,
     method: Annotated[
         str | None,
-        typer.Option(help="Look again by another method: default, forward, welch, rivals, morris or hybrid."),
+        typer.Option(
+            help="Look again by another method: default, forward, welch, rivals, sobol, src, srrc, pcc, "
+            "prcc, hsic, morris or hybrid; `list` says what each needs and cannot see."
+        ),
+    ] = None,
+    response: Annotated[
+        str | None, typer.Option(help="Look at another response than that of the [screen] table.")
     ] = None,
     trajectories: Annotated[int, typer.Option(min=1, help="Of Morris, each d + 1 runs.")] = 4,
     json_: Json = False,
 ) -> None:
     """The stage `screen`, or a look at the same runs by another method."""
-    if method is None:
+    if method is None and response is None:
         _screen(study, folder, as_json=json_)
         return
-    from workbench.report.lines.screening import other_screening_lines
+    from workbench.report.lines.screening import method_lines, other_screening_lines
+    from workbench.screening.named_methods import NAMED_METHODS
+
+    if method == "list":
+        listed = {"methods": [asdict(one) for one in NAMED_METHODS]}
+        finish(listed, method_lines(NAMED_METHODS), as_json=json_)
+        return
     from workbench.stages.other_screenings import other_screening
 
     with opened_campaign(study, folder) as campaign:
-        other = other_screening(campaign, method, trajectories=trajectories)
+        other = other_screening(campaign, method, response=response, trajectories=trajectories)
     finish(other, other_screening_lines(other), as_json=json_)
 
 

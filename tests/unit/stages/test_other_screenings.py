@@ -6,6 +6,7 @@ import textwrap
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.report.contents import page_content
 from workbench.report.lines.screening import other_screening_lines
 from workbench.stages.campaign import Campaign
 from workbench.stages.design import evaluate
@@ -92,6 +93,57 @@ def test_every_method_gives_a_document_with_names(campaign, method):
         assert set(document["ranking"][:2]) == {"force", "length"}
     # the study's own screening is not touched
     assert not (campaign.folder / "screening.json").exists()
+
+
+STUDY_OF_TWO = STUDY.replace("[design]", '[[response]]\nname = "weight"\nunit = "kg"\n\n[design]')
+
+
+def test_another_response_by_name(tmp_path):
+    (tmp_path / "bracket.py").write_text(
+        "def deflection(force, length, paint, grease):\n"
+        "    return {'deflection': force * length**3, 'weight': 3 * paint + length}\n"
+    )
+    (tmp_path / "study.toml").write_text(STUDY_OF_TWO)
+    with Campaign.from_file(tmp_path / "study.toml") as campaign:
+        run_stage(campaign, "design")
+        evaluate(campaign)
+        found = other_screening(campaign, response="weight")
+        assert (found["response"], found["method"]) == ("weight", "default")
+        assert set(found["selected"]) == {"paint", "length"}
+        assert not (campaign.folder / "screening.json").exists()
+        assert other_screening(campaign, "src", response="weight")["ranking"][:2] == ["paint", "length"]
+        with pytest.raises(StudyError, match="no response 'mass'; the responses are deflection, weight"):
+            other_screening(campaign, "src", response="mass")
+
+
+def test_indices_are_kept_for_the_report(campaign):
+    other_screening(campaign, "prcc")
+    other_screening(campaign, "morris")
+    other_screening(campaign, "sobol")
+    other_screening(campaign, "prcc")
+    kept = json.loads((campaign.folder / "sensitivity.json").read_text())["looks"]
+    assert [look["method"] for look in kept] == ["morris", "prcc", "sobol"]
+    page = page_content(campaign.folder)
+    section = next(section for section in page.sections if section.id == "sensitivity")
+    assert [block.title for block in section.blocks] == [
+        "morris of deflection",
+        "prcc of deflection",
+        "sobol of deflection",
+        "Interactions of pairs on deflection",
+    ]
+    assert section.blocks[1].rows[0][0] in ("force", "length")
+    assert "It cannot see effects that are not monotone" in section.sentences[2]
+
+
+def test_without_a_screen_table_a_response_has_to_be_named(tmp_path):
+    (tmp_path / "bracket.py").write_text(textwrap.dedent(MODEL).format(body=""))
+    (tmp_path / "study.toml").write_text(STUDY[: STUDY.index("[screen]")])
+    with Campaign.from_file(tmp_path / "study.toml") as campaign:
+        run_stage(campaign, "design")
+        evaluate(campaign)
+        with pytest.raises(StudyError, match=r"no .screen. table, which names the response"):
+            other_screening(campaign, "src")
+        assert other_screening(campaign, "hsic", response="deflection")["ranking"][0] == "length"
 
 
 def test_morris_makes_its_runs_once_and_beside_the_design(campaign):

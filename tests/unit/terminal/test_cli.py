@@ -96,6 +96,17 @@ def test_every_command_has_help(capsys):
         assert max(map(len, text.splitlines())) <= 80
 
 
+def test_screening_methods_are_listed_with_what_they_cannot_see(tmp_path, capsys):
+    path = write_study(tmp_path)
+    code, out, _ = in_process("screen", path, "--method", "list", capsys=capsys)
+    assert code == 0
+    for name in ("default", "sobol", "src", "prcc", "hsic", "morris"):
+        assert f"\n{name} " in f"\n{out}"
+    assert out.count("cannot see") == out.count("needs ") == 12
+    code, out, _ = in_process("screen", path, "--method", "list", "--json", capsys=capsys)
+    assert [one["name"] for one in json.loads(out)["methods"]][:2] == ["default", "forward"]
+
+
 def test_wrong_usage_is_two():
     done = holdfast("rum")
     assert done.returncode == 2

@@ -1,12 +1,12 @@
 """Which parameters matter: the path of a screening, and what other methods say."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from workbench.report.lines.statements import state_text
 from workbench.report.lines.tables import format_number, table_lines, unit_suffix
 
-__all__ = ["other_screening_lines", "screening_lines"]
+__all__ = ["method_lines", "other_screening_lines", "screening_lines"]
 
 
 def screening_lines(document: Mapping[str, Any]) -> list[str]:
@@ -64,6 +64,8 @@ def other_screening_lines(document: Mapping[str, Any]) -> list[str]:
             what = "has no rule of its own; first" if kept is None else f"selects {len(kept)}:"
             lines.append(f"  {one['method']:<10} {what} {', '.join(first)}")
         return [*lines, "rankings of different methods are comparable, their scores are not"]
+    if "indices" in document:
+        return [*lines, *_index_lines(document)]
     lines.append(f"  {document['n_runs']} runs in trajectories, mean absolute effect over the whole range:")
     width = max(len(name) for name in document["ranking"])
     for name in document["ranking"]:
@@ -76,6 +78,57 @@ def other_screening_lines(document: Mapping[str, Any]) -> list[str]:
         lines.append(f"selected with {document['stored_runs']} stored runs: {_listed(document['selected'])}")
         lines.append(f"in one of the two rankings only: {_listed(document['disputed'])}")
         lines += [str(document[key]) for key in ("verdict", "advice") if document[key]]
+    return lines
+
+
+COLUMNS = {
+    "main": ("main", "main_lower", "main_upper"),
+    "total": ("total", "total_lower", "total_upper"),
+    "coefficient": ("value", "lower", "upper"),
+    "R2-HSIC": ("r2_hsic",),
+    "p-value": ("p_value",),
+}
+MOST_INTERACTIONS = 6
+
+
+def _index_lines(document: Mapping[str, Any]) -> list[str]:
+    """A line per parameter, the largest first; then interactions, what it rests on and what it cannot see."""
+    width = max(len(name) for name in document["ranking"])
+    lines = [f"  {document['n_runs']} runs; in brackets 95 % bands"]
+    for name in document["ranking"]:
+        row = document["indices"][name]
+        parts = [
+            f"{title} {row[first]:.3f}" + (f" [{row[ends[0]]:.3f}, {row[ends[1]]:.3f}]" if ends else "")
+            for title, (first, *ends) in COLUMNS.items()
+            if first in row
+        ]
+        lines.append(f"  {name:<{width}}  {'  '.join(parts)}")
+    for one in [one for one in document.get("interactions", ()) if one["lower"] > 0.0][:MOST_INTERACTIONS]:
+        both = " and ".join(one["pair"])
+        lines.append(f"  {both} together: {one['mean']:.3f} [{one['lower']:.3f}, {one['upper']:.3f}]")
+    if "q2" in document:
+        lines.append(
+            f"of a Kriging ({document['correlation']}, {document['trend']} trend) with Q2 "
+            f"{document['q2']:.3f}"
+        )
+    if "r2" in document:
+        lines.append(f"the linear regression explains R2 {document['r2']:.3f}")
+    if document["left_out"]:
+        lines.append(f"labels without an order are left out: {_listed(document['left_out'])}")
+    if document.get("n_left_out"):
+        lines.append(f"{document['n_left_out']} runs without a value were left out")
+    return [*lines, f"cannot see: {document['cannot_see']}"]
+
+
+def method_lines(methods: Iterable[Any]) -> list[str]:
+    """Every way to look at which parameters matter: what it gives, needs and cannot see."""
+    lines = []
+    for one in methods:
+        lines += [
+            f"{one.name:<8} {one.gives}",
+            f"         needs {one.needs}",
+            f"         cannot see {one.cannot_see}",
+        ]
     return lines
 
 
