@@ -1,6 +1,6 @@
 """A coordinator to be killed: evaluates `count` rows in `folder` and acknowledges what the store has.
 
-    python kill_driver.py folder count engine [kill-after-k-database-operations]
+    python kill_driver.py folder count engine [kill-before-the-k-th-operation [database or files]]
 
 Every acknowledged row is appended to `folder/acknowledged` in one write, after its commit.
 """
@@ -54,6 +54,23 @@ class CountingConnection(sqlite3.Connection):
         return super().executescript(*arguments)
 
 
+def kill_at_file_operation(left):
+    """Kill this process before the `left`-th operation on a file: lease, witness, starts, documents."""
+
+    def counted(plain):
+        def operation(*arguments, **options):
+            nonlocal left
+            left -= 1
+            if left == 0:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return plain(*arguments, **options)
+
+        return operation
+
+    for name in ("write", "pwrite", "link", "replace", "unlink", "ftruncate", "fsync"):
+        setattr(os, name, counted(getattr(os, name)))
+
+
 def acknowledging(folder):
     """`supervise` with a watcher that writes down what was committed."""
     plain = supervisor.supervise
@@ -71,10 +88,12 @@ def acknowledging(folder):
     return supervise
 
 
-def main(folder, count, engine, kill_after="0"):
+def main(folder, count, engine, kill_after="0", what="database"):
     folder = Path(folder)
     folder.mkdir(exist_ok=True)
-    if int(kill_after):
+    if int(kill_after) and what == "files":
+        kill_at_file_operation(int(kill_after))
+    elif int(kill_after):
         CountingConnection.left = int(kill_after)
         connect = sqlite3.connect
         store_module.sqlite3.connect = lambda *a, **k: connect(*a, factory=CountingConnection, **k)

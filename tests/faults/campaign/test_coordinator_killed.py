@@ -19,9 +19,9 @@ ROOT = DRIVER.parent.parent.parent
 GONE_WITHIN = 5.0  # s: the promise for processes of a killed coordinator
 
 
-def drive(folder, count, engine, kill_after=0):
+def drive(folder, count, engine, kill_after=0, what="database"):
     return subprocess.Popen(
-        [sys.executable, str(DRIVER), str(folder), str(count), engine, str(kill_after)],
+        [sys.executable, str(DRIVER), str(folder), str(count), engine, str(kill_after), what],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         cwd=ROOT,
@@ -122,11 +122,11 @@ def test_two_hundred_kills_lose_nothing(tmp_path):
     assert results(tmp_path / "killed") == whole
 
 
-def kill_before_every(operations, tmp_path, count):
+def kill_before_every(operations, tmp_path, count, what="database"):
     whole = uninterrupted(tmp_path / "whole", count)
     for k in operations:
         folder = tmp_path / f"k{k}"
-        process = drive(folder, count, "inline", kill_after=k)
+        process = drive(folder, count, "inline", kill_after=k, what=what)
         code = process.wait(60)
         process.stderr.close()
         if code == 0:
@@ -148,5 +148,17 @@ def test_a_kill_before_every_third_database_operation(tmp_path):
 @pytest.mark.timeout(900)
 def test_a_kill_before_every_database_operation(tmp_path):
     last = kill_before_every(range(1, 2000), tmp_path, 25)
+    assert last is not None
+    assert last > 30
+
+
+def test_a_kill_before_some_operations_on_files(tmp_path):
+    assert kill_before_every(range(1, 400, 23), tmp_path, 6, what="files") is not None
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_a_kill_before_every_operation_on_files(tmp_path):
+    last = kill_before_every(range(1, 2000), tmp_path, 12, what="files")
     assert last is not None
     assert last > 30
