@@ -91,7 +91,7 @@ def opened_for_reading(path: Path) -> tuple[sqlite3.Connection, str]:
         return _queried(f"{path.resolve().as_uri()}?mode=ro"), ""
     except sqlite3.OperationalError:
         pass  # SQLite would have to make or to write a file beside it
-    except sqlite3.Error as exc:
+    except (sqlite3.Error, UnicodeDecodeError) as exc:
         with explained(path):
             raise exc
     log = path.with_name(f"{path.name}-wal")
@@ -116,7 +116,7 @@ def explained(path: Path) -> Iterator[None]:
     """Turn an error of the database into a StoreError."""
     try:
         yield
-    except sqlite3.Error as exc:
+    except (sqlite3.Error, UnicodeDecodeError) as exc:  # the second: SQLite quotes what is no text any more
         if _is_damage(exc):
             raise StoreError(
                 f"{path} is damaged ({exc}). `holdfast doctor --store` says what is wrong, `holdfast "
@@ -127,7 +127,9 @@ def explained(path: Path) -> Iterator[None]:
         ) from exc
 
 
-def _is_damage(exc: sqlite3.Error) -> bool:
+def _is_damage(exc: sqlite3.Error | UnicodeDecodeError) -> bool:
+    if isinstance(exc, UnicodeDecodeError):
+        return True
     code = getattr(exc, "sqlite_errorcode", None)
     return (code is not None and code & 0xFF in DAMAGE) or any(text in str(exc) for text in UNREADABLE)
 

@@ -100,6 +100,24 @@ def test_two_hundred_corruptions(sound, tmp_path, kind):
     assert sum(kept for _, kept in counts) >= SHARE * sum(there for there, _ in counts)
 
 
+@pytest.mark.parametrize("byte", [0xE5, 0xFF])
+def test_a_schema_that_is_no_text_is_damage(sound, tmp_path, byte):
+    """SQLite quotes the schema in its message, which Python cannot decode then."""
+    folder = tmp_path / "c"
+    shutil.copytree(sound[0], folder)
+    path = folder / "s.holdfast" / "runs.sqlite"
+    data = bytearray(path.read_bytes())
+    at = data.index(b"CREATE TABLE evaluation")
+    data[at + 13 : at + 15] = bytes([byte, 0x20])
+    path.write_bytes(data)
+    assert not examined(path).is_sound
+    for way in (Store.reading, Store.opened):
+        with pytest.raises(StoreError, match="is damaged"):
+            way(path)
+    (found,) = recovered(load_study(folder / "s.toml"), path.parent)
+    assert found.saved == RUNS
+
+
 def exported(sound, place):
     """The closed campaign with its exports."""
     folder = place / "exported"
