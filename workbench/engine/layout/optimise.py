@@ -7,7 +7,9 @@ The default `gsao` picks by what the objective can tell:
 | convex rows with second derivatives, budgets only | Newton steps along the central path |
 | convex rows with gradients only, budgets only | the same path, curvature learnt from the gradients |
 | a history in time, several rows, or second-order factors; budgets only | min-max trust region, corners |
-| one smooth row, or further constraints | two-point separable approximations, globalised by a filter |
+| one smooth row | two-point separable approximations, globalised by a filter |
+| further constraints, fewer than members | the same, then linear steps from where it leaves off |
+| further constraints, as many as members or more | linear programmes in logarithms of the densities |
 """
 
 from collections.abc import Callable
@@ -18,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bound.central_path import follow_central_path, has_interior
+from .bound.linear_steps import linear_steps
 from .bound.min_max import min_max
 from .bound.secant_path import follow_secant_path
 from .formulation.aggregate import aggregated
@@ -54,9 +57,10 @@ _PRESETS: dict[str, tuple[Preset, bool]] = {  # preset, globalised
     "slp": (LinearProgramme(), False),
     "dsqp": (DiagonalQuadratic(), False),
 }
-METHODS = ("gsao", *_PRESETS, "central_path", "secant_path", "trust_region")
+METHODS = ("gsao", *_PRESETS, "central_path", "secant_path", "trust_region", "linear_steps")
 
 _SETTLED = 1e-5  # first-order error below which a run at its limit of evaluations has converged
+_MANY = 10  # further constraints from which as many as members are active, as like as not
 _BLIND = 1e-13  # of the value: what all densities together may change in a row that does not see them
 
 
@@ -163,8 +167,12 @@ def _solve(
             method, why = "secant_path", "convex rows with gradients only"
         elif budgets_only and (values.size > 1 or curved) and peaks != "single":
             method, why = "trust_region", f"{values.size} rows compete"
+        elif first.constraints.size >= max(problem.members, _MANY):
+            method, why = "linear_steps", f"{first.constraints.size} further constraints"
+        elif budgets_only:
+            method, why = "gsao_two_point", "one smooth row"
         else:
-            method, why = "gsao_two_point", "one smooth row or further constraints"
+            return _few_limits(problem, recorder, allowed, tolerance, peaks == "all" and values.shape[1] == 1)
     else:
         why = "as asked"
     if method in ("central_path", "secant_path", "trust_region") and not budgets_only:
@@ -190,6 +198,9 @@ def _solve(
             problem, recorder, max_evaluations=allowed, tolerance=tolerance, multi_start=multi_start
         )
         return run.finished, f"min-max trust region over peaks and scenarios: {why}"
+    if method == "linear_steps":
+        done = linear_steps(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
+        return done, f"linear programmes in logarithms of the densities: {why}"
     preset, globalised = _PRESETS[method] if isinstance(method, str) else (method, True)
     sequence = approximation_sequence(
         problem, recorder, preset, max_evaluations=allowed, tolerance=tolerance, globalised=globalised,
@@ -197,6 +208,27 @@ def _solve(
     )  # fmt: skip
     name = type(preset).__name__
     return sequence.converged, f"separable approximations {name}: {why}"
+
+
+def _few_limits(
+    problem: LayoutProblem, recorder: Recorder, allowed: int, tolerance: float, all_rows: bool
+) -> tuple[bool, str]:
+    """Separable approximations, and linear steps from where they leave off."""
+    sequence = approximation_sequence(
+        problem, recorder, TwoPoint(), max_evaluations=max(1, allowed // 2), tolerance=tolerance,
+        globalised=True, all_rows=all_rows,
+    )  # fmt: skip
+    said = "separable approximations TwoPoint: a few further constraints"
+    known = recorder.best_density is not None
+    if sequence.converged and known and _first_order(problem, recorder).kkt <= _SETTLED:
+        return True, said
+    if recorder.evaluations >= allowed:
+        return False, said
+    left_off = recorder.nearest_density if recorder.best_density is None else recorder.best_density
+    done = linear_steps(
+        replace(problem, start=left_off), recorder, max_evaluations=allowed, tolerance=tolerance
+    )
+    return done, f"{said}, then linear programmes in logarithms of the densities"
 
 
 def _remembering(evaluate: Callable[[Array], Evaluation]) -> Callable[[Array], Evaluation]:
