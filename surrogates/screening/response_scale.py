@@ -1,16 +1,17 @@
-"""The scale on which a response is screened: its own, its logarithm, or its ranks.
+"""The scale on which a response is screened: its own, its logarithm, a power of it, or its ranks.
 
 A response over two decades is a few large values and noise to a Kriging, and its logarithm may be smooth;
 one that jumps has ranks (Iman and Conover, Technometrics 21, 1979). What a scale is worth is judged on the
-response's own one: left-out runs are predicted on it, carried back, and compared with what was run.
+response's own one: left-out runs are predicted on it, carried back, and compared with what was run. The maps
+stand in `surrogates.analysis.response_map`.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import rankdata
 
+from ..analysis.response_map import RESPONSE_SCALES, admitted_scales, response_map
 from .metamodel import selected_kriging
 from .screener import KrigingScreener
 
@@ -18,8 +19,9 @@ __all__ = ["RESPONSE_SCALES", "ScaleChoice", "choose_scale", "on_scale"]
 
 Array = NDArray[np.float64]
 
-RESPONSE_SCALES = ("none", "log", "ranks")
-CLEARLY = 0.8  # of the squared error of the response itself: what another scale must stay below
+CLEARLY = 0.8  # of the squared error of a simpler scale: what another must stay below
+POWERS = ("box-cox", "yeo-johnson")
+NEAR = 0.1  # of a power: no other scale than the logarithm (0) or the response itself (1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,35 +44,16 @@ def on_scale(y: ArrayLike, scale: str) -> Array:
     >>> on_scale([1.0, 8.0, 4.0], "ranks").tolist()
     [1.0, 3.0, 2.0]
 
-    Raises ValueError: another scale, or the logarithm of a response that is not positive.
+    Raises ValueError: another scale, or the logarithm or "box-cox" of a response that is not positive.
     """
-    values = np.asarray(y, dtype=np.float64)
-    if scale not in RESPONSE_SCALES:
-        raise ValueError(f"scale needs one of {', '.join(RESPONSE_SCALES)}, got {scale!r}")
-    if scale == "none":
-        return values
-    if scale == "ranks":
-        return np.asarray(rankdata(values))
-    if not (values > 0.0).all():
-        raise ValueError(
-            f"the logarithm needs responses above 0, got {values.min():g}: take 'ranks', or shift y"
-        )
-    return np.log(values)
-
-
-def _back(w: Array, y: Array, scale: str) -> Array:
-    """Values of a scale as responses; beyond the runs a rank stays at the outermost one."""
-    if scale == "log":
-        return np.exp(np.minimum(w, np.log(y.max()) + 3.0))  # an error beyond is as bad as can be
-    if scale == "ranks":
-        return np.interp(w, np.arange(1.0, len(y) + 1.0), np.sort(y))
-    return w
+    return response_map(y, scale).forward(y)
 
 
 def choose_scale(screener: KrigingScreener, X: ArrayLike, y: ArrayLike) -> ScaleChoice:
     """Screen runs X (n, d), y (n,) on every scale that y admits, by clones of `screener`, and compare.
 
-    The response itself unless another scale leaves less than 0.8 of its squared error.
+    The response itself unless another scale leaves less than 0.8 of its squared error; a power (Box-Cox, of
+    responses that change sign Yeo-Johnson) where it leaves less than 0.8 of that of all others.
 
     >>> x = np.random.default_rng(0).random((40, 4))
     >>> choose_scale(KrigingScreener(), x, np.exp(6 * x[:, 1] + 3 * np.sin(5 * x[:, 2]))).scale
@@ -81,18 +64,37 @@ def choose_scale(screener: KrigingScreener, X: ArrayLike, y: ArrayLike) -> Scale
     values = np.asarray(y, dtype=np.float64)
     spread = float(((values - values.mean()) ** 2).mean())
     unexplained: dict[str, float] = {}
-    for scale in RESPONSE_SCALES:
-        if scale == "log" and not (values > 0.0).all():
-            continue
-        w = on_scale(values, scale)
+    for scale in _candidates(values):
+        mapped = response_map(values, scale)
+        w = mapped.forward(values)
         fitted = clone(screener).fit(X, w)
         if spread <= 0.0 or not len(fitted.selected_):
             unexplained[scale] = 1.0
             continue
         left = selected_kriging(fitted, X, w).leave_one_out()
         usable = np.isfinite(left.std)
-        error = values[usable] - _back(left.prediction[usable], values, scale)
+        error = values[usable] - mapped.inverse(left.prediction[usable])
         unexplained[scale] = float((error**2).mean()) / spread
-    best = min(unexplained, key=lambda scale: unexplained[scale])
-    plain = unexplained["none"]
-    return ScaleChoice(scale=best if unexplained[best] < CLEARLY * plain else "none", unexplained=unexplained)
+    simple = [scale for scale in unexplained if scale not in POWERS]
+    best = min(simple, key=lambda scale: unexplained[scale])
+    if not unexplained[best] < CLEARLY * unexplained["none"]:
+        best = "none"
+    for power in [scale for scale in unexplained if scale in POWERS]:
+        if unexplained[power] < CLEARLY * min(unexplained[scale] for scale in simple):
+            best = power
+    return ScaleChoice(scale=best, unexplained=unexplained)
+
+
+def _candidates(y: Array) -> list[str]:
+    """The scales worth a screening: one power at most, and none that is all but the logarithm or y itself."""
+    found = []
+    admitted = admitted_scales(y)
+    for scale in admitted:
+        if scale == "yeo-johnson" and "box-cox" in admitted:
+            continue
+        if scale in POWERS:
+            power = response_map(y, scale).power
+            if min(abs(power - 1.0), abs(power) if scale == "box-cox" else np.inf) < NEAR:
+                continue
+        found.append(scale)
+    return found

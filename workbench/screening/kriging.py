@@ -9,7 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from surrogates import Judgement, KrigingScreener, choose_scale, on_scale, selection_stability
+from surrogates import (
+    RESPONSE_SCALES,
+    Judgement,
+    KrigingScreener,
+    choose_scale,
+    on_scale,
+    selection_stability,
+)
+from surrogates.analysis.response_map import admitted_scales
 from workbench.errors import StudyError
 from workbench.screening.record import Screening
 from workbench.screening.selected import SelectedKriging
@@ -22,11 +30,13 @@ from workbench.space.streams import stream
 __all__ = ["METHODS", "screen"]
 
 METHODS = ("default", "forward", "welch")
-TRANSFORMS = ("none", "auto", "log", "ranks")
+TRANSFORMS = ("none", "auto", *RESPONSE_SCALES[1:])
 SCALES_IN_WORDS = {
     "none": "",
     "log": ", of the logarithm of the response",
     "ranks": ", of the ranks of the response",
+    "box-cox": ", of a power of the response (Box-Cox)",
+    "yeo-johnson": ", of a power of the response (Yeo-Johnson)",
 }
 STABILITY_RUNS = 130  # resamples for larger designs cost seconds each
 RESAMPLES, RESAMPLES_OF_LARGE = 20, 4
@@ -59,8 +69,9 @@ def screen(
             Runs that failed or have no finite response are left out and counted.
         method: "default", "forward" (as published) or "welch".
         transform: what parameters are selected by: "none", "log" for one over decades, "ranks" (Iman and
-            Conover, Technometrics 21, 1979) for one that jumps between two levels, or "auto" for the one of
-            these that predicts left-out runs best on the response's own scale (`surrogates.choose_scale`).
+            Conover, Technometrics 21, 1979) for one that jumps between two levels, "box-cox" for a power of a
+            positive response and "yeo-johnson" of any, or "auto" for the one of these that predicts left-out
+            runs best on the response's own scale (`surrogates.choose_scale`).
             The Kriging of the selected parameters and its effects are of the response itself; the share
             that may hide is one of the scale screened on.
         seed: of the starts, the resamples and the draws.
@@ -131,9 +142,10 @@ def _scale(
     if transform == "auto":
         choice = choose_scale(screener, x, y)
         return choice.scale, f" ({choice.reason})"
-    if transform == "log" and not (y > 0.0).all():
+    if transform not in admitted_scales(y):
         raise StudyError(
-            f"screening transform 'log' needs {response!r} above 0 in all runs, got {y.min():g}: take 'ranks'"
+            f"screening transform {transform!r} needs {response!r} above 0 in all runs, got {y.min():g}: "
+            "take 'ranks'"
         )
     return transform, ""
 

@@ -209,7 +209,7 @@ class ScreenTable(Table):
 
     response: Text
     method: Text = "default"
-    transform: Literal["none", "auto", "log", "ranks"] = "none"
+    transform: Literal["none", "auto", "log", "ranks", "box-cox", "yeo-johnson"] = "none"
     n_selected: Count | None = None
     groups: list[Annotated[list[Text], Field(min_length=2)]] | None = None
 

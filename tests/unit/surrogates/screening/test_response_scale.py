@@ -26,5 +26,20 @@ def test_a_response_that_is_not_positive_has_no_logarithm():
     assert "log" not in choose_scale(KrigingScreener(), x, x[:, 0] - 0.5).unexplained
     with pytest.raises(ValueError, match="logarithm needs responses above 0, got -1"):
         on_scale([-1.0, 2.0], "log")
-    with pytest.raises(ValueError, match="scale needs one of none, log, ranks, got 'sqrt'"):
+    with pytest.raises(ValueError, match="scale needs one of none, log, ranks, box-cox, yeo-johnson, got"):
         on_scale([1.0, 2.0], "sqrt")
+
+
+def test_a_response_that_changes_sign_is_offered_the_power_of_yeo_and_johnson():
+    x = points()
+    found = choose_scale(KrigingScreener(), x, np.sinh(4 * (x[:, 0] + x[:, 1] - 1.0)))
+    assert set(found.unexplained) == {"none", "ranks", "yeo-johnson"}
+
+
+def test_a_power_has_to_be_clearly_better_than_the_simple_scales():
+    x = points(2)
+    quick = 1.0 / (0.15 + 0.5 * x[:, 0] + 0.35 * x[:, 3])  # a line on the scale of power -1
+    choice = choose_scale(KrigingScreener(), x, quick)
+    best = min(choice.unexplained[scale] for scale in ("none", "log", "ranks"))
+    assert choice.unexplained["box-cox"] < 0.8 * best
+    assert choice.scale == "box-cox"
