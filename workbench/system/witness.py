@@ -13,7 +13,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Witness", "file_state", "witness_says"]
+__all__ = ["Witness", "file_state", "has_log", "witness_says"]
 
 ROOM = 512  # bytes, written over in place
 CHUNK = 1 << 20
@@ -50,6 +50,14 @@ def file_state(path: Path) -> dict[str, Any] | None:
     return {"size": size, "digest": digest.hexdigest()}
 
 
+def has_log(path: Path) -> bool:
+    """Whether commits stand in a log beside the database; one who only looks may leave an empty one."""
+    try:
+        return path.with_name(f"{path.name}-wal").stat().st_size > 0
+    except OSError:
+        return False
+
+
 class Witness:
     """The witness of a database that is open for writing. It may fail; the database may not."""
 
@@ -68,8 +76,7 @@ class Witness:
 
     def close(self) -> None:
         """The database was closed: everything is in its file, unless a reader keeps the log."""
-        log = self._path.with_name(f"{self._path.name}-wal")
-        self._write(None if log.exists() else file_state(self._path))
+        self._write(None if has_log(self._path) else file_state(self._path))
         if self._handle is not None:
             os.close(self._handle)
             self._handle = None

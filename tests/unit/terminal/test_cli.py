@@ -281,3 +281,40 @@ def test_doctor_examines_the_installation(tmp_path):
     assert done.returncode == 0, found
     assert found["healthy"] is True
     assert {c["check"] for c in found["checks"]} == {"versions", "names", "workers", "store", "extras"}
+
+
+def test_a_damaged_store_is_examined_mended_and_joined(tmp_path, capsys):
+    from workbench.stages.campaign import Campaign
+
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    for folder, runs in ((ours, 4), (theirs, 8)):
+        folder.mkdir()
+        with Campaign.from_file(write_study(folder, more='engine = "inline"')) as campaign:
+            campaign.evaluate([{"a": 1 / (k + 3)} for k in range(runs)])
+    study, store = ours / "s.toml", ours / "s.holdfast" / "runs.sqlite"
+    code, out, _ = in_process("merge", study, theirs / "s.holdfast", "--json", capsys=capsys)
+    assert code == 0
+    found = json.loads(out)
+    assert (found["joined"], found["same"]) == (4, 4)
+    code, out, _ = in_process("doctor", "--store", study, capsys=capsys)
+    assert (code, out.count("BAD")) == (0, 0)
+    data = bytearray(store.read_bytes())
+    at = data.rindex(b'{"a": ')
+    data[at + 8] ^= 1
+    store.write_bytes(data)
+    code, out, _ = in_process("doctor", "--store", ours / "s.holdfast", "--json", capsys=capsys)
+    (state,) = json.loads(out)
+    assert (code, state["sound"]) == (5, False)
+    code, _, err = in_process("design", study, capsys=capsys)
+    assert code == 5
+    assert "1 rows of evaluation are not as they were stored" in err
+    for verb in ("failures", "watch", "plan"):
+        options = ["--once"] if verb == "watch" else []
+        assert "Traceback" not in in_process(verb, study, *options, capsys=capsys)[2]
+    code, out, _ = in_process("recover", study, capsys=capsys)
+    assert code == 0
+    assert "each as its checksum says" in out
+    code, out, _ = in_process("doctor", "--store", study, capsys=capsys)
+    assert (code, out.count("BAD")) == (0, 0)
+    with Campaign.from_file(study) as campaign:
+        assert len(campaign.runs()) == 7

@@ -12,7 +12,7 @@ from typing import Any
 from workbench.errors import StoreError
 from workbench.system.database import explained, opened_for_reading, tables
 from workbench.system.one_writer import moment
-from workbench.system.witness import file_state
+from workbench.system.witness import file_state, has_log
 
 __all__ = ["CHECKED", "CHECKSUMS", "REALS", "check_file", "check_store", "is_sound", "wrong_rows"]
 
@@ -69,7 +69,7 @@ def wrong_rows(db: sqlite3.Connection) -> dict[str, list[int]]:
 def _was_changed(path: Path, said: Mapping[str, Any]) -> bool:
     """Whether a file that is quick to read is not as it was when holdfast closed it."""
     closed = said.get("file")
-    if closed is None or path.with_name(f"{path.name}-wal").exists() or not path.exists():
+    if closed is None or has_log(path) or not path.exists():
         return False
     if path.stat().st_size != closed["size"]:
         return True

@@ -11,7 +11,7 @@ from workbench.campaign.store_schema import VERSION
 from workbench.errors import StoreError
 from workbench.system.database import explained, opened_for_reading, tables
 from workbench.system.one_writer import holder_of
-from workbench.system.witness import file_state, witness_says
+from workbench.system.witness import file_state, has_log, witness_says
 
 __all__ = ["DATABASES", "Check", "Examination", "examined"]
 
@@ -83,8 +83,7 @@ def examined(path: Path) -> Examination:
 def _file(path: Path, said: dict[str, Any]) -> Check:
     """The file against what it was when it was closed."""
     closed = said.get("file")
-    log = path.with_name(f"{path.name}-wal")
-    if holder_of(path) is not None or closed is None or (log.exists() and log.stat().st_size):
+    if holder_of(path) is not None or closed is None or has_log(path):
         why = (
             "it is open" if holder_of(path) is not None else "it was not closed, or before there were digests"
         )
@@ -161,4 +160,4 @@ def _stock(path: Path) -> Check:
     text = f"{good} answered runs can be read as they were stored"
     if found.damaged:
         text += f", {len(found.damaged)} runs are damaged"
-    return Check(name="to recover", ok=False, text=f"{text}; `holdfast recover` saves them")
+    return Check(name="to recover", ok=False, text=f"{text}; `holdfast recover` makes a store of them")
