@@ -9,8 +9,9 @@ predict left-out runs, the square root of their leave-one-out density, and a dra
 The same statement is made again from the first half and the first two thirds of the runs. What the
 later runs gained over the best until then, as a share of the width stated then, is known: where it is small
 each time the width was too cautious and is taken at `LEAST` of itself, where the later runs went beyond it is
-widened by as much. The smaller of this and the loop's gap is stated. Where no model predicts any left-out
-run better than the mean of the others does, no bound is known, and none is stated.
+widened by as much. What is stated lies between `SHARE` of the loop's gap and the whole of it: a model that
+predicts all runs well knows nothing of a needle, and the loop's doubts are its share in the statement. Where
+no model predicts any left-out run better than the mean of the others does, no bound is stated.
 """
 
 from dataclasses import dataclass, replace
@@ -30,6 +31,7 @@ from workbench.space.streams import stream
 __all__ = ["UNKNOWN", "backtested_gap"]
 
 CUTS = (0.5, 0.67)  # shares of the runs after which the statement is made again
+SHARE = 0.4  # of the loop's gap: less is not stated
 LEAST, MOST = 0.7, 3.0  # factors of a width that later runs never came near to, or went beyond
 MARGIN = 3e-4  # of the range of the values: what a maximum between the points of the draws may be higher
 TEMPER = 2.0  # power by which the weights of the models are flattened
@@ -67,7 +69,8 @@ def backtested_gap(gap: Gap, ledger: Ledger, success: SuccessChance, *, begun: i
             gain = float(v.max() - v[:m].max())
             used.append(gain / max(then.width, MARGIN * float(np.ptp(v))))
     factor = float(np.clip(max(used), LEAST, MOST)) if used else 1.0
-    width = min(gap.width, factor * now.width + MARGIN * float(np.ptp(v)))
+    width = max(factor * now.width + MARGIN * float(np.ptp(v)), SHARE * gap.width)
+    width = min(width, gap.width)
     return replace(gap, upper=float(v.max()) + width, width=width)
 
 

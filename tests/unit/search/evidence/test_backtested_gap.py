@@ -15,7 +15,7 @@ from workbench.search.worst_case import surrogate_worst_case
 from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
-LOOSE = 100.0
+LOOSE = 0.4  # the gap of a loop, in units of the response
 
 
 def stated(function, points, *, begun, width=LOOSE):
@@ -46,13 +46,18 @@ def test_the_gap_of_the_loop_is_never_exceeded(points):
     assert gap.width == 1e-3
 
 
+def test_the_doubts_of_the_loop_keep_a_share(points):
+    gap, _ = stated(wave, points, begun=len(points), width=50.0)
+    assert gap.width == pytest.approx(0.4 * 50.0)
+
+
 def test_later_runs_beyond_an_earlier_statement_widen_it(points):
     def late(a, b):
         return wave(a, b) + (8.0 if (a, b) in far else 0.0)
 
     far = {tuple(p) for p in points[18:20].tolist()}
-    untested, _ = stated(late, points, begun=len(points))
-    tested, _ = stated(late, points, begun=6)
+    untested, _ = stated(late, points, begun=len(points), width=10.0)
+    tested, _ = stated(late, points, begun=6, width=10.0)
     assert tested.width > 1.5 * untested.width
 
 
