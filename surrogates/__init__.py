@@ -44,6 +44,7 @@ _PUBLIC: dict[str, str] = {
     "LeaveOneOut": "surrogates.kriging.validation",
     "Measure": "surrogates.analysis.measure",
     "NotPositiveDefinite": "surrogates.errors",
+    "ScaledKriging": "surrogates.analysis.scaled_kriging",
     "SharedKriging": "surrogates.kriging.responses",
     "SobolIndices": "surrogates.analysis.sobol",
     "TooFewRuns": "surrogates.errors",
