@@ -88,7 +88,8 @@ def opened_for_reading(path: Path) -> tuple[sqlite3.Connection, str]:
     if not os.access(path, os.R_OK):
         raise StoreError(f"{path} may not be read by you; ask whom it belongs to for the right to read it")
     try:
-        return _queried(f"{path.resolve().as_uri()}?mode=ro"), ""
+        if not _would_be_strange(path):
+            return _queried(f"{path.resolve().as_uri()}?mode=ro"), ""
     except sqlite3.OperationalError:
         pass  # SQLite would have to make or to write a file beside it
     except (sqlite3.Error, UnicodeDecodeError) as exc:
@@ -104,6 +105,12 @@ def opened_for_reading(path: Path) -> tuple[sqlite3.Connection, str]:
                 return copy, ""
         unseen = f"answers that are still in {log.name} ({_size(log)} bytes) cannot be seen from here"
         return _queried(f"{path.resolve().as_uri()}?immutable=1"), unseen
+
+
+def _would_be_strange(path: Path) -> bool:
+    """Whether SQLite would make a file beside the database that its owner then could not write."""
+    owner, me = path.stat().st_uid, os.geteuid()
+    return me not in (0, owner) and not path.with_name(f"{path.name}-shm").exists()
 
 
 def tables(db: sqlite3.Connection) -> set[str]:

@@ -287,3 +287,16 @@ def test_a_look_names_what_is_missing(tmp_path, capsys):
         (folder / "runs.sqlite").chmod(0)
         with pytest.raises(StoreError, match="may not be read by you"):
             CampaignView.opened(study)
+
+
+@pytest.mark.parametrize("log", ["closed", "with a log"])
+def test_a_look_of_another_user_leaves_no_file_that_the_owner_could_not_write(tmp_path, monkeypatch, log):
+    path = filled(made(tmp_path)) / "runs.sqlite"
+    if log != "closed":
+        leave_a_log(path, {"a": 0.25, "b": 0.25})
+    before = sorted(path.parent.iterdir())
+    monkeypatch.setattr(os, "geteuid", lambda: NOBODY)  # in a folder that both may write
+    store = Store.reading(path)
+    assert store.counts() == {"ok": 16 if log == "closed" else 17}
+    store.close()
+    assert sorted(path.parent.iterdir()) == before
