@@ -19,6 +19,7 @@ __all__ = ["interior_point"]
 Array = NDArray[np.float64]
 
 
+@np.errstate(all="ignore")  # next to a mechanism gradients overflow; what is not finite ends the steps
 def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
     """x (n,) and multipliers (m,) of the subproblem with elastic price caps (m,)."""
     free = model.upper > model.lower
@@ -65,7 +66,15 @@ def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
         first = -(rd + below - above) + mu / sl - mu / su
         right = -rp + (z / e) * (mu / z - e - rz) - (mu / y - s)
         scaled = J / theta
-        dy = np.linalg.solve(scaled @ J.T + np.diag(z / e + s / y), scaled @ first - right)
+        matrix = scaled @ J.T + np.diag(z / e + s / y)
+        if not np.isfinite(matrix).all():
+            break
+        try:
+            dy = np.linalg.solve(matrix, scaled @ first - right)
+        except np.linalg.LinAlgError:
+            break
+        if not np.isfinite(dy).all():
+            break
         dx = (first - dy @ J) / theta
         dz = (dy + mu / z - e - rz) * z / e
         ds = mu / y - s - s / y * dy
