@@ -16,8 +16,8 @@ from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["credible_noisy_models", "fit_noisy_model", "looks_noisy"]
 
-# a nugget is suspect from a quarter of the values' standard deviation on, where the rest is explained: rough
-# functions without noise reach 0.22 (Ackley's), or explain nothing (Michalewicz's)
+# a nugget is suspect from a quarter of the values' standard deviation on, where the rest is explained; of 156
+# searches without noise 8 on rough functions (Ackley's, Levy's) reach that, and are asked in vain
 SUSPECT, EXPLAINED = 0.25, 0.3
 GROWTH = 1.25  # of the number of runs, after which trend and correlation are chosen anew
 MOST_INFLATION = 3.0
