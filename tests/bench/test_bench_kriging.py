@@ -83,6 +83,7 @@ def test_50_by_20():
     print()
     ours(*data)
     ours(*data, correlation="matern52")
+    ours(*data, correlation="auto", trend="auto", intervals="calibrated")  # as imported
     sklearn_fit(*data)
     sklearn_fit(*data, restarts=4)
     openturns_fit(*data)
@@ -96,6 +97,7 @@ def test_500_by_100():
     print()
     ours(*data)
     ours(*data, correlation="matern52")
+    ours(*data, correlation="auto", trend="auto", intervals="calibrated")  # as imported
     sklearn_fit(*data)
 
 

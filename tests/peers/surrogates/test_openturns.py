@@ -18,7 +18,11 @@ def test_mean_variance_and_sigma(trend, kind):
     x, new = rng.random((40, 2)), rng.random((30, 2))
     y = np.sin(5 * x[:, 0]) + x[:, 0] * x[:, 1] ** 2
     kriging = Kriging(
-        trend=trend, correlation=kind, theta=[6.0, 3.0], nugget=0.0 if kind != "gaussian" else 1e-10
+        trend=trend,
+        correlation=kind,
+        theta=[6.0, 3.0],
+        nugget=0.0 if kind != "gaussian" else 1e-10,
+        intervals="plug-in",
     )
     kriging.fit(x, y)
     scale = kriging.theta_**-0.5 * (2**-0.5 if kind == "gaussian" else 1.0)
