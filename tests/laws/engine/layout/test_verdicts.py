@@ -86,7 +86,7 @@ def check(seed, evaluations):
     return result
 
 
-@pytest.mark.parametrize("first", range(0, 33, 11))
+@pytest.mark.parametrize("first", range(0, 22, 11))
 def test_no_verdict_says_more_than_is_known(first):
     for seed in range(first, first + 11):
         check(seed, 12)
