@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
+from surrogates import Kriging
 from surrogates.kriging.trend import basis, terms
 from surrogates.likelihood.correlation import Correlation
 from surrogates.likelihood.likelihood import Likelihood
@@ -102,3 +103,25 @@ def test_calibration_narrows_intervals_of_a_smooth_response():
         )
     assert max(factors) < 1.0
     assert 0.92 < np.mean(coverage) < 0.995
+
+
+@pytest.mark.slow
+def test_kriging_as_imported_covers_and_is_as_good_as_the_better_correlation():
+    """Nothing said: four functions, five other Latin hypercubes each."""
+    table = {}
+    for f, d, n in [(friedman, 5, 50), (borehole, 8, 64), (piston, 7, 70), (hartmann3, 3, 40)]:
+        held, errors = [], []
+        for seed in range(60, 65):
+            x = qmc.LatinHypercube(d, rng=np.random.default_rng(seed)).random(n)
+            new = np.random.default_rng(1000 + seed).random((1000, d))
+            truth = f(new)
+            mean, std = Kriging().fit(x, f(x)).predict(new, return_std=True)
+            held.append(np.mean(np.abs(truth - mean) < 1.96 * std))
+            named = [plain(correlation=kind).fit(x, f(x)).predict(new) for kind in ("gaussian", "matern52")]
+            errors.append([np.sqrt(np.mean((m - truth) ** 2)) for m in (mean, *named)])
+        own, gaussian, matern = np.mean(errors, axis=0)
+        table[f.__name__] = np.mean(held), own / min(gaussian, matern)
+        print(f"{f.__name__:10s} held {np.mean(held):.3f}  error over the better {table[f.__name__][1]:.2f}")
+    assert np.mean([c for c, _ in table.values()]) == pytest.approx(0.95, abs=0.03)
+    assert all(0.88 < c < 0.995 for c, _ in table.values())
+    assert all(ratio < 1.2 for _, ratio in table.values())
