@@ -37,9 +37,10 @@ def test_64_runs_name_the_drivers_of_2000(study, runs, response, seed):
     found = screen([runs[i] for i in chosen], study.space, response, transform="auto", effects=False)
     truth = reference(response, runs, study.space)
     assert truth.above(0.05) <= set(found.selected)
+    # what is selected beyond may be weak: a clear effect of 0.01 % of the variance is an effect
+    assert truth.above(found.diagnosis["hidden_share"]) <= set(found.selected)
     if found.state == "resolved":
         assert truth.above(0.01) <= set(found.selected)
-        assert min(truth.totals[name] for name in found.selected) > 0.001
 
 
 @pytest.mark.peer
