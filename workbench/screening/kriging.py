@@ -5,13 +5,11 @@ ones labels, and everything that comes back carries names.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from surrogates import (
     RESPONSE_SCALES,
-    Judgement,
     KrigingScreener,
     choose_scale,
     on_scale,
@@ -19,6 +17,7 @@ from surrogates import (
 )
 from surrogates.analysis.response_map import admitted_scales
 from workbench.errors import StudyError
+from workbench.screening.in_names import diagnosis_in_names, step_in_names
 from workbench.screening.record import Screening
 from workbench.screening.selected import SelectedKriging
 from workbench.screening.usable_runs import Rows, usable_runs
@@ -118,7 +117,7 @@ def screen(
         rule=facts.rule,
         n_runs=len(y),
         n_left_out=runs.n_left_out,
-        path=tuple(_step(step, space.names) for step in screener.path_),
+        path=tuple(step_in_names(step, space.names) for step in screener.path_),
         selected=tuple(names[screener.selected_].tolist()),
         ranking=tuple(names[screener.ranking_].tolist()),
         theta=dict(zip(space.names, screener.theta_.tolist(), strict=True)),
@@ -131,7 +130,7 @@ def screen(
         leave_one_out=model.leave_one_out() if model else {},
         main_effects=model.main_effects(space) if model else {},
         sobol=model.sobol(space) if model else {},
-        diagnosis=_diagnosis(facts, judged, space.names, ids),
+        diagnosis=diagnosis_in_names(facts, judged, space.names, ids),
     )
 
 
@@ -150,47 +149,8 @@ def _scale(
     return transform, ""
 
 
-def _step(step: Any, names: Sequence[str]) -> dict[str, Any]:
-    return {
-        "step": step.step,
-        "selected": [names[k] for k in step.selected],
-        "added": [names[k] for k in step.added],
-        "theta_common": step.theta_common,
-        "theta": {names[k]: float(step.theta[k]) for k in step.selected},
-        "sigma2": step.sigma2,
-        "nugget": step.nugget,
-        "log_likelihood": step.log_likelihood,
-        "gain": step.gain,
-        "accepted": step.accepted,
-    }
-
-
 def _placed(space: Space, column: int, unit_value: float) -> str:
     """A value of a column of the unit cube, as the parameter has it."""
     parameter = space.parameters[column]
     value = parameter.physical(np.array([min(max(unit_value, 0.0), 1.0)]))[0]
     return f"{float(value):.4g}" + ("" if parameter.unit in ("", "1") else f" {parameter.unit}")
-
-
-def _diagnosis(facts: Any, judged: Judgement, names: Sequence[str], ids: Sequence[str]) -> dict[str, Any]:
-    plain = (
-        "n_runs n_inputs threshold base_log_likelihood nugget starts starts_at_best search_runs evaluations"
-    )
-    found = {
-        name: getattr(facts, name)
-        for name in [*plain.split(), "margin", "q2", "resolved", "unexplained", "hidden_share", "open_share"]
-    }
-    return found | {
-        "nugget_bounds": list(facts.nugget_bounds),
-        "state": judged.state,
-        "verdict": judged.verdict,
-        "advice": judged.advice,
-        "confirmed": [names[k] for k in facts.confirmed],
-        "disputed": [names[k] for k in facts.disputed],
-        "open": [names[k] for k in facts.open],
-        "constant": [names[k] for k in facts.constant],
-        "repeated": [[names[i], names[j]] for i, j in facts.repeated],
-        "duplicates": [[ids[i], ids[j]] for i, j in facts.duplicates],
-        "near_duplicates": [[ids[i], ids[j]] for i, j in facts.near_duplicates],
-        "rivals": [{"selected": [names[k] for k in s], "lower_by": gap} for s, gap in facts.rivals],
-    }

@@ -22,8 +22,8 @@ from workbench.errors import StoreError, StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import Watchdog, end_group, end_marked
+from workbench.workers.child_process import WorkerProcess, start_process
 from workbench.workers.worker import answer_from_dict
-from workbench.workers.worker_process import WorkerProcess, start_process
 
 __all__ = ["ProcessPool", "usable_processors"]
 

@@ -1,0 +1,52 @@
+"""Steps and diagnosis of a screening in plain types, with names for columns and runs."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from surrogates.screening.path import ScreeningStep
+from surrogates.screening.verdict import Judgement, ScreeningDiagnosis
+
+__all__ = ["diagnosis_in_names", "step_in_names"]
+
+
+def step_in_names(step: ScreeningStep, names: Sequence[str]) -> dict[str, Any]:
+    """A step of the path, as `Screening.path` holds it; names (d,) of the columns."""
+    return {
+        "step": step.step,
+        "selected": [names[k] for k in step.selected],
+        "added": [names[k] for k in step.added],
+        "theta_common": step.theta_common,
+        "theta": {names[k]: float(step.theta[k]) for k in step.selected},
+        "sigma2": step.sigma2,
+        "nugget": step.nugget,
+        "log_likelihood": step.log_likelihood,
+        "gain": step.gain,
+        "accepted": step.accepted,
+    }
+
+
+def diagnosis_in_names(
+    facts: ScreeningDiagnosis, judged: Judgement, names: Sequence[str], ids: Sequence[str]
+) -> dict[str, Any]:
+    """The diagnosis with names (d,) for columns, ids (n,) for runs, and the verdict in these names."""
+    plain = (
+        "n_runs n_inputs threshold base_log_likelihood nugget starts starts_at_best search_runs evaluations"
+    )
+    found = {
+        name: getattr(facts, name)
+        for name in [*plain.split(), "margin", "q2", "resolved", "unexplained", "hidden_share", "open_share"]
+    }
+    return found | {
+        "nugget_bounds": list(facts.nugget_bounds),
+        "state": judged.state,
+        "verdict": judged.verdict,
+        "advice": judged.advice,
+        "confirmed": [names[k] for k in facts.confirmed],
+        "disputed": [names[k] for k in facts.disputed],
+        "open": [names[k] for k in facts.open],
+        "constant": [names[k] for k in facts.constant],
+        "repeated": [[names[i], names[j]] for i, j in facts.repeated],
+        "duplicates": [[ids[i], ids[j]] for i, j in facts.duplicates],
+        "near_duplicates": [[ids[i], ids[j]] for i, j in facts.near_duplicates],
+        "rivals": [{"selected": [names[k] for k in s], "lower_by": gap} for s, gap in facts.rivals],
+    }
