@@ -6,10 +6,6 @@ import numpy as np
 import pytest
 
 from studies import trusses
-from studies.two_body import layout_problem
-from workbench.engine.layout.continuation import raise_power
-from workbench.engine.layout.formulation.aggregate import aggregated
-from workbench.engine.layout.formulation.peaks import local_peaks, rows_with_neighbours
 from workbench.engine.layout.formulation.problem import (
     InvalidLayout,
     LayoutProblem,
@@ -17,7 +13,6 @@ from workbench.engine.layout.formulation.problem import (
     static_problem,
 )
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
-from workbench.engine.layout.outcome.purify import fractional_members, purify, rigid_body_sums
 from workbench.engine.layout.outcome.result import LayoutStatus
 
 
@@ -162,29 +157,6 @@ def test_learnt_curvature_keeps_fixed_members_and_refuses_what_it_cannot_do():
     assert result.value < 0.8 * result.start_value
     with pytest.raises(InvalidLayout, match="'secant_path' needs convex static rows"):
         optimise_layout(replace(open_, convex=False), "secant_path")
-
-
-def test_the_power_is_raised_in_steps():
-    w = np.linspace(1, 4, 12)
-
-    def build(power):
-        def value(a):
-            stiff = 0.05 + a**power
-            return float((w / stiff).sum()), -w * power * a ** (power - 1) / stiff**2
-
-        return static_problem(value, start=np.full(12, 0.3), lower=1e-3, budgets=[(np.ones(12), 4.0)])
-
-    path = raise_power(build, powers=(1.0, 2.0, 4.0), max_evaluations=90)
-    gray = [result.grayness for result in path.results]
-    assert gray[2] < gray[1] < gray[0]
-    assert gray[2] < 0.6 * gray[0]
-    assert path.evaluations <= 90
-    assert all(result.excess <= 1e-9 for result in path.results)
-    assert path.last.value <= build(4.0).evaluate(path.results[0].density).values.max()
-    with pytest.raises(InvalidLayout, match=r"powers need to be positive and to rise, got \(2.0, 1.0\)"):
-        raise_power(build, powers=(2.0, 1.0))
-    with pytest.raises(InvalidLayout, match="at least 3 per power, 12 here, got 10"):
-        raise_power(build, max_evaluations=10)
 
 
 def test_an_idle_budget_is_named():
@@ -343,62 +315,3 @@ def test_the_central_path_asks_for_what_it_needs():
         optimise_layout(problem, "central_path")
     with pytest.raises(InvalidLayout, match="or a study's record; dict has no system"):
         as_layout_problem({})
-
-
-def test_peaks_and_their_neighbours():
-    values = np.array([[0.0, 1.0, 0.5, 2.0, 2.0], [3.0, 1.0, 1.0, 0.0, 5.0]])
-    assert local_peaks(values).tolist() == [1, 4, 5, 7, 9]
-    assert local_peaks(values, above=1.5).tolist() == [4, 5, 9]
-    assert rows_with_neighbours(values, np.array([5, 9]), (-1, 0, 1)).tolist() == [5, 6, 8, 9]
-
-
-def test_aggregates_bound_the_maximum():
-    problem = static_problem(
-        lambda a: (np.array([a[0], 2 * a[1], 0.3]), np.array([[1.0, 0], [0, 2.0], [0, 0]])), start=[0.4, 0.25]
-    )
-    top = 0.5
-    for kind in ("ks", "p_norm"):
-        smooth = aggregated(problem, kind)
-        evaluation = smooth.evaluate(smooth.start)
-        assert top <= evaluation.values[0, 0] <= 1.1 * top
-        h = 1e-6
-        for i in range(2):
-            e = np.eye(2)[i] * h
-            slope = (smooth.evaluate(smooth.start + e).values - smooth.evaluate(smooth.start - e).values) / (
-                2 * h
-            )
-            assert evaluation.gradients(np.array([0]))[0, i] == pytest.approx(slope[0, 0], rel=1e-5, abs=1e-8)
-    with pytest.raises(InvalidLayout, match="kind needs to be 'ks' or 'p_norm'"):
-        aggregated(problem, "max")
-    with pytest.raises(InvalidLayout, match="sharpness needs to be >= 1"):
-        aggregated(problem, sharpness=0.5)
-
-
-def test_purification_keeps_the_sums_and_the_budget():
-    problem = as_layout_problem(layout_problem("short"))
-    rng = np.random.default_rng(2)
-    density = problem.into_budgets(rng.uniform(0.0, 0.2, problem.members))
-    clean = purify(problem, density, tolerance=1.0)
-    sums = rigid_body_sums(problem.geometry)
-    assert len(sums) == 6
-    assert clean.fractional_before > 1000
-    assert clean.fractional <= 7
-    assert clean.excess <= 1e-9
-    assert sums @ clean.density == pytest.approx(sums @ density, rel=1e-6, abs=1e-6)
-    assert fractional_members(problem, clean.density) == clean.fractional
-
-
-def test_spatial_members_have_twenty_one_sums():
-    from workbench.engine.layout.formulation.problem import MemberGeometry
-
-    rng = np.random.default_rng(0)
-    geometry = MemberGeometry(
-        body_a=np.zeros(60, dtype=int), point_a=rng.normal(size=(60, 3)), body_b=np.ones(60, dtype=int),
-        point_b=rng.normal(size=(60, 3)), kind=("belt",) * 60,
-    )  # fmt: skip
-    assert len(rigid_body_sums(geometry)) == 21
-
-
-def test_purification_needs_a_geometry():
-    with pytest.raises(InvalidLayout, match="give `sums`, or a problem with a geometry"):
-        purify(trusses.cantilever(), np.full(5, 5.0))
