@@ -25,7 +25,7 @@ from workbench.models.protocol import ModelSpec
 from workbench.provenance.closure import closure_of, file_of
 from workbench.provenance.content import ContentCache, digest_of
 
-__all__ = ["ModelState", "model_state", "reader_digest"]
+__all__ = ["ModelState", "model_state"]
 
 LONGEST_STATUS = 1.0  # s that git may take to compare files with the commit
 DISTRIBUTIONS = {"sklearn": "scikit-learn", "yaml": "PyYAML", "PIL": "pillow", "cv2": "opencv-python"}
@@ -76,13 +76,6 @@ def model_state(spec: ModelSpec, wanted: Mapping[str, Any], *, cache: ContentCac
     decides = {k: v for k, v in decides.items() if not any(fnmatch(k.partition(" ")[2], p) for p in out)}
     cache.write()
     return ModelState(decides=dict(sorted(decides.items())), circumstances=_circumstances(packages, study))
-
-
-def reader_digest(function: str, study: Path, *, cache: ContentCache) -> str:
-    """A digest of the code behind a reader that is a function; empty where its file is not found."""
-    file = file_of(function.rpartition(":")[0], study)
-    code = {} if file is None else closure_of([file], study, cache).code
-    return blake2b(json.dumps(code, sort_keys=True).encode(), digest_size=16).hexdigest() if code else ""
 
 
 def _functions(spec: ModelSpec) -> list[str]:

@@ -32,6 +32,7 @@ def unpack(archive: Path, folder: Path, *, what: str) -> None:
                     continue
                 target.parent.mkdir(parents=True, exist_ok=True)
                 left -= _copy(file, entry, target, min(left, entry.file_size), what)
+    # NotImplementedError: a compression that zipfile does not know; RuntimeError: a password
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as exc:
         if isinstance(exc, StudyError):
             raise
