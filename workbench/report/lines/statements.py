@@ -5,7 +5,7 @@ from typing import Any
 
 from workbench.report.lines.tables import format_number, unit_suffix
 
-__all__ = ["limits_text", "quantile_text", "screening_state", "state_text"]
+__all__ = ["limits_text", "open_text", "quantile_text", "screening_state", "state_text"]
 
 
 def limits_text(limits: Mapping[str, Sequence[float | None]]) -> str:
@@ -39,6 +39,21 @@ def screening_state(screening: Mapping[str, Any]) -> str:
         return str(state)
     resolved = (screening.get("diagnosis") or {}).get("resolved")
     return "" if resolved is None else "resolved" if resolved else "not resolved"
+
+
+def open_text(screening: Mapping[str, Any]) -> str:
+    """Which selected parameters are open, with the most that each can do; "" where none is.
+
+    >>> open_text({"diagnosis": {"open": ["grip"], "open_share": 0.034}})
+    'Whether grip acts is open: at most 3.4 % of the variance.'
+    """
+    diagnosis = screening.get("diagnosis") or {}
+    names = diagnosis.get("open") or []
+    if not names:
+        return ""
+    act, each = ("act", "each ") if len(names) > 1 else ("acts", "")
+    share = f"{max(100.0 * float(diagnosis['open_share']), 0.1):.2g} %"
+    return f"Whether {' and '.join(names)} {act} is open: {each}at most {share} of the variance."
 
 
 def state_text(screening: Mapping[str, Any]) -> str:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from workbench.models.table import ignored_sentence
-from workbench.report.lines.statements import screening_state, state_text
+from workbench.report.lines.statements import open_text, screening_state, state_text
 from workbench.report.page.blocks import (
     Card,
     Level,
@@ -193,7 +193,11 @@ def _screening(screening: Mapping[str, Any]) -> Card:
     return Card(
         question=f"Which parameters drive {screening['response']}?",
         answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
-        detail=" ".join(part for part in (state, rest, f"Judged on {screening['n_runs']} runs.") if part),
+        detail=" ".join(
+            part
+            for part in (state, open_text(screening), rest, f"Judged on {screening['n_runs']} runs.")
+            if part
+        ),
         section="screening",
         level=_screening_level(screening, enough),
     )

@@ -4,7 +4,7 @@ import html
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report.lines.statements import screening_state
+from workbench.report.lines.statements import open_text, screening_state
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -56,7 +56,12 @@ def _verdict(loop: Mapping[str, Any]) -> list[Block]:
     rest = [said for said in loop["reasons"] if not said.startswith("the loop is not closed")]
     if loop.get("broken_by_samples"):
         rest.append("a sampled case lies beyond it")
-    return [Note(text=" ".join([loop["status"], text, *(f"{said}." for said in rest)]), level="poor")]
+    return [
+        Note(
+            text=" ".join([loop["status"], text, *(f"{said[:1].upper()}{said[1:]}." for said in rest)]),
+            level="poor",
+        )
+    ]
 
 
 def case_text(
@@ -103,7 +108,8 @@ def _drivers(folder: CampaignFolder) -> list[str]:
     rest = [name for name in ranking if name not in chosen]
     said = f"Of {len(ranking)} uncertain parameters {names_of(chosen, at_most=8)} drive it, on "
     said += f"{screening['n_runs']} runs."
-    return [said + (f" {_of_the_others(screening, rest)}" if rest else "")]
+    parts = (said, open_text(screening), _of_the_others(screening, rest) if rest else "")
+    return [" ".join(part for part in parts if part)]
 
 
 def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:

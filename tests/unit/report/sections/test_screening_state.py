@@ -69,3 +69,16 @@ def test_no_effect_is_denied_where_one_may_hide(judged):
     }[state]
     assert said in text
     assert "No effect" not in text
+
+
+def test_an_open_parameter_is_named_beside_the_drivers_with_the_most_it_can_do(judged):
+    _, folder, document = judged
+    names = document["selected"][:2]
+    diagnosis = {**document["diagnosis"], "open": names, "open_share": 0.215}
+    (folder.path / "screening.json").write_text(json.dumps({**document, "diagnosis": diagnosis}))
+    again = CampaignFolder.opened(folder.path, documents=folder.documents)
+    said = f"Whether {' and '.join(names)} act is open: each at most 22 % of the variance."
+    (card,) = [c for c in answer_cards(again) if c.section == "screening"]
+    assert said in card.detail
+    assert said in _drivers(again)[0]
+    assert "is open" not in _drivers(folder)[0]
