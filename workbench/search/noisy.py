@@ -153,9 +153,7 @@ class NoisySearch:
     def _run(self, u: np.ndarray, purpose: str) -> None:
         """Run a point (1, d), anew where it was run before."""
         assert self.model is not None
-        before = int(
-            np.sum(~np.array([len(distinct(u, other[None])) for other in self.ledger.u], dtype=bool))
-        )
+        before = sum(not len(distinct(u, other[None])) for other in self.ledger.u)
         outcomes = run_again(self.evaluate, self.ledger, u, times=before, purpose=purpose)
         mean, std = self.model.in_units(self.ledger.where.features(u))
         self.ledger.add(outcomes, u, proposals=[purpose], predicted=self.ledger.sign * mean, std=std)
