@@ -1,12 +1,15 @@
 """Random trees of rigid bodies with every kind of joint and force."""
 
 import numpy as np
+import pytest
 
 from workbench.engine import Belt, Contact, Spring
 from workbench.engine.errors import InvalidSystem
 from workbench.engine.integration.schemes import GeneralisedAlpha
+from workbench.engine.tree import compiled
 from workbench.engine.tree.compiled import tree_compiled
 from workbench.engine.tree.elements import (
+    CoordinateDamper,
     CoordinateSpring,
     Coupling,
     SpatialBushing,
@@ -31,6 +34,12 @@ from workbench.engine.tree.system import SpatialBody, TreeSystem
 # Pacejka 1989 in the order of the formula, of the size of a light truck's tyre
 LATERAL = (1.5, -4.8, 810.0, 2600.0, 49.0, 0.0, -0.009, 0.38)
 LONGITUDINAL = (1.5, -16.0, 1020.0, -2.5, 209.0, 0.007, -0.004, 0.16, -1.15)
+
+
+@pytest.fixture(autouse=True)
+def one_set_of_kernels(monkeypatch):
+    """Compile trees as if they held every element: a set of kernels for each mixture would take minutes."""
+    monkeypatch.setattr(compiled, "MAY_BE_ABSENT", ())
 
 
 def tree_run(system, density, times, scheme=None, **options):
@@ -137,6 +146,12 @@ def random_tree(rng, *, count=6, first=0, elements=True):
                 )
                 for name in single
             ),
+            dampers=(
+                CoordinateDamper(body=single[0], forward=2.0, backward=5.0, slow=0.3),
+                CoordinateDamper(body=single[-1], friction=lambda t: 1.0 + t, slow=0.5),
+            )
+            if single
+            else (),
             spherical_springs=tuple(SphericalSpring(body=name, k=5.0, c=1.0) for name in balls),
             couplings=(Coupling(a=single[0], b=single[-1], k=20.0, c=0.3),) if len(single) > 1 else (),
             contacts=tuple(_contacts(names, rng)),
@@ -160,6 +175,7 @@ def random_tree(rng, *, count=6, first=0, elements=True):
                         start=-20.0,
                         kerb_height=0.2,
                         kerb_width=4.0,
+                        waves=((0.05, 2.0, 0.4), (0.03, 1.3, -1.0)),
                     ),
                 ),
             ),

@@ -13,11 +13,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..compiler.held import marked
 from ..elements.laws import UserLaw
+from ..elements.spring import Spring
 from ..errors import InvalidSystem
 from ._kernels.factors import Pattern, elimination
-from ._kernels.forces import measure_lengths
-from ._kernels.tables import DRIVEN, REVOLUTE, SPHERICAL, TRANSLATION, TreeTables, tree_work
+from ._kernels.members import NEAR
+from ._kernels.tables import DRIVEN, REVOLUTE, SPHERICAL, TRANSLATION, TreeTables
 from .joints import (
     Cylindrical,
     Floating,
@@ -30,22 +32,21 @@ from .joints import (
     Universal,
     Welded,
 )
+from .loops.closing import closed
+from .loops.cuts import CutJoint, CutRows, cut_rows, resolved_cut
+from .start import Place, start_frames
 from .surface_tables import surface_tables
-from .system import GROUND, SpatialBody, TreeSystem, full_inertia
+from .system import GROUND, SpatialBody, TreeSystem, link_inertia
 
-__all__ = ["Place", "TreeCompiled", "tree_compiled", "tree_on_grid"]
+__all__ = ["Place", "TreeCompiled", "tree_compiled", "tree_on_grid", "tree_opened"]
 
 Array = np.ndarray[Any, Any]
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
-    """A body's frame on its link: rotation (3, 3) and position (3,) in the link's frame; link L is the
-    ground."""
-
-    link: int
-    turn: Array
-    at: Array
+# what kernels are compiled without where a system holds none of it
+MAY_BE_ABSENT = (
+    "pair", "other_law", "bushing_pair", "surface", "contact", "tyre", "spring_column", "damper_column",
+    "ball_column", "coupling_column", "cut", "load", "drive",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,11 +64,14 @@ class TreeCompiled:
     power: Array  # (N,) in member order
     start: tuple[Array, Array]
     pattern: Pattern
+    cuts: tuple[CutJoint, ...]
+    cut_rows: CutRows  # all conditions of the cut joints
+    kept: Array  # which of them are independent and stand in the tables
 
     @property
     def size(self) -> int:
-        """Velocities and states together."""
-        return len(self.arrays["column"]) + len(self.states)
+        """Velocities, states and conditions together."""
+        return len(self.arrays["column"]) + len(self.states) + len(self.arrays["cut"])
 
 
 _CACHE: WeakKeyDictionary[TreeSystem, TreeCompiled] = WeakKeyDictionary()
@@ -77,7 +81,8 @@ def tree_compiled(system: TreeSystem) -> TreeCompiled:
     """The compiled tables, built on first use."""
     found = _CACHE.get(system)
     if found is None:
-        found = _CACHE[system] = _compile(system)
+        found = tree_opened(system)
+        found = _CACHE[system] = closed(found, tree_on_grid) if system.cuts else found
     return found
 
 
@@ -126,7 +131,7 @@ class _Links:
         self.columns[body.name] = slice(columns, len(self.v))
         self.coordinates[body.name] = slice(coordinates, len(self.q))
         if link >= 0:
-            self.inertia[link] = self.inertia[link] + _inertia(body, self.places[body.name])
+            self.inertia[link] = self.inertia[link] + link_inertia(body, self.places[body.name])
 
     def _joint(self, body: SpatialBody, parent: int, frame: tuple[Array, Array]) -> int:
         straight, eye = (np.eye(3), np.zeros(3)), np.eye(3)
@@ -163,16 +168,6 @@ def _unit(name: str, orientation: Any) -> Array:
     if q.shape != (4,) or np.linalg.norm(q) == 0.0:
         raise InvalidSystem(f"joint of '{name}' needs an orientation (w, x, y, z), got {orientation}")
     return q / np.linalg.norm(q)
-
-
-def _inertia(body: SpatialBody, place: Place) -> Array:
-    """(10,) m, m c, inertia about the link's origin, in the link's axes."""
-    c = place.at + place.turn @ np.asarray(body.centre, float)
-    about = place.turn @ full_inertia(body.inertia) @ place.turn.T
-    about = about + body.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    return np.array(
-        [body.mass, *(body.mass * c), *np.diag(about), about[0, 1], about[0, 2], about[1, 2]], float
-    )
 
 
 def _gather(system: TreeSystem) -> _Links:
@@ -251,7 +246,8 @@ def _members(system: TreeSystem, links: _Links, pairs: _Pairs) -> tuple[dict[str
         assert not isinstance(given, UserLaw)  # refused by the system
         law[: len(given.parameters), at] = given.parameters
     table = np.array(segment, np.int64).reshape(-1, 4)
-    return {"segment": table, "geometry": geometry, "law": law}, order
+    other = np.setdiff1d(table[:, 1], [Spring.code])
+    return {"segment": table, "other_law": other, "geometry": geometry, "law": law}, order
 
 
 def _bushings(system: TreeSystem, links: _Links, pairs: _Pairs) -> tuple[dict[str, Array], tuple[str, ...]]:
@@ -285,6 +281,7 @@ def _coordinate_elements(system: TreeSystem, links: _Links) -> dict[str, Array]:
         springs.append(of(s.body, s.coordinate))
         rest = links.q[springs[-1][1]] if s.rest is None else s.rest
         data[:, t] = s.k, s.c, rest, s.k_stop, s.upper, s.lower, s.width, s.torque
+    dampers = [of(d.body, d.coordinate)[0] for d in system.dampers]
     balls = [
         (links.columns[s.body].stop - 3, links.coordinates[s.body].stop - 4) for s in system.spherical_springs
     ]
@@ -295,6 +292,8 @@ def _coordinate_elements(system: TreeSystem, links: _Links) -> dict[str, Array]:
         pulls.append((c.k, c.c, links.q[p] - links.q[q] if c.rest is None else c.rest))
     return {
         "spring_column": np.array(springs, np.int64).reshape(-1, 2), "spring": data,
+        "damper_column": np.array(dampers, np.int64),
+        "damper": np.array([d.numbers() for d in system.dampers]).reshape(-1, 3),
         "ball_column": np.array(balls, np.int64).reshape(-1, 2),
         "ball": np.array([(s.k, s.c) for s in system.spherical_springs]).reshape(-1, 2),
         "ball_rest": np.array([
@@ -316,7 +315,8 @@ def _loads(system: TreeSystem, links: _Links, pairs: _Pairs) -> dict[str, Array]
     return {"load": np.array(rows, np.int64).reshape(-1, 3), "load_point": points}
 
 
-def _compile(system: TreeSystem) -> TreeCompiled:
+def tree_opened(system: TreeSystem) -> TreeCompiled:
+    """The tables as given: with all conditions of the cut joints, whether the start meets them or not."""
     links = _gather(system)
     pairs = _Pairs(links=links)
     members, order = _members(system, links, pairs)
@@ -324,6 +324,9 @@ def _compile(system: TreeSystem) -> TreeCompiled:
     surfaces, slips = surface_tables(system.contacts, system.tyres, links.places, pairs.of, len(states))
     states += slips
     loads = _loads(system, links, pairs)
+    frames = start_frames(system.bodies) if system.cuts else {}
+    cuts = tuple(resolved_cut(cut, frames) for cut in system.cuts)
+    rows = cut_rows(cuts, links.places, pairs.of)
     ground = len(links.rows)
     pair, path = pairs.tables(ground)
     link = np.array(links.rows, np.int64)
@@ -334,8 +337,11 @@ def _compile(system: TreeSystem) -> TreeCompiled:
         "inertia": np.array(links.inertia), "centre_link": np.array([*floating, -1][:1], np.int64),
         "gravity": np.array(system.gravity, float), "column": np.array(links.column, np.int64),
         "pair": pair, "path": path, **members, **bushings, **surfaces, **loads,
+        "cut": rows.table, "cut_place": rows.place,
         **_coordinate_elements(system, links),
+        "drive": np.flatnonzero(link[:, 0] == DRIVEN),
     }  # fmt: skip
+    arrays |= {name: marked(arrays[name]) for name in MAY_BE_ABSENT}
     parts = TreeCompiled(
         system=system, arrays=arrays,
         places={
@@ -344,24 +350,30 @@ def _compile(system: TreeSystem) -> TreeCompiled:
         },
         columns=links.columns, coordinates=links.coordinates, drives=tuple(links.drives), states=states,
         order=order, power=np.array([m.power for m in system.members], float),
-        start=(np.array(links.q), np.array([*links.v, *np.zeros(len(states))])),
-        pattern=elimination(arrays, len(states)),
+        start=(np.array(links.q), np.array([*links.v, *np.zeros(len(states) + len(rows.table))])),
+        pattern=elimination(arrays, len(states)), cuts=cuts, cut_rows=rows,
+        kept=np.ones(len(rows.table), bool),
     )  # fmt: skip
     _natural_lengths(parts)
     return parts
 
 
 def _natural_lengths(parts: TreeCompiled) -> None:
-    tables = tree_on_grid(parts, np.zeros(len(parts.order)), np.zeros(1))
-    work = tree_work(tables, len(parts.states))
-    measure_lengths(tables, work, *parts.start)
-    given = [parts.system.members[i].natural_length for i in parts.order]
-    for at, length in enumerate(given):
-        parts.arrays["geometry"][6, at] = work.delta[at] if length is None else length
+    """Lengths at the start where none is given; as the kernels measure them."""
+    ends = parts.system.member_ends()
+    lengths = np.sqrt(((ends.point_a - ends.point_b) ** 2).sum(axis=1) + NEAR)
+    for at, i in enumerate(parts.order):
+        given = parts.system.members[i].natural_length
+        parts.arrays["geometry"][6, at] = lengths[i] if given is None else given
 
 
-def tree_on_grid(parts: TreeCompiled, density: Array, times: Array) -> TreeTables:
-    """The tables of a run: densities, and all functions of time sampled at `times`."""
+def tree_on_grid(
+    parts: TreeCompiled, density: Array, times: Array, *, closing: Array | None = None
+) -> TreeTables:
+    """The tables of a run: densities, and all functions of time sampled at `times`.
+
+    closing: (samples,) what the rows of cut joints stand for, accelerations (0) if None; see `_kernels.cuts`.
+    """
     if len(density) != len(parts.power):
         raise ValueError(f"system has {len(parts.power)} members but density has {len(density)} entries")
     alpha, power = np.asarray(density)[parts.order], parts.power[parts.order]
@@ -372,7 +384,11 @@ def tree_on_grid(parts: TreeCompiled, density: Array, times: Array) -> TreeTable
         **parts.arrays,
         scale=np.where(power == 1.0, alpha, alpha**power),
         times=np.asarray(times, float),
+        closing=np.zeros(len(times)) if closing is None else closing,
         load_sample=samples.reshape(len(times), len(loads), 3),
+        friction_sample=np.array(
+            [[d.friction_at(float(t)) for d in parts.system.dampers] for t in times]
+        ).reshape(len(times), len(parts.system.dampers)),
         motion=motion.reshape(len(times), len(parts.drives), 24),
     )
 

@@ -1,4 +1,4 @@
-"""Forces on a tree: members, bushings, springs on joint coordinates, couplings, loads. SI units."""
+"""Forces on a tree: members, bushings, springs and dampers on coordinates, couplings, loads; SI units."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,8 @@ from ..errors import InvalidSystem
 from .joints import ZERO, Quaternion, Triple
 
 __all__ = [
-    "CoordinateSpring", "Coupling", "SpatialBushing", "SpatialLoad", "SpatialMember", "SphericalSpring",
+    "CoordinateDamper", "CoordinateSpring", "Coupling", "SpatialBushing", "SpatialLoad", "SpatialMember",
+    "SphericalSpring",
 ]  # fmt: skip
 
 GROUND = "ground"
@@ -126,6 +127,39 @@ class CoordinateSpring:
                 f"side of rest), got width={self.width}, k_stop={self.k_stop}, upper={self.upper}, "
                 f"lower={self.lower}"
             )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoordinateDamper:
+    """Resistance against the rate v of one coordinate of a body's joint: two rates of damping, and friction.
+
+        T = -(forward + backward)/2 v - (forward - backward)/2 (s - slow) - friction v/s,
+        s = sqrt(v^2 + slow^2)
+
+    forward, backward: N m s/rad or N s/m for v > 0 and v < 0 (None: as forward): a shock absorber.
+    friction: N m or N, constant or over time: a brake.  slow: rad/s or m/s over which either turns round, so
+    a braked joint that is pulled creeps.
+    """
+
+    body: str
+    coordinate: int = 0
+    forward: float = 0.0
+    backward: float | None = None
+    friction: float | Callable[[float], float] = 0.0
+    slow: float = 0.01
+
+    def __post_init__(self) -> None:
+        if self.slow <= 0.0:
+            raise InvalidSystem(f"damper of '{self.body}' needs slow > 0, got slow={self.slow}")
+
+    def numbers(self) -> tuple[float, float, float]:
+        """Numbers of the kernel: half the sum and half the difference of the rates, and `slow`."""
+        backward = self.forward if self.backward is None else self.backward
+        return 0.5 * (self.forward + backward), 0.5 * (self.forward - backward), self.slow
+
+    def friction_at(self, t: float) -> float:
+        """Friction at a time."""
+        return float(self.friction(t)) if callable(self.friction) else self.friction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

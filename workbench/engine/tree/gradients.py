@@ -1,15 +1,17 @@
 """From a backward sweep to gradients: the multipliers of a run contracted with densities and parameters."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..integration.kinds import Adjoints
+from ..integration.kinds import Adjoints, Change
 from ..integration.seeds import NodeSeeds
-from ._kernels.contraction import contract, contract_parameters
-from ._kernels.tables import TreeRun, TreeTables
+from ._kernels.contraction import TINY, contract, contract_parameters, work_along
+from ._kernels.tables import SPHERICAL, TreeRun, TreeTables, tree_work
+from .compiled import tree_compiled, tree_on_grid
+from .system import TreeSystem
 from .trajectory import TreeTrajectory
 
 __all__ = ["Swept", "TreeGradient", "adjoints_of"]
@@ -38,7 +40,15 @@ def adjoints_of(sweep: Callable[[TreeTrajectory, NodeSeeds], Swept]) -> Adjoints
     def by_parameter(trajectory: TreeTrajectory, seeds: NodeSeeds) -> TreeGradient:
         return _by_parameter(trajectory, seeds, sweep(trajectory, seeds))
 
-    return Adjoints(by_density=by_density, by_parameter=by_parameter)
+    def by_change(
+        trajectory: TreeTrajectory,
+        value: Callable[[TreeTrajectory], float],
+        seeds: NodeSeeds,
+        changes: Sequence[Change],
+    ) -> Array:
+        return _by_change(trajectory, value, seeds, changes, sweep(trajectory, seeds))
+
+    return Adjoints(by_density=by_density, by_parameter=by_parameter, by_change=by_change)
 
 
 def _by_scale(trajectory: TreeTrajectory, swept: Swept) -> Array:
@@ -56,6 +66,7 @@ class TreeGradient:
     density: (N,).
     law: (9, N) by the laws' parameters, row j as in `law.names`.
     natural_length: (N,).
+    point_a, point_b: (N, 3), in the bodies' frames, natural lengths held.
     spring: (7, springs) by k, c, rest, k_stop, upper, lower, torque.
     spherical_spring: (2, B) by k, c.
     coupling: (3, C) by k, c, rest.
@@ -70,6 +81,8 @@ class TreeGradient:
     density: Array
     law: Array
     natural_length: Array
+    point_a: Array
+    point_b: Array
     spring: Array
     spherical_spring: Array
     coupling: Array
@@ -89,26 +102,43 @@ def _by_parameter(trajectory: TreeTrajectory, seeds: NodeSeeds, swept: Swept) ->
     r, tables = trajectory, swept.tables
     count, links = len(r.density), len(tables.link)
     density = _by_scale(r, swept)
-    law, length = np.zeros((9, count)), np.zeros(count)
+    law, length, points = np.zeros((9, count)), np.zeros(count), np.zeros((6, count))
     spring, ball = np.zeros(tables.spring.shape), np.zeros((2, len(tables.ball)))
     coupling, inertia = np.zeros((3, len(tables.coupling))), np.zeros((10, links))
     bushing = np.zeros((15, len(tables.bushing_pair)))
     contract_parameters(
         tables, r.work, swept.nodes, int(swept.starts[0]), np.ascontiguousarray(swept.mu[:, 0]),
-        np.zeros((links + 1, 6)), law, length, spring, ball, coupling, bushing, inertia, np.zeros(9),
+        np.zeros((links + 1, 6)), law, length, points, spring, ball, coupling, bushing, inertia, np.zeros(9),
         np.zeros((3, 6)), np.zeros((26, 1), complex),
     )  # fmt: skip
     order = np.argsort(r.parts.order)
     # a limit of 1e30 N is none
     bushing[6, tables.bushing[6] >= NO_CAP] = 0.0
     mass, centre, matrix = _by_body(r, inertia)
+    first, second = _by_end(r, points[:, order].T)
     by_q, by_v = swept.costate[0]
     return TreeGradient(
         density=r.by_density(density)[0] + seeds.density[0], law=law[:, order], natural_length=length[order],
+        point_a=first, point_b=second,
         spring=spring[[0, 1, 2, 3, 4, 5, 7]], spherical_spring=ball, coupling=coupling, bushing=bushing,
         mass=mass, centre=centre, inertia=matrix, position=by_q[: r.size], velocity=by_v[: r.size],
-        state=by_v[r.size :],
+        state=by_v[r.size : r.size + len(r.parts.states)],
     )  # fmt: skip
+
+
+def _by_end(trajectory: TreeTrajectory, points: Array) -> tuple[Array, Array]:
+    """From slopes by the points on the links of each pair (N, 6) to those by the members' own points."""
+    places = trajectory.parts.places
+    out = np.zeros((2, len(points), 3))
+    for i, member in enumerate(trajectory.system.members):
+        ends = places[member.a], places[member.b]
+        ground = len(trajectory.tables.link)
+        # tables hold the later link first, the ground second
+        swapped = ends[0].link == ground or (ends[1].link != ground and ends[0].link < ends[1].link)
+        for end, place in enumerate(ends):
+            side = 1 - end if swapped else end
+            out[end, i] = place.turn.T @ points[i, 3 * side : 3 * side + 3]
+    return out[0], out[1]
 
 
 def _by_body(trajectory: TreeTrajectory, slopes: Array) -> tuple[Array, Array, Array]:
@@ -130,3 +160,92 @@ def _by_body(trajectory: TreeTrajectory, slopes: Array) -> tuple[Array, Array, A
         centre[i] = place.turn.T @ (body.mass * (by_first + 2.0 * shift))
         inertia[i] = place.turn.T @ by_inertia @ place.turn
     return mass, centre, inertia
+
+
+def _by_change(
+    trajectory: TreeTrajectory,
+    value: Callable[[TreeTrajectory], float],
+    seeds: NodeSeeds,
+    changes: Sequence[Change],
+    swept: Swept,
+) -> Array:
+    """Slopes of one row by changes of the system: the tables' by differences, what follows exact."""
+    r, tables = trajectory, swept.tables
+    by_q, by_v = swept.costate[0]
+    mu = np.ascontiguousarray(swept.mu[:, 0])
+    q, full = swept.nodes.position[0], len(by_v)
+    given = r.parts.start
+    free = np.array_equal(q, given[0]) and np.array_equal(swept.nodes.velocity[0], given[1])
+    first = [entry for entry, (node, _) in enumerate(seeds.at) if node == 0]
+    seed_q = seeds.position[first].sum(axis=0)
+    seed_v = np.concatenate(
+        [seeds.velocity[first].sum(axis=0), seeds.states[first].sum(axis=0), np.zeros(len(tables.cut))]
+    )
+    slopes = []
+    for change in changes:
+        systems = change.around()
+        slope = change.slope([_numbers(system, r, tables) for system in systems])
+        moved, work, out = _along(tables, slope), tree_work(tables, len(r.parts.states), complex), np.zeros(1)
+        work.push[-1, 3:] = -moved.gravity
+        scratch = np.zeros(len(q), complex), np.zeros(full, complex), np.zeros(full, complex)
+        work_along(moved, work, swept.nodes, int(swept.starts[0]), mu, *scratch, out)
+        dq, dv = np.zeros(r.size), np.zeros(full)
+        if free:
+            starts = [tree_compiled(system).start for system in systems]
+            dq = _small_motion(r, q, change.slope([start[0] for start in starts]))
+            dv = change.slope([start[1] for start in starts])
+        # where an objective refers to the start, the first node moves; what its seeds say of it is known
+        direct = float(change.slope([value(_held(r, system, free=free)) for system in systems]))
+        slopes.append(float(out[0]) + (by_q[: r.size] - seed_q) @ dq + (by_v - seed_v) @ dv + direct)
+    return np.array(slopes)
+
+
+def _numbers(system: TreeSystem, trajectory: TreeTrajectory, tables: TreeTables) -> Array:
+    """All numbers of the tables of a system on the grid of a run, in one row."""
+    try:
+        found = tree_on_grid(tree_compiled(system), trajectory.density, tables.times, closing=tables.closing)
+    except ValueError:
+        found = None
+    if found is None or any(
+        a.shape != b.shape or (a.dtype != float and not np.array_equal(a, b))
+        for a, b in zip(found, tables, strict=True)
+    ):
+        raise ValueError(
+            "parameter_slopes needs systems of the same bodies, joints and elements at every value of a "
+            "parameter, got one of another structure"
+        )
+    return np.concatenate([part.ravel() for part in found if part.dtype == float])
+
+
+def _along(tables: TreeTables, slope: Array) -> TreeTables:
+    """The tables moved by i tiny along a direction of all their numbers."""
+    changed, at = {}, 0
+    for name, part in tables._asdict().items():
+        if part.dtype == float:
+            changed[name] = part + 1j * TINY * slope[at : at + part.size].reshape(part.shape)
+            at += part.size
+    return tables._replace(**changed)
+
+
+def _small_motion(trajectory: TreeTrajectory, q: Array, dq: Array) -> Array:
+    """(n,) motion of the joints for a change of their coordinates: 2 Im(q* dq) of quaternions."""
+    out = np.zeros(trajectory.size)
+    for kind, _, first, count, at, _ in trajectory.tables.link:
+        if kind != SPHERICAL:
+            out[first : first + count] = dq[at : at + count]
+            continue
+        w, x, dw, dx = q[at], q[at + 1 : at + 4], dq[at], dq[at + 1 : at + 4]
+        out[first : first + 3] = 2.0 * (w * dx - dw * x - np.cross(x, dx))
+    return out
+
+
+def _held(trajectory: TreeTrajectory, system: TreeSystem, *, free: bool) -> TreeTrajectory:
+    """The states of a run read with the numbers of another system, at whose start its first node stands."""
+    r, parts = trajectory, tree_compiled(system)
+    nodes = r.nodes
+    if free:
+        position, velocity = nodes.position.copy(), nodes.velocity.copy()
+        position[0], velocity[0] = parts.start
+        nodes = nodes._replace(position=position, velocity=velocity)
+    tables = tree_on_grid(parts, r.density, r.times, closing=r.tables.closing)
+    return replace(r, system=system, tables=tables, nodes=nodes, memo={})

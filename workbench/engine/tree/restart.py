@@ -1,11 +1,13 @@
 """A tree that starts elsewhere: the joints' coordinates at the start replaced, everything else as it was."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from .compiled import tree_compiled
+from ..errors import AssemblyError
+from .compiled import TreeCompiled, tree_on_grid, tree_opened
 from .joints import (
     Cylindrical,
     Floating,
@@ -16,9 +18,10 @@ from .joints import (
     Spherical,
     Universal,
 )
-from .system import TreeSystem
+from .loops.closing import LEFT, nearest, opening
+from .system import SpatialBody, TreeSystem
 
-__all__ = ["restarted"]
+__all__ = ["close_loops", "restarted"]
 
 Array = np.ndarray[Any, Any]
 
@@ -29,7 +32,7 @@ def restarted(system: TreeSystem, position: Array, velocity: Array | None = None
     Natural lengths and rests that were taken from the old start become numbers, so the forces stay what they
     were. The orientation at rest of a `SphericalSpring` stays too.
     """
-    parts = tree_compiled(system)
+    parts = tree_opened(system)
     q = np.asarray(position, float)
     v = np.zeros(len(parts.arrays["column"])) if velocity is None else np.asarray(velocity, float)
     lengths = np.empty(len(system.members))
@@ -38,10 +41,8 @@ def restarted(system: TreeSystem, position: Array, velocity: Array | None = None
     turns = parts.arrays["ball_rest"]
     return replace(
         system,
-        bodies=tuple(
-            replace(body, joint=_at(body.joint, q[parts.coordinates[body.name]], v[parts.columns[body.name]]))
-            for body in system.bodies
-        ),
+        bodies=_bodies(parts, q, v),
+        cuts=parts.cuts,
         members=tuple(
             replace(member, natural_length=float(length))
             for member, length in zip(system.members, lengths, strict=True)
@@ -51,6 +52,37 @@ def restarted(system: TreeSystem, position: Array, velocity: Array | None = None
         spherical_springs=tuple(
             replace(s, rest=_four(r)) for s, r in zip(system.spherical_springs, turns, strict=True)
         ),
+    )
+
+
+def close_loops(system: TreeSystem, *, held: Sequence[tuple[str, int]] = ()) -> TreeSystem:
+    """The system with its joints moved, as little as it takes, to where all cut joints close and stay closed.
+
+    held: coordinates (body, number) whose place and speed stay as given, such as a crank's; number counts the
+    velocities of the joint. Raises AssemblyError with the cut joint that stays open.
+    """
+    parts = tree_opened(system)
+    if not parts.cuts:
+        return system
+    columns = [parts.columns[body].start + coordinate for body, coordinate in held]
+    found = nearest(parts, tree_on_grid, np.setdiff1d(np.arange(len(parts.arrays["column"])), columns))
+    for sizes, units, verb in (
+        (found.after[0], ("m", "rad"), "stays open"), (found.after[1], ("m/s", "rad/s"), "parts"),
+    ):  # fmt: skip
+        said = opening(parts, parts.cut_rows, sizes, LEFT, units)
+        if said:
+            raise AssemblyError(
+                f"{said[0]} {verb} by {said[1]} whatever the joints do that are not held; mend the start or "
+                "hold others",
+                found.q, float(np.abs(found.q - parts.start[0]).max()),
+            )  # fmt: skip
+    return replace(system, bodies=_bodies(parts, found.q, found.v))
+
+
+def _bodies(parts: TreeCompiled, q: Array, v: Array) -> tuple[SpatialBody, ...]:
+    return tuple(
+        replace(body, joint=_at(body.joint, q[parts.coordinates[body.name]], v[parts.columns[body.name]]))
+        for body in parts.system.bodies
     )
 
 

@@ -15,6 +15,7 @@ from ._kernels.tables import tree_run, tree_work
 from .compiled import tree_compiled, tree_on_grid
 from .explicit import run_explicit
 from .gradients import Swept, adjoints_of
+from .loops.histories import acceleration_slopes, cut_gaps
 from .system import TreeSystem
 from .trajectory import TreeTrajectory
 
@@ -23,6 +24,7 @@ __all__ = ["run"]
 Array = np.ndarray[Any, Any]
 
 MEMORY = 1e9  # bytes of tangents that a run keeps; beyond, the adjoint evaluates them again
+IMPLIED = 1e-6  # m or rad: rounding near places where conditions hardly differ
 STRETCH = 1e7  # bytes of tangents that are evaluated again at a time
 
 
@@ -43,15 +45,21 @@ def run(
     densities.
     """
     if isinstance(scheme, RungeKutta8):
+        if system.cuts:
+            raise NotSupported("order 8 holds no cut joints: places would drift apart. Take GeneralisedAlpha")
         return run_explicit(system, density, times, scheme, start=start)
     if not isinstance(scheme, GeneralisedAlpha):
         raise NotSupported(f"trees run with GeneralisedAlpha or RungeKutta8, not {type(scheme).__name__}")
+    if system.cuts and scheme.rho > 0.99:
+        raise NotSupported(
+            f"cut joints need rho <= 0.99: above, their forces alternate; got rho={scheme.rho}"
+        )
     parts = tree_compiled(system)
-    tables = tree_on_grid(parts, density, times)
+    h = float(times[1] - times[0])
+    tables = tree_on_grid(parts, density, times, closing=_closing(scheme, h, len(times)))
     work = tree_work(tables, len(parts.states))
     keep = keep and 24 * len(times) * parts.size**2 <= MEMORY
     nodes = tree_run(parts.start if start is None else start, len(times), keep=keep)
-    h = float(times[1] - times[0])
     failed = march(tables, work, parts.pattern, nodes, scheme.numbers, h, scheme.tolerance, scheme.iterations)
     if failed:
         time = float(times[abs(failed) % len(times)])
@@ -62,14 +70,41 @@ def run(
             else "the mass and stiffness leave a motion undetermined: a joint moves nothing that has mass"
         )
         raise NotConverged(f"generalised-alpha stopped at t = {time:.6g} s: {why}", time)
-    return TreeTrajectory(
+    aside = tuple(name for name, kept in zip(parts.cut_rows.names, parts.kept, strict=True) if not kept)
+    trajectory = TreeTrajectory(
         system=system, density=np.asarray(density, float), scheme=scheme, times=times, tables=tables,
         nodes=nodes, adjoints=adjoints_of(_sweep),
         diagnosis=Diagnosis(
-            newton_iterations=int(nodes.counts[0]), factorisations=int(nodes.counts[1]), redundant_rows=(),
-            reason="joint coordinates, generalised-alpha on the group of the joints",
+            newton_iterations=int(nodes.counts[0]), factorisations=int(nodes.counts[1]), redundant_rows=aside,
+            reason="joint coordinates, generalised-alpha on the group of the joints"
+            + (", index 3 for the cut joints" if parts.cuts else ""),
         ),
     )  # fmt: skip
+    if aside:
+        _check_redundant(trajectory)
+    return trajectory
+
+
+def _check_redundant(trajectory: TreeTrajectory) -> None:
+    """Raises NotConverged where a condition that others implied at the start does not hold later."""
+    gaps = np.abs(cut_gaps(trajectory)) * ~trajectory.parts.kept
+    if gaps.max() > IMPLIED:
+        node, row = np.unravel_index(int(gaps.argmax()), gaps.shape)
+        raise NotConverged(
+            f"{trajectory.parts.cut_rows.names[row]} followed from the others at the start only: at t = "
+            f"{trajectory.times[node]:.6g} s it is open by {gaps.max():.3g} m or rad. The loop is "
+            "over-constrained; take cut joints with fewer conditions",
+            float(trajectory.times[node]),
+        )
+
+
+def _closing(scheme: GeneralisedAlpha, h: float, nodes: int) -> Array:
+    """(nodes,) 1/(h^2 beta c): with it the rows of conditions have the slopes of their forces; accelerations
+    first."""
+    am, af, _, beta = scheme.numbers
+    out = np.full(nodes, (1.0 - am) / (h * h * beta * (1.0 - af)))
+    out[0] = 0.0
+    return out
 
 
 def _stretches(trajectory: TreeTrajectory, last: int) -> Iterator[tuple[int, tuple[Array, Array, Array]]]:
@@ -95,7 +130,9 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
     assert isinstance(r.scheme, GeneralisedAlpha)
     entries = np.zeros((len(seeds.at), 3, n))
     entries[:, 0, : r.size], entries[:, 2, : r.size] = seeds.position, seeds.acceleration
-    entries[:, 1, : r.size], entries[:, 1, r.size :] = seeds.velocity, seeds.states
+    conditions = n - len(r.tables.cut)
+    entries[:, 1, : r.size], entries[:, 1, r.size : conditions] = seeds.velocity, seeds.states
+    entries[:, 2, conditions:] = seeds.multiplier
     last = int(seeds.starts.max(initial=0))
     mu, costate = np.empty((last + 1, rows, n)), np.zeros((rows, 4, n))
     for first, tangents in _stretches(r, last):
@@ -103,4 +140,8 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
             r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, r.step, first, *tangents,
             seeds.starts, seeds.at, entries, costate, np.empty((1, n)), mu,
         )  # fmt: skip
+    if conditions < n:  # at the start the kernel's rows of conditions are accelerations, without slopes
+        by_q, by_v = acceleration_slopes(r)
+        costate[:, 0, : r.size] += mu[0, :, conditions:] @ by_q
+        costate[:, 1, : r.size] += mu[0, :, conditions:] @ by_v
     return Swept(r.tables, r.nodes, seeds.starts, mu, costate[:, :2])

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from ..integration.points import PointMotion
 from .compiled import Place
 
-__all__ = ["NodeMotion", "PointMotion"]
+__all__ = ["NodeMotion"]
 
 Array = np.ndarray[Any, Any]
 
@@ -24,22 +25,6 @@ def crossed(a: Array, b: Array) -> Array:
     return np.concatenate(
         [turn, np.cross(a[..., :3], b[..., 3:]) + np.cross(a[..., 3:], b[..., :3])], axis=-1
     )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PointMotion:
-    """A point of a body at one node, global axes; slopes are (n, 3).
-
-    place_q is also the slope of the velocity by v and of the acceleration by the joints' accelerations.
-    """
-
-    place: Array
-    velocity: Array
-    acceleration: Array
-    place_q: Array
-    velocity_q: Array
-    acceleration_q: Array
-    acceleration_v: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +53,24 @@ class NodeMotion:
     def _twist_q(self, link: int) -> Array:
         psi1 = crossed(self.twist[self.parent], self.columns)
         return np.asarray(crossed(self.columns, self.twist[link]) + psi1)
+
+    def mean(self, places: list[Place], points: Array, shares: Array) -> tuple[Array, Array, Array, Array]:
+        """Place and velocity of the mean of points (K, 3) with shares (K,), and their slopes by q (n, 3)."""
+        link = np.array([place.link for place in places])
+        inside = np.array([p.at + p.turn @ x for p, x in zip(places, points, strict=True)])
+        r = self.place[link] + np.einsum("kij,kj->ki", self.turn[link], inside)
+        twist, s = self.twist[link], self.columns
+        psi1 = crossed(self.twist[self.parent], s)
+        twist_q = crossed(s, twist[:, None]) + psi1  # (K, n, 6)
+        arm, w = r[:, None], twist[:, None, :3]
+        dr = s[:, 3:] + np.cross(s[:, :3], arm)
+        dv = twist_q[..., 3:] + np.cross(twist_q[..., :3], arm) + np.cross(w, dr)
+        moving = shares[:, None] * self.moves[link]  # (K, n)
+        velocity = twist[:, 3:] + np.cross(twist[:, :3], r)
+        return (
+            shares.sum() * self.origin + shares @ r, shares @ velocity, np.einsum("kn,kni->ni", moving, dr),
+            np.einsum("kn,kni->ni", moving, dv),
+        )  # fmt: skip
 
     def point(self, place: Place, point: Array) -> PointMotion:
         """A point given in a frame on a link."""

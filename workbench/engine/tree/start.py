@@ -1,6 +1,7 @@
 """Where the bodies of a tree are at the start, from their joints' coordinates, in plain numpy."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from .joints import (
     Universal,
 )
 
-__all__ = ["start_frames"]
+__all__ = ["Place", "start_frames"]
 
 Array = np.ndarray[Any, Any]
 
@@ -48,7 +49,7 @@ def _turned(axis: Any, angle: float) -> Array:
 def _of_quaternion(orientation: Any) -> Array:
     w, *v = np.asarray(orientation, float) / np.linalg.norm(orientation)
     x = np.array(v)
-    cross = np.cross(np.eye(3), -x)
+    cross = np.cross(np.eye(3), x)
     return np.asarray((w * w - x @ x) * np.eye(3) + 2.0 * np.outer(x, x) + 2.0 * w * cross)
 
 
@@ -81,3 +82,13 @@ def _moved(joint: Joint) -> tuple[Array, Array]:
 
 def _unit(axis: Any) -> Array:
     return np.asarray(axis, float) / np.linalg.norm(axis)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A body's frame on its link: rotation (3, 3) and position (3,) in the link's frame; link L is the
+    ground."""
+
+    link: int
+    turn: Array
+    at: Array

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag, null_space
 
 from ..errors import NotConverged
 from ._kernels.forces import look_linearised, look_moved
@@ -56,9 +57,11 @@ def equilibrium(
     does not settle, gravity and loads grow in parts. Raises NotConverged with the bodies out of balance.
     """
     parts = tree_compiled(system)
-    tables = tree_on_grid(parts, np.asarray(density, float), np.zeros(1))
+    tables = _tables(parts, density)
     columns = [parts.columns[body].start + coordinate for body, coordinate in held]
-    loose = np.setdiff1d(np.arange(len(tables.column)), columns)
+    n, full = len(tables.column), parts.size
+    # forces of cut joints are found along with the places
+    loose = np.append(np.setdiff1d(np.arange(n), columns), np.arange(full - len(tables.cut), full))
     found = _settle(parts, tables, parts.start[0], loose, tolerance, iterations)
     if found.size > tolerance:
         q, count = parts.start[0], found.count
@@ -90,20 +93,39 @@ class _Settled:
     loose: Array
 
 
-def _forces(tables: TreeTables, work: TreeWork, q: Array, rest: Array) -> tuple[Array, float]:
-    """Joint forces at rest, and their level: weight times the lever of each coordinate, in one number."""
-    look_linearised(tables, work, 0, q, rest, rest)
-    return work.force[: len(tables.column)].copy(), float(np.abs(work.force).max())
+def _tables(parts: TreeCompiled, density: Array) -> TreeTables:
+    """The tables at the start; an opening of 1 m of a cut joint counts like the weight (or 1 N)."""
+    weight = float(parts.arrays["inertia"][:, 0].sum()) * float(np.linalg.norm(parts.arrays["gravity"]))
+    return tree_on_grid(parts, np.asarray(density, float), np.zeros(1), closing=np.array([max(weight, 1.0)]))
+
+
+def _forces(tables: TreeTables, work: TreeWork, q: Array, pull: Array) -> tuple[Array, float]:
+    """Joint forces at rest under the forces of cut joints in `pull`, and their level: weight times the lever
+    of each coordinate, in one number."""
+    look_linearised(tables, work, 0, q, np.zeros(len(pull)), pull)
+    return work.force.copy(), float(np.abs(work.force).max())
+
+
+def _start_pull(parts: TreeCompiled, tables: TreeTables, work: TreeWork, q: Array, loose: Array) -> Array:
+    """(n,) zeros, and the forces of cut joints that balance the loose coordinates best."""
+    pull, first = np.zeros(parts.size), parts.size - len(tables.cut)
+    if first < parts.size:
+        force, _ = _forces(tables, work, q, pull)
+        rows = loose[loose < first]
+        pull[first:] = -np.linalg.lstsq(work.m[rows, first:], force[rows], rcond=FLAT)[0]
+    return pull
 
 
 def _settle(
     parts: TreeCompiled, tables: TreeTables, start: Array, loose: Array, tolerance: float, iterations: int
 ) -> _Settled:
-    work, rest = tree_work(tables, len(parts.states)), np.zeros(parts.size)
-    n = len(tables.column)
+    work = tree_work(tables, len(parts.states))
+    n, first = len(tables.column), parts.size - len(tables.cut)
+    pull = _start_pull(parts, tables, work, start, loose)
     weight = float(tables.inertia[:, 0].sum()) * float(np.linalg.norm(tables.gravity))
+    unit = tables.closing[0]  # of forces of cut joints, so that stiff and unit entries do not mix
     q, free = start.copy(), 0
-    force, level = _forces(tables, work, q, rest)
+    force, level = _forces(tables, work, q, pull)
     level = max(level, weight, 1e-12)
     size = np.linalg.norm(force[loose]) / level
     count = 0
@@ -111,7 +133,9 @@ def _settle(
         if np.abs(force[loose]).max(initial=0.0) <= tolerance * level:
             break
         count += 1
-        u, s, vt = np.linalg.svd(work.k[np.ix_(loose, loose)])
+        slopes = work.k.copy()
+        slopes[:, first:] = unit * work.m[:, first:]  # forces of cut joints stand among the rates
+        u, s, vt = np.linalg.svd(slopes[np.ix_(loose, loose)])
         keep = s > FLAT * s.max(initial=0.0)
         free = int((~keep).sum())
         move = np.zeros(parts.size)
@@ -121,7 +145,8 @@ def _settle(
         for _ in range(12):
             there = np.empty_like(q)
             look_moved(tables, q, share * move, there)
-            tried, _ = _forces(tables, work, there, rest)
+            pulled = _pulled(pull, share * unit * move, first)
+            tried, _ = _forces(tables, work, there, pulled)
             now = np.linalg.norm(tried[loose]) / level
             if now < size * (1.0 - 1e-4 * share):
                 better = True
@@ -129,11 +154,19 @@ def _settle(
             share *= 0.5
         if not better:  # over the hill: a step of full length, once more uphill, may find another valley
             look_moved(tables, q, 0.5 * move, there)
-            tried, _ = _forces(tables, work, there, rest)
+            pulled = _pulled(pull, 0.5 * unit * move, first)
+            tried, _ = _forces(tables, work, there, pulled)
             now = np.linalg.norm(tried[loose]) / level
-        q, force, size = there, tried, now
+        q, pull, force, size = there, pulled, tried, now
     worst = float(np.abs(force[loose]).max(initial=0.0)) / level
     return _Settled(q=q, force=force, size=worst, free=free, count=count, loose=loose)
+
+
+def _pulled(pull: Array, move: Array, first: int) -> Array:
+    """The forces of cut joints after a step."""
+    out = pull.copy()
+    out[first:] += move[first:]
+    return out
 
 
 def _unbalanced(parts: TreeCompiled, found: _Settled) -> str:
@@ -171,17 +204,22 @@ def modes(system: TreeSystem, density: Array, *, slowest: float = 1e-3) -> Modes
     slowest: Hz below which motions count as rigid and are left out.
     """
     parts = tree_compiled(system)
-    tables = tree_on_grid(parts, np.asarray(density, float), np.zeros(1))
-    work, rest = tree_work(tables, len(parts.states)), np.zeros(parts.size)
-    look_linearised(tables, work, 0, parts.start[0], rest, rest)
-    n, full = len(tables.column), parts.size
-    a = np.zeros((n + full, n + full))
-    a[:n, n : 2 * n] = np.eye(n)
-    a[n:, :n] = -np.linalg.solve(work.m, work.k[:, :n])
-    a[n:, n:] = -np.linalg.solve(work.m, work.c)
+    tables = _tables(parts, density)
+    work = tree_work(tables, len(parts.states))
+    n, full = len(tables.column), parts.size - len(tables.cut)
+    _forces(tables, work, parts.start[0], _start_pull(parts, tables, work, parts.start[0], np.arange(n)))
+    # motions that the cut joints leave: q = free y
+    free = null_space(work.k[full:, :n]) if len(tables.cut) else np.eye(n)
+    k = free.shape[1]
+    basis = block_diag(free, np.eye(full - n))
+    mass = basis.T @ work.m[:full, :full] @ basis
+    a = np.zeros((k + k + full - n, k + k + full - n))
+    a[:k, k : 2 * k] = np.eye(k)
+    a[k:, :k] = -np.linalg.solve(mass, basis.T @ work.k[:full, :n] @ free)
+    a[k:, k:] = -np.linalg.solve(mass, basis.T @ work.c[:full, :full] @ basis)
     values, vectors = np.linalg.eig(a)
     some = (values.imag >= 0.0) & (np.abs(values) > 2.0 * np.pi * slowest)
-    values, shapes = values[some], vectors[:n, some].T
+    values, shapes = values[some], (free @ vectors[:k, some]).T
     order = np.argsort(np.abs(values))
     values, shapes = values[order], shapes[order]
     largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)

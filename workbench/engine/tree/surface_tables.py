@@ -39,7 +39,7 @@ def surface_tables(
             contact.k, contact.power, contact.damping, contact.width, contact.friction, contact.slow, *point,
             contact.radius, *np.zeros(21),
         ])  # fmt: skip
-        shapes.append([*numbers, *np.zeros(11 - len(numbers))])
+        shapes.append(list(numbers))
     for i, tyre in enumerate(tyres):
         place = places[tyre.body]
         axis = tuple(float(x) for x in place.turn @ np.asarray(tyre.axis, float))
@@ -47,9 +47,14 @@ def surface_tables(
         laws.append(list(replace(tyre, axis=(axis[0], axis[1], axis[2])).numbers()))
         shapes.append(list(tyre.road.numbers()))
         states += [f"longitudinal slip of '{tyre.body}'", f"lateral slip of '{tyre.body}'"]
+    width = max((len(shape) for shape in shapes), default=0)
+    width = max(width, 11)  # further waves of roads stand behind
+    shapes = [[*shape, *np.zeros(width - len(shape))] for shape in shapes]
+    table = np.array(rows, np.int64).reshape(-1, 3)
     return {
-        "surface": np.array(rows, np.int64).reshape(-1, 3), "surface_law": np.array(laws).reshape(-1, 31),
-        "surface_shape": np.array(shapes).reshape(-1, 11),
+        "surface": table, "contact": np.flatnonzero(table[:, 2] != TYRE),
+        "tyre": np.flatnonzero(table[:, 2] == TYRE), "surface_law": np.array(laws).reshape(-1, 31),
+        "surface_shape": np.array(shapes).reshape(-1, width),
     }, tuple(states)  # fmt: skip
 
 

@@ -1,10 +1,12 @@
 """What a body may touch: shapes with smooth contact, roads, and tyres that roll on them."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import atan, cos, hypot, pi, sin
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ..elements._kernels_contact import BOX, CAPSULE, PLANE, RING, SPHERE
 from ..errors import InvalidSystem
@@ -130,8 +132,10 @@ class SpatialContact:
 class Road:
     """Height over the global x, y: waves behind a smooth ramp, and a kerb; flat by default.
 
-    waves: amplitude sin(2 pi s/wavelength), s = distance beyond `start` along `heading` (rad from x),
-    grown over `ramp` m.  kerb: a step of kerb_height at kerb_at along kerb_heading, over kerb_width m (C2).
+    amplitude sin(2 pi s/wavelength), s = distance beyond `start` along `heading` (rad from x), grown over
+    `ramp` m.  waves: more of them, (amplitude m, wavelength m, phase rad) each, behind the same ramp;
+    `with_profile` makes them of any smooth function.  kerb: a step of kerb_height at kerb_at along
+    kerb_heading, over kerb_width m (C2).
     """
 
     amplitude: float = 0.0
@@ -143,6 +147,7 @@ class Road:
     kerb_at: float = 0.0
     kerb_heading: float = 0.0
     kerb_width: float = 0.1
+    waves: tuple[Triple, ...] = ()
 
     def __post_init__(self) -> None:
         if min(self.wavelength, self.ramp, self.kerb_width) <= 0.0:
@@ -150,6 +155,28 @@ class Road:
                 f"road needs wavelength, ramp and kerb_width > 0 m, got {self.wavelength}, {self.ramp}, "
                 f"{self.kerb_width}"
             )
+        if any(wavelength <= 0.0 for _, wavelength, _ in self.waves):
+            raise InvalidSystem(f"road needs waves of (amplitude, wavelength > 0, phase), got {self.waves}")
+
+    def with_profile(self, height: Callable[[float], float], *, length: float, count: int = 32) -> "Road":
+        """This road with a profile height(s) instead of waves: its Fourier series over `length` m.
+
+        height: m over s in [0, length], smooth and as high at the end as at the start, for it is repeated
+        beyond; its mean counts as no height.  count: waves, down to a wavelength of length/count.
+
+        >>> bump = Road().with_profile(lambda s: 0.1 * sin(pi * s / 8.0) ** 4, length=8.0, count=4)
+        >>> round(bump.waves[1][0], 6)
+        0.0125
+        """
+        if length <= 0.0 or count < 1:
+            raise InvalidSystem(f"profile needs length > 0 m and count >= 1, got {length} and {count}")
+        samples = np.array([height(length * i / (4 * count)) for i in range(4 * count)], float)
+        parts = np.fft.rfft(samples)[1 : count + 1] / (2 * count)
+        waves = tuple(
+            (float(abs(part)), length / (i + 1), float(np.angle(part) + 0.5 * pi))
+            for i, part in enumerate(parts)
+        )
+        return replace(self, amplitude=0.0, waves=waves)
 
     def numbers(self) -> tuple[float, ...]:
         """Numbers of the kernel."""
@@ -157,6 +184,7 @@ class Road:
             self.amplitude, 2.0 * pi / self.wavelength, cos(self.heading), sin(self.heading), self.start,
             self.ramp, self.kerb_height, self.kerb_at, cos(self.kerb_heading), sin(self.kerb_heading),
             self.kerb_width,
+            *(x for a, wavelength, phase in self.waves for x in (a, 2.0 * pi / wavelength, phase)),
         )  # fmt: skip
 
 
@@ -200,29 +228,37 @@ class Tyre:
                 "and width > 0"
             )
 
-    def force(self, slip: float, load: float, *, lateral: bool) -> float:
-        """Force of a pure slip (tangent of the angle, or ratio) at a load in N and the reference friction."""
+    def force(self, slip: Any, load: float, *, lateral: bool) -> Any:
+        """Force of a pure slip (tangent of the angle, or ratio) at a load in N and the reference friction.
+
+        slip: float, or complex for its slope by complex step.
+        """
         z = 1e-3 * load
         if lateral:
             a = self.lateral
             c, d, bcd = a[0], a[1] * z * z + a[2] * z, a[3] * sin(2.0 * atan(z / a[4]))
-            e, x = a[6] * z + a[7], 180.0 / pi * atan(slip)
+            e, x = a[6] * z + a[7], 180.0 / pi * np.arctan(slip)
         else:
             b = self.longitudinal
             c, d = b[0], b[1] * z * z + b[2] * z
             bcd = (b[3] * z * z + b[4] * z) * float(np.exp(-b[5] * z))
             e, x = b[6] * z * z + b[7] * z + b[8], 100.0 * slip
         u = bcd / (c * d) * x
-        return d * sin(c * atan(u - e * (u - atan(u))))
+        return d * np.sin(c * np.arctan(u - e * (u - np.arctan(u))))
 
     def peak(self, *, lateral: bool) -> float:
-        """Slip of the largest force at the nominal load, to 1e-4 relative."""
+        """Slip of the largest force at the nominal load."""
         slips = np.geomspace(1e-3, 3.0, 40001)
         forces = [self.force(float(s), self.nominal_load, lateral=lateral) for s in slips[::40]]
         top = int(np.argmax(forces)) * 40
         near = slips[max(0, top - 40) : top + 41]
-        fine = [self.force(float(s), self.nominal_load, lateral=lateral) for s in near]
-        return float(near[int(np.argmax(fine))])
+
+        def slope(slip: float) -> float:
+            return float(self.force(complex(slip, 1e-30), self.nominal_load, lateral=lateral).imag)
+
+        if slope(near[0]) <= 0.0 or slope(near[-1]) >= 0.0:  # the largest is the last
+            return float(slips[top])
+        return float(brentq(slope, near[0], near[-1], xtol=1e-15, rtol=1e-14))
 
     def numbers(self) -> tuple[float, ...]:
         """Numbers of the kernel."""

@@ -1,8 +1,8 @@
 """Trees of rigid bodies in joint coordinates, and the forces on them; checked once.
 
-Every body hangs by one joint on its parent, another body or the ground, so a system is one or several trees
-without loops. Bodies may be declared in any order. Global axes are those of the ground; gravity is a vector.
-SI units.
+Every body hangs by one joint on its parent, another body or the ground, so a system is one or several trees;
+cut joints close loops. Bodies may be declared in any order. Global axes are those of the ground; gravity is a
+vector. SI units.
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from ..elements.laws import UserLaw
 from ..errors import InvalidSystem, NotSupported
 from ..integration.kinds import MemberEnds
 from .elements import (
+    CoordinateDamper,
     CoordinateSpring,
     Coupling,
     SpatialBushing,
@@ -34,7 +35,8 @@ from .joints import (
     Triple,
     Universal,
 )
-from .start import start_frames
+from .loops.cuts import CutJoint
+from .start import Place, start_frames
 from .surfaces import SpatialContact, Tyre
 
 __all__ = ["GROUND", "SpatialBody", "TreeSystem"]
@@ -78,7 +80,8 @@ SCALARS: dict[type, tuple[int, int]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class TreeSystem:
-    """Bodies on joints, members, bushings, springs on coordinates, loads and gravity (m/s^2).
+    """Bodies on joints, cut joints, members, bushings, springs and dampers on coordinates, loads and gravity
+    (m/s^2).
 
     >>> pendulum = TreeSystem(
     ...     bodies=(SpatialBody(name="bob", joint=Spherical(), mass=1.0, centre=(1.0, 0.0, 0.0)),)
@@ -93,15 +96,17 @@ class TreeSystem:
     contacts: tuple[SpatialContact, ...] = ()
     tyres: tuple[Tyre, ...] = ()
     springs: tuple[CoordinateSpring, ...] = ()
+    dampers: tuple[CoordinateDamper, ...] = ()
     spherical_springs: tuple[SphericalSpring, ...] = ()
     couplings: tuple[Coupling, ...] = ()
+    cuts: tuple[CutJoint, ...] = ()
     loads: tuple[SpatialLoad, ...] = ()
     gravity: Triple = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
         for name in (
-            "bodies", "members", "bushings", "contacts", "tyres", "springs", "spherical_springs", "couplings",
-            "loads",
+            "bodies", "members", "bushings", "contacts", "tyres", "springs", "dampers", "spherical_springs",
+            "couplings", "cuts", "loads",
         ):  # fmt: skip
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [body.name for body in self.bodies]
@@ -132,6 +137,8 @@ class TreeSystem:
             _known(f"tyres[{i}]", (tyre.body,), by_name, ground=False)
         for i, spring in enumerate(self.springs):
             _coordinate(f"springs[{i}]", spring.body, spring.coordinate, by_name)
+        for i, damper in enumerate(self.dampers):
+            _coordinate(f"dampers[{i}]", damper.body, damper.coordinate, by_name)
         for i, ball in enumerate(self.spherical_springs):
             _known(f"spherical_springs[{i}]", (ball.body,), by_name, ground=False)
             if not isinstance(by_name[ball.body].joint, Floating | Spherical):
@@ -141,6 +148,11 @@ class TreeSystem:
         for i, coupling in enumerate(self.couplings):
             _coordinate(f"couplings[{i}]", coupling.a, coupling.coordinate_a, by_name)
             _coordinate(f"couplings[{i}]", coupling.b, coupling.coordinate_b, by_name)
+        labels = [cut.label for cut in self.cuts]
+        for cut in self.cuts:
+            if labels.count(cut.label) > 1:
+                raise InvalidSystem(f"two cut joints are called '{cut.label}'; give them names that differ")
+            _known(f"cut joint '{cut.label}'", (cut.a, cut.b), by_name)
         for i, load in enumerate(self.loads):
             _known(f"loads[{i}]", (load.body,), by_name, ground=False)
 
@@ -212,6 +224,16 @@ def full_inertia(inertia: Any) -> Array:
     """(3, 3) from a matrix or principal values."""
     given = np.asarray(inertia, float)
     return np.diag(given) if given.shape == (3,) else given
+
+
+def link_inertia(body: SpatialBody, place: Place) -> Array:
+    """(10,) m, m c, inertia about the link's origin, in the link's axes."""
+    c = place.at + place.turn @ np.asarray(body.centre, float)
+    about = place.turn @ full_inertia(body.inertia) @ place.turn.T
+    about = about + body.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    return np.array(
+        [body.mass, *(body.mass * c), *np.diag(about), about[0, 1], about[0, 2], about[1, 2]], float
+    )
 
 
 def _known(

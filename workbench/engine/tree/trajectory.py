@@ -1,15 +1,17 @@
 """The run of a tree on its time grid: states, places and motions of the bodies, momenta and energies."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..elements._kernels_spatial_bushing import bushing_forces
 from ..errors import NotSupported
 from ..integration.kinds import (
     Adjoints,
+    Change,
     Linearised,
     MemberPower,
     StateSensitivities,
@@ -17,16 +19,19 @@ from ..integration.kinds import (
     read_only,
 )
 from ..integration.outcome import Diagnosis, Status
+from ..integration.points import PointMotion, PointSeries
 from ..integration.schemes import Scheme
 from ..integration.seeds import NodeSeeds
-from ._kernels.contraction import link_histories, member_states, momenta, node_columns
+from ._kernels.contraction import link_histories, member_states, momenta
+from ._kernels.surfaces import surface_histories
 from ._kernels.tables import TreeRun, TreeTables, TreeWork, tree_work
 from .compiled import Place, TreeCompiled, tree_compiled
+from .loops.histories import CutForce, cut_force
 from .slopes import NodeMotion, crossed
 from .system import TreeSystem
 from .view import SpatialView
 
-__all__ = ["Frames", "TreeTrajectory"]
+__all__ = ["Frames", "SurfaceForces", "TreeTrajectory"]
 
 Array = np.ndarray[Any, Any]
 
@@ -42,6 +47,13 @@ class Frames(NamedTuple):
     acceleration: Array  # (k, 3) of the origin
 
 
+class SurfaceForces(NamedTuple):
+    """Forces (steps + 1, k, 3) in global axes on the bodies named first, and where they act, m."""
+
+    force: Array
+    point: Array
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TreeTrajectory:
     """States of a tree at the nodes of the time grid.
@@ -49,7 +61,7 @@ class TreeTrajectory:
     times: (steps + 1,).  position: (steps + 1, nq), unit quaternions (w, x, y, z) for spherical and floating
     joints.  velocity, acceleration: (steps + 1, n), spins in the bodies' frames.  states, state_rates:
     (steps + 1, x) of first order, in the order of `state_names`.  `columns` and `coordinate` say where a
-    body's joint stands.  multiplier: (steps + 1, 0), a tree has no conditions.
+    body's joint stands.  multiplier: (steps + 1, m), one per independent condition of the cut joints.
     """
 
     system: TreeSystem
@@ -83,7 +95,7 @@ class TreeTrajectory:
     def widths(self) -> Widths:
         """Lengths of slopes and seeds; by position those of small motions, one per velocity."""
         n = self.size
-        return Widths(n, n, n, 0, len(self.parts.states))
+        return Widths(n, n, n, len(self.tables.cut), len(self.parts.states))
 
     @property
     def position(self) -> Array:
@@ -102,18 +114,18 @@ class TreeTrajectory:
 
     @property
     def multiplier(self) -> Array:
-        """(steps + 1, 0)."""
-        return np.zeros((len(self.times), 0))
+        """(steps + 1, m) of the independent conditions of the cut joints, N or N m."""
+        return read_only(self.nodes.rate[:, self.size + len(self.parts.states) :])
 
     @property
     def states(self) -> Array:
         """(steps + 1, x) states of first order."""
-        return read_only(self.nodes.velocity[:, self.size :])
+        return read_only(self.nodes.velocity[:, self.size : self.size + len(self.parts.states)])
 
     @property
     def state_rates(self) -> Array:
         """(steps + 1, x) their rates."""
-        return read_only(self.nodes.rate[:, self.size :])
+        return read_only(self.nodes.rate[:, self.size : self.size + len(self.parts.states)])
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -165,16 +177,74 @@ class TreeTrajectory:
                 )
         return out[0], out[1], out[2], out[3]
 
-    def frames(self, body: str) -> Frames:
-        """A body's frame and its motion at all nodes."""
-        place = self.place(body)
-        turn, origin, twist, push = (x[:, place.link] for x in self.links())
+    def frames(self, body: str, nodes: Sequence[int] | Array | None = None) -> Frames:
+        """A body's frame and its motion at some nodes (None: all)."""
+        place, some = self.place(body), slice(None) if nodes is None else np.asarray(nodes, int)
+        turn, origin, twist, push = (x[some, place.link] for x in self.links())
         return moved_frames(place, turn.reshape(-1, 3, 3), origin, twist, push)
 
     def of(self, name: str, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
         """(steps + 1, 3) place of a body's point in global axes."""
         frames = self.frames(name)
         return np.asarray(frames.origin + frames.axes @ np.asarray(point, float))
+
+    def bushing_force(self, name: str) -> Array:
+        """(steps + 1, 3) the force of a bushing on its body `a`, in the axes of `b`, N; raises ValueError."""
+        bushings = self.system.bushings
+        number = next((i for i, bushing in enumerate(bushings) if bushing.name == name), None)
+        if number is None:
+            raise ValueError(f"system has no bushing '{name}'; it has {', '.join(b.name for b in bushings)}")
+        own = bushings[number]
+        f, g = self.frames(own.a), self.frames(own.b)
+        arm = f.axes @ np.asarray(own.point_a, float)
+        apart = f.origin + arm - g.origin
+        speed = f.velocity + np.cross(f.spin, arm) - g.velocity - np.cross(g.spin, apart)
+        r, v = (np.einsum("tji,tj->ti", g.axes, x) for x in (apart, speed))
+        state = self.tables.bushing_pair[number, 1]
+        damage = self.states[:, state].copy() if state >= 0 else np.zeros(len(r))
+        column = np.array(own.column())[:, None]  # its points in the bodies' frames
+        out = np.empty((len(r), 3))
+        bushing_forces(
+            column, 0, r - np.asarray(own.point_b, float), v, damage, False, np.zeros((3, 3)), out
+        )  # fmt: skip
+        return out
+
+    def cut_force(self, name: str) -> CutForce:
+        """What the cut joint of a name (or "a-b") does to its body `a`; raises ValueError for a stranger."""
+        return cut_force(self, name)
+
+    def point_series(self, body: str, point: Sequence[float]) -> PointSeries:
+        """A point of a body (its frame, m) at every node."""
+        f = self.frames(body)
+        arm = f.axes @ np.asarray(point, float)
+        around = np.cross(f.spin, arm)
+        return PointSeries(
+            place=f.origin + arm, velocity=f.velocity + around,
+            acceleration=f.acceleration + np.cross(f.spin_rate, arm) + np.cross(f.spin, around),
+        )  # fmt: skip
+
+    def point_motion(self, node: int, body: str, point: Sequence[float]) -> PointMotion:
+        """A point of a body at a node, with slopes by small motions and velocity."""
+        return self.motion(node).point(self.place(body), np.asarray(point, float))
+
+    def contact_forces(self) -> SurfaceForces:
+        """Forces of the system's contacts on their bodies `a`, in the order of the contacts."""
+        count = len(self.system.contacts)
+        return SurfaceForces(*(x[:, :count] for x in self._surfaces()))
+
+    def tyre_forces(self) -> SurfaceForces:
+        """Forces of the road on the tyres, in the order of the tyres; rolling resistance is a moment
+        besides."""
+        count = len(self.system.contacts)
+        return SurfaceForces(*(x[:, count:] for x in self._surfaces()))
+
+    def _surfaces(self) -> tuple[Array, Array]:
+        if "surfaces" not in self.memo:
+            run, shape = self.nodes, (len(self.times), len(self.tables.surface), 3)
+            out = np.zeros(shape), np.zeros(shape)
+            surface_histories(self.tables, self.work, run.position, run.velocity, run.rate, self.size, *out)
+            self.memo["surfaces"] = out
+        return self.memo["surfaces"]  # type: ignore[no-any-return]
 
     def momentum(self) -> Array:
         """(steps + 1, 6) angular momentum about the global origin and linear momentum."""
@@ -215,8 +285,8 @@ class TreeTrajectory:
 
     def motion(self, node: int) -> NodeMotion:
         """How the links move with the coordinates at a node."""
-        run, tables, work = self.nodes, self.tables, self.work
-        node_columns(tables, work, node, run.position[node], run.velocity[node], run.rate[node])
+        tables, work = self.tables, self.work
+        self.links([node])  # leaves the node's columns, twists and accelerations in the work arrays
         links, own = len(tables.link), tables.column[:, 0]
         moves = np.zeros((links + 1, self.size), bool)
         for link, (_, parent, first, count, _, _) in enumerate(tables.link):
@@ -271,6 +341,12 @@ class TreeTrajectory:
     def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
         """One row of seeds contracted with every parameter: a `TreeGradient`."""
         return self.adjoints.by_parameter(self, seeds)
+
+    def change_adjoint(
+        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+    ) -> Array:
+        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
+        return self.adjoints.by_change(self, value, seeds, changes)
 
     def view(self, *, bodies: tuple[str, ...], reference: str, shares: tuple[float, ...]) -> SpatialView:
         """The mean of some bodies' centres of mass, weighted by shares, in the frame of a reference."""

@@ -33,27 +33,48 @@ class SpatialView:
 
     def series(self) -> Array:
         """(steps + 1, 3) at every node."""
-        frames = self.trajectory.frames(self.reference)
-        mean = sum(share * self.trajectory.of(body, point) for body, point, share in self.points)
-        return np.asarray(np.einsum("tji,tj->ti", frames.axes, mean - frames.origin))
+        key = f"seen from {self.reference}: {self.points}"
+        if key not in self.trajectory.memo:
+            frames = self.trajectory.frames(self.reference)
+            mean = sum(share * self.trajectory.of(body, point) for body, point, share in self.points)
+            place = np.einsum("tji,tj->ti", frames.axes, mean - frames.origin)
+            self.trajectory.memo[key] = np.asarray(place)
+        return np.asarray(self.trajectory.memo[key])
 
     def _at(self, node: int) -> tuple[Any, ...]:
         """Axes, spin, turns of columns, spin_q, and d, d', d_q, d'_q of the mean less the origin."""
-        motion = self.trajectory.motion(node)
-        where = self.trajectory.place(self.reference)
-        base = motion.point(where, np.zeros(3))
-        d, rate, d_q, rate_q = -base.place, -base.velocity, -base.place_q, -base.velocity_q
-        for body, point, share in self.points:
-            p = motion.point(self.trajectory.place(body), np.asarray(point, float))
-            d, rate = d + share * p.place, rate + share * p.velocity
-            d_q, rate_q = d_q + share * p.place_q, rate_q + share * p.velocity_q
-        return (*motion.frame(where), d, rate, d_q, rate_q)
+        # the start and the last node asked for are kept: a quantity looks at both again and again
+        key = f"nodes seen from {self.reference}: {self.points}"
+        kept = self.trajectory.memo.setdefault(key, {})
+        if node not in kept:
+            for old in [old for old in kept if old]:
+                del kept[old]
+            motion, place = self.trajectory.motion(node), self.trajectory.place
+            points = [*self.points, (self.reference, (0.0, 0.0, 0.0), -1.0)]
+            mean = motion.mean(
+                [place(body) for body, _, _ in points],
+                np.array([point for _, point, _ in points], float),
+                np.array([share for _, _, share in points]),
+            )
+            kept[node] = (*motion.frame(place(self.reference)), *mean)
+        return tuple(kept[node])
 
     def seen(self, node: int) -> _Seen:
         """The view and its rate A^T (d' - w x d) at a node."""
         axes, spin, _, _, d, rate, _, _ = self._at(node)
         place, speed = axes.T @ d, axes.T @ (rate - np.cross(spin, d))
         return _Seen(tuple(place.tolist()), tuple(speed.tolist()), node)
+
+    def rates(self, nodes: Array) -> Array:
+        """(len(nodes), 3) rate of the series A^T (d' - w x d) at some nodes."""
+        base = self.trajectory.frames(self.reference, nodes)
+        d, rate = -base.origin, -base.velocity
+        for body, point, share in self.points:
+            frames = self.trajectory.frames(body, nodes)
+            arm = frames.axes @ np.asarray(point, float)
+            d = d + share * (frames.origin + arm)
+            rate = rate + share * (frames.velocity + np.cross(frames.spin, arm))
+        return np.asarray(np.einsum("tji,tj->ti", base.axes, rate - np.cross(base.spin, d)))
 
     def chain(self, seen: _Seen, by_place: Sequence[float], by_rate: Sequence[float]) -> tuple[Array, Array]:
         """(n,) slopes by position and velocity of a scalar with the given slopes by place and rate."""

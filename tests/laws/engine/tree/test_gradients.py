@@ -166,6 +166,16 @@ def test_gradients_by_every_parameter_are_those_of_differences():
             1e-3,
         )
     check(found.natural_length[0], lambda e: with_one("members", 0, natural_length=1.0 + e), 1e-4)
+    for i, member in enumerate(system.members):
+        for name, slope in (("point_a", found.point_a[i]), ("point_b", found.point_b[i])):
+            aim = rng.normal(size=3)
+            check(
+                slope @ aim,
+                lambda e, i=i, name=name, m=member, aim=aim: with_one(
+                    "members", i, **{name: tuple(np.asarray(getattr(m, name)) + e * aim)}
+                ),
+                1e-4,
+            )
     for row, name in enumerate(("k", "c", "rest", "k_stop", "upper", "lower", "torque")):
         check(
             found.spring[row, 0],

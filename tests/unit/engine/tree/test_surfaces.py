@@ -142,3 +142,67 @@ def test_a_point_rests_on_top_of_a_shape(shape, height):
 def test_wrong_surfaces_are_refused_in_words(made, message):
     with pytest.raises(InvalidSystem, match=message):
         made()
+
+
+def test_forces_of_a_run_are_those_that_moved_it():
+    """A ball that bounces and slides: mass times acceleration less weight, at its foot."""
+    ball = SpatialBody(
+        name="ball",
+        joint=Floating(position=(0.0, 0.0, 0.3), velocity=(2.0, 0.0, 0.0)),
+        mass=2.0,
+        inertia=(1, 1, 1),
+    )
+    ground = SpatialContact(a="ball", radius=0.1, shape=Plane(), k=5e3, power=1.0, damping=0.3, friction=0.4)
+    run = tree_run(TreeSystem(bodies=(ball,), contacts=(ground,)), np.zeros(0), np.linspace(0.0, 0.4, 401))
+    found = run.contact_forces()
+    due = 2.0 * (run.acceleration[:, :3] - np.array([0.0, 0.0, -9.81]))
+    touching = run.of("ball")[:, 2] < 0.1
+    assert touching.any()
+    assert found.force[:, 0] == pytest.approx(due, abs=1e-6 * np.abs(due).max())
+    assert found.point[touching, 0, 2] == pytest.approx(run.of("ball")[touching, 2] - 0.1, abs=1e-12)
+    assert run.tyre_forces().force.shape == (401, 0, 3)
+
+
+def test_a_wheel_may_fall_flat():
+    """A wheel that lies down beside its rolling neither pulls nor stops the run."""
+    wheel = SpatialBody(
+        name="wheel",
+        joint=Floating(position=(0.0, 0.0, 0.48), orientation=(0.8, 0.6, 0.0, 0.0), spin=(1.0, 0.0, 0.0)),
+        mass=70.0,
+        inertia=(4.0, 8.0, 4.0),
+    )
+    hub = SpatialContact(a="wheel", radius=0.15, shape=Plane(), k=1e5, power=1.0, damping=0.5)
+    system = TreeSystem(bodies=(wheel,), tyres=(replace(TYRE, body="wheel"),), contacts=(hub,))
+    run = tree_run(system, np.zeros(0), np.linspace(0.0, 1.0, 1001))
+    axle = run.frames("wheel").axes[:, 2, 1]
+    assert axle.max() > 0.999
+    flat = axle > 0.99
+    assert np.abs(run.tyre_forces().force[flat]).max() == 0.0
+    assert np.abs(run.states[flat]).max() < 10.0
+
+
+def test_a_road_follows_any_smooth_profile():
+    """A wheel that is led over a bump is pressed as the height of the bump says; the mean is no height."""
+    height, length = (lambda s: 0.02 * np.sin(np.pi * s / 6.0) ** 4), 6.0
+    road = Road(start=-60.0, heading=np.pi / 2.0).with_profile(height, length=length, count=8)
+    carriage = SpatialBody(
+        name="wheel", joint=Prescribed(motion=SpatialMotion(position=lambda t: (0.0, 6.0 * t, 0.42)))
+    )
+    free = SpatialBody(name="free", joint=Prismatic(), mass=1.0)
+    soft = replace(TYRE, damping=0.0, axis=(1.0, 0.0, 0.0), road=road, rolling_resistance=0.0)
+    run = tree_run(TreeSystem(bodies=(carriage, free), tyres=(soft,)), np.zeros(0), np.linspace(0.0, 1.0, 61))
+    place = 6.0 * run.times
+    e = 1e-6
+    slope = np.array([(height(s + e) - height(s - e)) / (2.0 * e) for s in place])
+    level = np.array([height(s) for s in place]) - 0.02 * 3.0 / 8.0
+    depth = TYRE.radius - (0.42 - level) / np.sqrt(1.0 + slope**2)
+    force = run.tyre_forces().force[:, 0]
+    across = np.stack([np.zeros(61), -slope, np.ones(61)], axis=1) / np.sqrt(1.0 + slope**2)[:, None]
+    assert np.einsum("ti,ti->t", force, across) == pytest.approx(TYRE.stiffness * depth, rel=1e-6)
+
+
+def test_a_road_refuses_waves_without_length():
+    with pytest.raises(InvalidSystem, match=r"road needs waves of \(amplitude, wavelength > 0, phase\), got"):
+        Road(waves=((0.1, 0.0, 0.0),))
+    with pytest.raises(InvalidSystem, match=r"profile needs length > 0 m and count >= 1, got 0.0 and 3"):
+        Road().with_profile(lambda s: 0.0, length=0.0, count=3)

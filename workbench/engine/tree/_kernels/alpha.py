@@ -6,16 +6,17 @@ Cardona 2015), with the states in the first-order form of the same family (Janse
     d = h v + h^2 ((1/2 - b) a + b a1),          q1 = q exp(d)
     r(q1, v1, w1) = 0;   Newton:  (M + h g c C + h^2 b c K T(d)) dw = -r,  c = (1 - af)/(1 - am)
 
-States stand behind the velocities and have no place of their own. Factors are used until the iteration
-contracts badly; where the tangents at the converged nodes are kept for the adjoint, their factors serve the
-next step.
+States stand behind the velocities and have no place of their own. Multipliers of cut joints stand behind the
+states as unknowns w whose rows say phi(q1)/(h^2 b c) = 0 (index 3, scaled); at the start phi'' = 0. Factors
+are used until the iteration contracts badly; where the tangents at the converged nodes are kept for the
+adjoint, their factors serve the next step.
 """
 
 from numba import njit
 
 from ...compiler.options import CAREFUL, INNER
 from .elimination import factor, solve
-from .forces import linearised, residual
+from .forces import evaluate
 from .motion import moved
 from .rotations import tangent
 
@@ -23,6 +24,7 @@ SPHERICAL = 3
 FLOOR = 1e-9  # updates this small, and no longer shrinking, are rounding
 SLOW = 0.2  # contraction of the updates above which the factors are renewed
 LEAST = 1.0  # m/s^2 or rad/s^2: at rest rounding of the forces leaves accelerations that mean nothing
+ROUND = 4e-15  # m or rad: rounding of a condition
 LOST = -2
 
 
@@ -47,13 +49,13 @@ def newton_matrix(T, W, d, by_v, by_q, out):
 
 
 @njit(**INNER)
-def start(T, W, P, R, lu, kept):
-    """Consistent rates at node 0; W.m's factors in lu."""
-    q, v, w = R.position[0], R.velocity[0], R.rate[0]
+def start(T, W, P, R, lu, node, kept):
+    """Consistent rates at node 0 (a value, no literal: see `evaluate`); W.m's factors in lu."""
+    q, v, w, tangent = R.position[0], R.velocity[0], R.rate[0], node == 0
     n = W.m.shape[0]
     for i in range(n):
         w[i] = 0.0
-    linearised(T, W, 0, q, v, w)
+    evaluate(T, W, node, q, v, w, tangent)
     newton_matrix(T, W, w, 0.0, 0.0, lu)
     if factor(P, lu, R.diagonal) != 0:
         return False
@@ -64,8 +66,8 @@ def start(T, W, P, R, lu, kept):
         w[i] = R.right[i]
         R.a[i] = w[i]
     if kept:
-        linearised(T, W, 0, q, v, w)
-        keep(W, R, 0)
+        evaluate(T, W, node, q, v, w, tangent)
+        keep(W, R, node)
     return True
 
 
@@ -86,6 +88,8 @@ def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
     c = (1.0 - af) / (1.0 - am)
     by_v, by_q = h * gamma * c, h * h * beta * c
     n, joints = W.m.shape[0], T.column.shape[0]
+    conditions = n - T.cut.shape[0]
+    floor = max(FLOOR, ROUND * T.closing[node] / R.level[0])
     q0, v0, w0 = R.position[node - 1], R.velocity[node - 1], R.rate[node - 1]
     q, v, w, d = R.position[node], R.velocity[node], R.rate[node], R.move[node]
     before = R.rate[max(node - 2, 0)]
@@ -97,15 +101,13 @@ def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
     moved(T, q0, d, q)
     old, rate = -1.0, 1.0
     for step in range(1, count + 1):
+        evaluate(T, W, node, q, v, w, fresh)
         if fresh:
-            linearised(T, W, node, q, v, w)
             newton_matrix(T, W, d, by_v, by_q, R.lu)
             R.counts[1] += 1
             if factor(P, R.lu, R.diagonal) != 0:
                 return LOST
             fresh = False
-        else:
-            residual(T, W, node, q, v, w)
         for i in range(n):
             R.right[i] = -W.force[i]
         solve(P, R.lu, R.right)
@@ -116,6 +118,8 @@ def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
             v[i] += by_v * x
             d[i] += by_q * x
             level = R.level[0] if i < joints else R.level[1]
+            if i >= conditions:
+                continue  # multipliers follow the accelerations
             if i < joints and abs(w[i]) > R.level[0]:
                 R.level[0] = abs(w[i])
             elif i >= joints and abs(w[i]) > R.level[1]:
@@ -127,7 +131,7 @@ def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
             return -1
         if old >= 0.0:
             rate = size / old if old > 0.0 else 0.0
-        if size == 0.0 or (rate < 1.0 and size * rate <= limit) or (size <= FLOOR and rate > 0.3):
+        if size == 0.0 or (rate < 1.0 and size * rate <= limit) or (size <= floor and rate > 0.3):
             for i in range(n):
                 R.a[i] = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
             return step
@@ -148,13 +152,14 @@ def march(T, W, P, R, numbers, h, limit, count):
     kept = R.stiffness.shape[0] > 1
     R.level[0] = LEAST
     R.level[1] = LEAST
-    if not start(T, W, P, R, R.factors[0], kept):
+    n, nodes = W.m.shape[0], R.position.shape[0]
+    tangent = nodes > 0
+    if not start(T, W, P, R, R.factors[0], nodes - nodes, kept):
         return -1
-    n = W.m.shape[0]
     am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
     c = (1.0 - af) / (1.0 - am)
-    fresh = True
-    for node in range(1, R.position.shape[0]):
+    fresh = tangent
+    for node in range(1, nodes):
         before = R.counts[0]
         taken = one_step(T, W, P, R, numbers, h, node, limit, count, fresh)
         if taken < 0:
@@ -162,7 +167,7 @@ def march(T, W, P, R, numbers, h, limit, count):
         fresh = R.counts[0] - before > 5
         if kept:
             q, v, w = R.position[node], R.velocity[node], R.rate[node]
-            linearised(T, W, node, q, v, w)
+            evaluate(T, W, node, q, v, w, tangent)
             newton_matrix(T, W, R.move[node], h * gamma * c, h * h * beta * c, R.lu)
             R.counts[1] += 1
             if factor(P, R.lu, R.diagonal) != 0:
@@ -185,7 +190,7 @@ def tangents_again(T, W, P, R, numbers, h, first, stiffness, damping, factors):
     n = W.m.shape[0]
     for i in range(stiffness.shape[0]):
         node = first + i
-        linearised(T, W, node, R.position[node], R.velocity[node], R.rate[node])
+        evaluate(T, W, node, R.position[node], R.velocity[node], R.rate[node], node >= 0)
         if node:
             newton_matrix(T, W, R.move[node], h * gamma * c, h * h * beta * c, factors[i])
         else:

@@ -7,14 +7,16 @@ the virtual rate of its length, so mu^T dr/dscale = f u . (virtual velocity of a
 
 from numba import njit
 
+from ...compiler.held import only_with
 from ...compiler.options import CAREFUL, INNER
-from ...elements._kernels_laws import energies, law_parameters, laws
+from ...elements._kernels_laws import energies, law_parameters
 from ...elements._kernels_spatial_bushing import spatial_bushing
 from ...elements.joint_spring import torque_slopes
-from .elements import bushing_state, turned_back
-from .members import measure_members
-from .motion import columns, inertia_times, link_wrenches, places, twists
-from .rotations import logarithm
+from ...elements.spring import energies as spring_energies
+from .elements import bushing_state, coordinate_forces, pair_forces
+from .members import SPRING, measure_members, unit_forces
+from .motion import columns, inertia_times, joint_forces, link_wrenches, places, twists
+from .rotations import logarithm, turned_back
 
 TINY = 1e-30
 
@@ -62,10 +64,12 @@ def contract(T, W, R, starts, mu, V, gradient):
 
 @njit(**CAREFUL)
 def contract_parameters(
-    T, W, R, last, mu, V, law, length, spring, ball, coupling, bushing, inertia, dp, six, own
+    T, W, R, last, mu, V, law, length, points, spring, ball, coupling, bushing, inertia, dp, six, own
 ):
-    """Slopes of a row by laws (9, N), natural lengths, springs (8, T), ball springs (2, B), couplings
-    (3, C), bushings (15, U) and the links' inertias (10, L); scratch dp (9,), six (3, 6), own (26, 1) complex
+    """Slopes of a row by laws (9, N), natural lengths, points of members (6, N), springs (8, T), ball springs
+    (2, B), couplings (3, C), bushings (15, U) and the links' inertias (10, L).
+
+    Scratch dp (9,), six (3, 6), own (26, 1) complex.
     """
     for node in range(last + 1):
         q, v = R.position[node], R.velocity[node]
@@ -81,34 +85,111 @@ def contract_parameters(
             for i in range(T.segment[g, 2], T.segment[g, 3]):
                 along = T.scale[i] * virtual_rate(W.line[i], A, B)
                 length[i] -= W.fd[i] * along
-                law_parameters(code, T.law, i, W.delta[i], W.rate[i], T.times[node], dp)
+                for j in range(9):
+                    dp[j] = 0.0
+                if code == SPRING:
+                    dp[0] = W.delta[i]
+                    dp[1] = W.rate[i]
+                else:
+                    other_parameters(T, W, code, i, T.times[node], dp)
                 for j in range(9):
                     law[j, i] += dp[j] * along
-        for t in range(T.spring_column.shape[0]):
-            j, at = T.spring_column[t, 0], T.spring_column[t, 1]
-            six[0, 2] = q[at]
-            six[0, 5] = v[j]
-            torque_slopes(T.spring, t, six[0], dp)
-            for e in range(6):
-                spring[e, t] += dp[e] * m[j]
-            spring[7, t] -= m[j]
-        for t in range(T.ball_column.shape[0]):
-            j, at = T.ball_column[t, 0], T.ball_column[t, 1]
-            logarithm(q, at, T.ball_rest, t, six[0])
-            for e in range(3):
-                ball[0, t] += six[0, e] * m[j + e]
-                ball[1, t] += v[j + e] * m[j + e]
-        for t in range(T.coupling_column.shape[0]):
-            i, j = T.coupling_column[t, 0], T.coupling_column[t, 1]
-            a, b = T.coupling_column[t, 2], T.coupling_column[t, 3]
-            work = m[i] - m[j]
-            coupling[0, t] += (q[a] - q[b] - T.coupling[t, 2]) * work
-            coupling[1, t] += (v[i] - v[j]) * work
-            coupling[2, t] -= T.coupling[t, 0] * work
-        for u in range(T.bushing_pair.shape[0]):
-            bushing_slopes(T, W, u, v, V, m, own, bushing)
+                point_slopes(T, W, pair, i, A, B, points)
+        spring_slopes(T, q, v, m, six[0], dp, spring)
+        ball_slopes(T, q, v, m, six[0], ball)
+        coupling_slopes(T, q, v, m, coupling)
+        bushings_slopes(T, W, v, V, m, own, bushing)
         for l in range(T.link.shape[0]):
             inertia_slopes(W, l, V[l], six, inertia)
+
+
+@njit(**INNER)
+def point_slopes(T, W, pair, i, A, B, points):
+    """points (6, N) += slopes of a member's virtual power s f p by its points on a and b, in links' axes.
+
+    p = u . g~, g~ the virtual velocity of a's point less that of b's, rate = u . g likewise:
+    d/dr_a = s [fd u + fv ((g - rate u)/l + u x w_a)] p + s f [(g~ - p u)/l + u x W_a].
+    """
+    a, b = T.pair[pair, 0], T.pair[pair, 1]
+    line, u, some = W.line[i], W.line[i, 6:], W.some[3]
+    p = virtual_rate(line, A, B)
+    l = W.delta[i] + T.geometry[6, i]
+    fd, fv, f = T.scale[i] * W.fd[i] * p, T.scale[i] * W.fv[i] * p, T.scale[i] * W.f[i]
+    for e in range(3):
+        c, d = (e + 1) % 3, (e + 2) % 3
+        # components of g and g~
+        g = point_rate(W.twist[a], line, e, 0) - point_rate(W.twist[b], line, e, 3)
+        h = point_rate(A, line, e, 0) - point_rate(B, line, e, 3)
+        both = fd * u[e] + (fv * (g - W.rate[i] * u[e]) + f * (h - p * u[e])) / l
+        va, vb = W.twist[a], W.twist[b]
+        some[e] = both + fv * (u[c] * va[d] - u[d] * va[c]) + f * (u[c] * A[d] - u[d] * A[c])
+        some[3 + e] = -both - fv * (u[c] * vb[d] - u[d] * vb[c]) - f * (u[c] * B[d] - u[d] * B[c])
+    for e in range(3):
+        for k in range(3):
+            points[e, i] += W.turn[a, 3 * k + e] * some[k]
+            points[3 + e, i] += W.turn[b, 3 * k + e] * some[3 + k]
+
+
+@njit(**INNER)
+def point_rate(twist, line, e, at):
+    """Component e of the velocity of the point line[at:at + 3]."""
+    c, d = (e + 1) % 3, (e + 2) % 3
+    return twist[3 + e] + twist[c] * line[at + d] - twist[d] * line[at + c]
+
+
+@only_with("other_law")
+def other_parameters(T, W, code, i, t, dp):
+    """Slopes of a member's unit force by the parameters of another law than a spring."""
+    law_parameters(code, T.law, i, W.delta[i], W.rate[i], t, dp)
+
+
+@only_with("other_law")
+def other_energies(T, W, code, first, last, t, energy):
+    """Energies of members of another law than a spring, at unit density."""
+    energies(code, T.law, first, last, W.delta, t, energy)
+
+
+@only_with("spring_column")
+def spring_slopes(T, q, v, m, big, dp, spring):
+    """spring (8, T) += slopes by k, c, rest, k_stop, upper, lower, ., torque."""
+    for t in range(T.spring_column.shape[0]):
+        j, at = T.spring_column[t, 0], T.spring_column[t, 1]
+        big[2] = q[at]
+        big[5] = v[j]
+        torque_slopes(T.spring, t, big, dp)
+        for e in range(6):
+            spring[e, t] += dp[e] * m[j]
+        spring[7, t] -= m[j]
+
+
+@only_with("ball_column")
+def ball_slopes(T, q, v, m, turn, ball):
+    """ball (2, B) += slopes by k, c."""
+    for t in range(T.ball_column.shape[0]):
+        j, at = T.ball_column[t, 0], T.ball_column[t, 1]
+        logarithm(q, at, T.ball_rest, t, turn)
+        for e in range(3):
+            ball[0, t] += turn[e] * m[j + e]
+            ball[1, t] += v[j + e] * m[j + e]
+
+
+@only_with("coupling_column")
+def coupling_slopes(T, q, v, m, coupling):
+    """coupling (3, C) += slopes by k, c, rest."""
+    for t in range(T.coupling_column.shape[0]):
+        i, j = T.coupling_column[t, 0], T.coupling_column[t, 1]
+        a, b = T.coupling_column[t, 2], T.coupling_column[t, 3]
+        work = m[i] - m[j]
+        coupling[0, t] += (q[a] - q[b] - T.coupling[t, 2]) * work
+        coupling[1, t] += (v[i] - v[j]) * work
+        coupling[2, t] -= T.coupling[t, 0] * work
+
+
+@only_with("bushing_pair")
+def bushings_slopes(T, W, v, V, m, own, bushing):
+    """`bushing_slopes` of all."""
+    for u in range(T.bushing_pair.shape[0]):
+        bushing_slopes(T, W, u, v, V, m, own, bushing)
 
 
 @njit(**INNER)
@@ -230,17 +311,11 @@ def member_states(T, W, nodes, q, v, w, zero, energy):
         measure_members(T, W, node)
         for g in range(T.segment.shape[0]):
             code, first, last = T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
-            laws(code, T.law, first, last, W.delta, zero, T.times[node], W.f, W.fd, W.fv)
-            energies(code, T.law, first, last, W.delta, T.times[node], energy[a])
-
-
-@njit(**CAREFUL)
-def node_columns(T, W, node, q, v, w):
-    """W.s, the twists, accelerations and inertias of one node."""
-    places(T, W, node, q)
-    columns(T, W)
-    twists(T, W, node, v, w)
-    link_wrenches(T, W)
+            unit_forces(T, W, code, first, last, zero, T.times[node])
+            if code == SPRING:
+                spring_energies(T.law, first, last, W.delta, T.times[node], energy[a])
+            else:
+                other_energies(T, W, code, first, last, T.times[node], energy[a])
 
 
 @njit(**CAREFUL)
@@ -261,3 +336,27 @@ def momenta(T, W, first, q, v, w, out):
         p[0] += o[1] * p[5] - o[2] * p[4]
         p[1] += o[2] * p[3] - o[0] * p[5]
         p[2] += o[0] * p[4] - o[1] * p[3]
+
+
+@njit(**CAREFUL)
+def work_along(T, W, R, last, mu, q, v, w, out):
+    """Along a direction of all numbers, the tables T + i tiny dT: points, frames, laws, roads, motions.
+
+    out (1,) += the sum of mu . dr over the nodes 0..last; scratch q (nq,), v, w (n,) complex.
+    """
+    n, full = T.column.shape[0], v.shape[0]
+    for node in range(last + 1):
+        for i in range(q.shape[0]):
+            q[i] = R.position[node, i]
+        for i in range(full):
+            v[i] = R.velocity[node, i]
+            w[i] = R.rate[node, i]
+        places(T, W, node, q)
+        columns(T, W)
+        twists(T, W, node, v, w)
+        link_wrenches(T, W)
+        joint_forces(T, W)
+        pair_forces(T, W, node, v[n:], w, node < 0)
+        coordinate_forces(T, W, node, q, v, node < 0)
+        for i in range(full):
+            out[0] += mu[node, i] * W.force[i].imag / TINY

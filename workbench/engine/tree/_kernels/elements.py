@@ -12,64 +12,73 @@ moves b.
 """
 
 from numba import njit
+from numpy import sqrt
 
+from ...compiler.held import only_with
 from ...compiler.options import INNER
 from ...elements._kernels_spatial_bushing import spatial_bushing
 from ...elements.joint_spring import forces as torsion
-from .members import add_member_forces, add_member_slopes, add_point_slope, measure_members
+from .cuts import cut_forces, cut_slopes
+from .members import (
+    add_lever,
+    add_member_forces,
+    add_member_slopes,
+    add_point_force,
+    add_point_slope,
+    measure_members,
+)
 from .motion import cross_force, cross_motion, dot6
-from .rotations import inverse_tangent, logarithm
+from .rotations import inverse_tangent, logarithm, turned, turned_back
 from .surfaces import surface_forces, surface_slopes
 
 
-@njit(**INNER)
-def pair_forces(T, W, step, x):
-    """W.pair_force of all pairs, taken off W.force; rates of states with a minus into W.force."""
+@only_with("pair")
+def pair_forces(T, W, step, x, w, never):
+    """W.pair_force of all pairs, taken off W.force; rates of states with a minus into W.force.
+
+    w: rates, the multipliers of cut joints behind them.  never: False, as a value.
+    """
     for pair in range(T.pair.shape[0]):
         for e in range(6):
             W.pair_force[pair, e] = 0.0
     measure_members(T, W, step)
     add_member_forces(T, W)
-    for u in range(T.bushing_pair.shape[0]):
-        one_bushing(T, W, u, x, False)
-    surface_forces(T, W, step, x)
-    for i in range(T.load.shape[0]):
-        one_load(T, W, step, i, False)
+    bushings(T, W, x, never)
+    surface_forces(T, W, x)
+    loads(T, W, step, never)
+    cut_forces(T, W, step, w)
     for pair in range(T.pair.shape[0]):
         for i in range(T.pair[pair, 2], T.pair[pair, 3]):
             k = T.path[i, 0]
             W.force[k] -= T.path[i, 1] * dot6(W.s[k], W.pair_force[pair])
 
 
-@njit(**INNER)
-def pair_slopes(T, W, step, x):
+@only_with("pair")
+def pair_slopes(T, W, step, x, w, tangent):
     """W.pair_k and W.pair_c of all pairs after `pair_forces`, and the entries of states in K and C."""
     for pair in range(T.pair.shape[0]):
         for e in range(36):
             W.pair_k[pair, e] = 0.0
             W.pair_c[pair, e] = 0.0
     add_member_slopes(T, W)
+    bushings(T, W, x, tangent)
+    surface_slopes(T, W, x)
+    loads(T, W, step, tangent)
+    cut_slopes(T, W, step, w)
+
+
+@only_with("bushing_pair")
+def bushings(T, W, x, tangent):
+    """All bushings, or their slopes."""
     for u in range(T.bushing_pair.shape[0]):
-        one_bushing(T, W, u, x, True)
-    surface_slopes(T, W, step, x)
+        one_bushing(T, W, u, x, tangent)
+
+
+@only_with("load")
+def loads(T, W, step, tangent):
+    """All loads, or their slopes."""
     for i in range(T.load.shape[0]):
-        one_load(T, W, step, i, True)
-
-
-@njit(**INNER)
-def turned(R, x, out):
-    """out = R x of a rotation by rows."""
-    out[0] = R[0] * x[0] + R[1] * x[1] + R[2] * x[2]
-    out[1] = R[3] * x[0] + R[4] * x[1] + R[5] * x[2]
-    out[2] = R[6] * x[0] + R[7] * x[1] + R[8] * x[2]
-
-
-@njit(**INNER)
-def turned_back(R, x, out):
-    """out = R^T x of a rotation by rows."""
-    out[0] = R[0] * x[0] + R[3] * x[1] + R[6] * x[2]
-    out[1] = R[1] * x[0] + R[4] * x[1] + R[7] * x[2]
-    out[2] = R[2] * x[0] + R[5] * x[1] + R[8] * x[2]
+        one_load(T, W, step, i, tangent)
 
 
 @njit(**INNER)
@@ -137,28 +146,6 @@ def one_bushing(T, W, u, x, tangent):
 
 
 @njit(**INNER)
-def add_lever(A, px, py, pz, x, y, z):
-    """A (36,) += the moment dr x w of a force w whose point moves by dr = s + e x p."""
-    # dr x w: s part -w^, e part (e x p) x w = p (e . w) - e (p . w)
-    dot = px * x + py * y + pz * z
-    A[0] += px * x - dot
-    A[1] += px * y
-    A[2] += px * z
-    A[6] += py * x
-    A[7] += py * y - dot
-    A[8] += py * z
-    A[12] += pz * x
-    A[13] += pz * y
-    A[14] += pz * z - dot
-    A[4] += z
-    A[5] -= y
-    A[9] -= z
-    A[11] += x
-    A[15] += y
-    A[16] -= x
-
-
-@njit(**INNER)
 def in_global_axes(R, m, out, some):
     """out = R m R^T."""
     for i in range(3):
@@ -167,17 +154,6 @@ def in_global_axes(R, m, out, some):
     for i in range(3):
         for j in range(3):
             out[i, j] = some[i, 0] * R[3 * j] + some[i, 1] * R[3 * j + 1] + some[i, 2] * R[3 * j + 2]
-
-
-@njit(**INNER)
-def add_point_force(total, p, w):
-    """total += (p x w; w)."""
-    total[0] += p[1] * w[2] - p[2] * w[1]
-    total[1] += p[2] * w[0] - p[0] * w[2]
-    total[2] += p[0] * w[1] - p[1] * w[0]
-    total[3] += w[0]
-    total[4] += w[1]
-    total[5] += w[2]
 
 
 @njit(**INNER)
@@ -256,7 +232,7 @@ def add_crossed(A, p, x, y, z):
         A[6 * i + i] += dot
 
 
-@njit(**INNER)
+@only_with("pair")
 def pull_back(T, W):
     """Add the slopes of all pairs to K and C."""
     cross, y, yc = W.some[0], W.some[1], W.some[2]
@@ -291,8 +267,17 @@ def pull_back(T, W):
 
 
 @njit(**INNER)
-def coordinate_forces(T, W, q, v, tangent):
+def coordinate_forces(T, W, step, q, v, tangent):
     """Add springs, stops, dampers and constant torques of single coordinates, balls and couplings."""
+    coordinate_springs(T, W, q, v, tangent)
+    coordinate_dampers(T, W, step, v, tangent)
+    ball_springs(T, W, q, v, tangent)
+    couplings(T, W, q, v, tangent)
+
+
+@only_with("spring_column")
+def coordinate_springs(T, W, q, v, tangent):
+    """Springs, stops, dampers and constant torques of single coordinates."""
     big, fr, kr, cr = W.some[0], W.some[1], W.small[2], W.small[3]
     for t in range(T.spring_column.shape[0]):
         j, at = T.spring_column[t, 0], T.spring_column[t, 1]
@@ -306,6 +291,25 @@ def coordinate_forces(T, W, q, v, tangent):
         if tangent:
             W.k[j, j] += kr[2, 2]
             W.c[j, j] += cr[2, 2]
+
+
+@only_with("damper_column")
+def coordinate_dampers(T, W, step, v, tangent):
+    """Two rates of damping, and friction over time, on single coordinates."""
+    for t in range(T.damper_column.shape[0]):
+        j = T.damper_column[t]
+        mean, half, slow = T.damper[t, 0], T.damper[t, 1], T.damper[t, 2]
+        friction, rate = T.friction_sample[step, t], v[j]
+        s = sqrt(rate * rate + slow * slow)
+        W.force[j] += mean * rate + half * (s - slow) + friction * rate / s
+        if tangent:
+            W.c[j, j] += mean + half * rate / s + friction * slow * slow / (s * s * s)
+
+
+@only_with("ball_column")
+def ball_springs(T, W, q, v, tangent):
+    """Springs and dampers about all axes of a rotation."""
+    big, kr = W.some[0], W.small[2]
     for t in range(T.ball_column.shape[0]):
         j, at = T.ball_column[t, 0], T.ball_column[t, 1]
         logarithm(q, at, T.ball_rest, t, big)
@@ -317,6 +321,11 @@ def coordinate_forces(T, W, q, v, tangent):
                 W.c[j + e, j + e] += T.ball[t, 1]
                 for g in range(3):
                     W.k[j + e, j + g] += T.ball[t, 0] * kr[e, g]
+
+
+@only_with("coupling_column")
+def couplings(T, W, q, v, tangent):
+    """Springs and dampers between two coordinates."""
     for t in range(T.coupling_column.shape[0]):
         i, j = T.coupling_column[t, 0], T.coupling_column[t, 1]
         a, b = T.coupling_column[t, 2], T.coupling_column[t, 3]

@@ -26,10 +26,14 @@ class Pattern(NamedTuple):
 
 
 def elimination(arrays: dict[str, Array], states: int) -> Pattern:
-    """The pattern of a tree's tables with `states` first-order states behind its columns."""
+    """The pattern of a tree's tables with `states` first-order states behind its columns.
+
+    Conditions of cut joints come last: their diagonal is filled by the columns that they bind.
+    """
     link, column, pair, path = (arrays[name] for name in ("link", "column", "pair", "path"))
     n, ground = len(column), len(link)
-    near: list[set[int]] = [set() for _ in range(n + states)]
+    conditions = range(n + states, n + states + len(arrays["cut"]))
+    near: list[set[int]] = [set() for _ in range(n + states + len(conditions))]
 
     def join(some: list[int]) -> None:
         for i in some:
@@ -52,7 +56,9 @@ def elimination(arrays: dict[str, Array], states: int) -> Pattern:
             if state >= 0:
                 own = range(n + int(state), n + int(state) + count)
                 join([int(c) for c, _ in path[pair[row, 2] : pair[row, 3]]] + [*own])
-    order = [*range(n, n + states), *range(n - 1, -1, -1)]
+    for own, (row, _) in zip(conditions, arrays["cut"], strict=True):
+        join([int(c) for c, _ in path[pair[row, 2] : pair[row, 3]]] + [own])
+    order = [*range(n, n + states), *range(n - 1, -1, -1), *conditions]
     first, runs = [0], []
     done: set[int] = set()
     for k in order:

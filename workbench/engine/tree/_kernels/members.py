@@ -9,9 +9,13 @@ passes through both points, W = (r_b x w; w): only w changes with the place of a
 from numba import njit
 from numpy import sqrt
 
+from ...compiler.held import only_with
 from ...compiler.options import INNER
 from ...elements._kernels_laws import laws
+from ...elements.spring import forces as springs
+from ...elements.table import code_of
 
+SPRING = code_of("Spring")
 NEAR = 1e-20  # m^2: a member of no length has a direction all the same
 
 
@@ -50,7 +54,22 @@ def measure_members(T, W, step):
             line[8] = uz
             W.delta[i] = length - T.geometry[6, i]
             W.rate[i] = ux * gx + uy * gy + uz * gz
-        laws(code, T.law, first, last, W.delta, W.rate, T.times[step], W.f, W.fd, W.fv)
+        unit_forces(T, W, code, first, last, W.rate, T.times[step])
+
+
+@njit(**INNER)
+def unit_forces(T, W, code, first, last, rate, t):
+    """W.f, W.fd and W.fv of some members of one law at unit density."""
+    if code == SPRING:
+        springs(T.law, first, last, W.delta, rate, t, W.f, W.fd, W.fv)
+    else:
+        other_forces(T, W, code, first, last, rate, t)
+
+
+@only_with("other_law")
+def other_forces(T, W, code, first, last, rate, t):
+    """`unit_forces` of other laws than springs."""
+    laws(code, T.law, first, last, W.delta, rate, t, W.f, W.fd, W.fv)
 
 
 @njit(**INNER)
@@ -81,7 +100,7 @@ def add_member_forces(T, W):
 @njit(**INNER)
 def add_member_slopes(T, W):
     """Sum A and D of the members of every pair into W.pair_k and W.pair_c."""
-    G = W.small[2]
+    G, e = W.small[2], W.some[0]
     for g in range(T.segment.shape[0]):
         pair = T.segment[g, 0]
         A, D = W.pair_k[pair], W.pair_c[pair]
@@ -105,8 +124,13 @@ def add_member_slopes(T, W):
                 hx += fv * ((gx - along * ux) * inverse + uy * va[2] - uz * va[1])
                 hy += fv * ((gy - along * uy) * inverse + uz * va[0] - ux * va[2])
                 hz += fv * ((gz - along * uz) * inverse + ux * va[1] - uy * va[0])
-                e0, e1, e2 = ay * uz - az * uy, az * ux - ax * uz, ax * uy - ay * ux
-                add_outer(D, -fv, e0, e1, e2, ux, uy, uz)
+                e[0] = ay * uz - az * uy
+                e[1] = az * ux - ax * uz
+                e[2] = ax * uy - ay * ux
+                e[3] = ux
+                e[4] = uy
+                e[5] = uz
+                add_outer(D, -fv, e)
             r = f * inverse
             G[0, 0] = ux * hx + r * (1.0 - ux * ux)
             G[0, 1] = ux * hy - r * ux * uy
@@ -121,24 +145,12 @@ def add_member_slopes(T, W):
 
 
 @njit(**INNER)
-def add_outer(D, s, e0, e1, e2, u0, u1, u2):
-    """D (36,) += s (e; u)(e; u)^T."""
-    add_outer_row(D, 0, s * e0, e0, e1, e2, u0, u1, u2)
-    add_outer_row(D, 6, s * e1, e0, e1, e2, u0, u1, u2)
-    add_outer_row(D, 12, s * e2, e0, e1, e2, u0, u1, u2)
-    add_outer_row(D, 18, s * u0, e0, e1, e2, u0, u1, u2)
-    add_outer_row(D, 24, s * u1, e0, e1, e2, u0, u1, u2)
-    add_outer_row(D, 30, s * u2, e0, e1, e2, u0, u1, u2)
-
-
-@njit(**INNER)
-def add_outer_row(D, at, s, e0, e1, e2, u0, u1, u2):
-    D[at] += s * e0
-    D[at + 1] += s * e1
-    D[at + 2] += s * e2
-    D[at + 3] += s * u0
-    D[at + 4] += s * u1
-    D[at + 5] += s * u2
+def add_outer(D, s, x):
+    """D (36,) += s x x^T, x (6,)."""
+    for i in range(6):
+        by = s * x[i]
+        for j in range(6):
+            D[6 * i + j] += by * x[j]
 
 
 @njit(**INNER)
@@ -163,3 +175,36 @@ def add_point_slope(A, G, ax, ay, az, bx, by, bz):
         A[18 + j] += p
         A[24 + j] += q
         A[30 + j] += r
+
+
+@njit(**INNER)
+def add_lever(A, px, py, pz, x, y, z):
+    """A (36,) += the moment dr x w of a force w whose point moves by dr = s + e x p."""
+    # dr x w: s part -w^, e part (e x p) x w = p (e . w) - e (p . w)
+    dot = px * x + py * y + pz * z
+    A[0] += px * x - dot
+    A[1] += px * y
+    A[2] += px * z
+    A[6] += py * x
+    A[7] += py * y - dot
+    A[8] += py * z
+    A[12] += pz * x
+    A[13] += pz * y
+    A[14] += pz * z - dot
+    A[4] += z
+    A[5] -= y
+    A[9] -= z
+    A[11] += x
+    A[15] += y
+    A[16] -= x
+
+
+@njit(**INNER)
+def add_point_force(total, p, w):
+    """total += (p x w; w)."""
+    total[0] += p[1] * w[2] - p[2] * w[1]
+    total[1] += p[2] * w[0] - p[0] * w[2]
+    total[2] += p[0] * w[1] - p[1] * w[0]
+    total[3] += w[0]
+    total[4] += w[1]
+    total[5] += w[2]

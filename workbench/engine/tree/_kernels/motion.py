@@ -10,6 +10,7 @@ chapters 2 and 5). For link i with parent p, columns S of its joint and inertia 
 from numba import njit
 from numpy import cos, sin
 
+from ...compiler.held import only_with
 from ...compiler.options import INNER
 from .rotations import turn
 
@@ -222,7 +223,7 @@ def global_inertia(J, R, p, out):
     out[9] = b0 * R[6] + b1 * R[7] + b2 * R[8] - hy * z - hz * y - m * y * z
 
 
-@njit(**INNER)
+@only_with("drive")
 def driven_motion(T, W, step, l):
     """Twist and acceleration of a link with a prescribed joint."""
     parent, d = T.link[l, 1], T.link[l, 5]

@@ -17,7 +17,7 @@ from numba import njit
 from ...compiler.options import CAREFUL, INNER
 from .alpha_adjoint import by_move, carried_back
 from .elimination import factor, solve, solve_transposed
-from .forces import linearised, residual
+from .forces import evaluate
 from .motion import moved
 from .rotations import inverse_coefficient, inverse_tangent
 from .tangents import motion_mass
@@ -47,7 +47,7 @@ def rates_at(T, W, P, R, point):
     q, v, w = R.position[point], R.velocity[point], R.rate[point]
     for i in range(n):
         w[i] = 0.0
-    residual(T, W, point, q, v, w)
+    evaluate(T, W, point, q, v, w, point < 0)
     motion_mass(T, W)
     for i in range(n):
         for j in range(n):
@@ -63,7 +63,8 @@ def rates_at(T, W, P, R, point):
 def march_rk8(T, W, P, R, A, B, h, steps, y):
     """All points from the first; y (stages, n) scratch. 0, or the step that failed."""
     n, stages = W.m.shape[0], B.shape[0]
-    linearised(T, W, 0, R.position[0], R.velocity[0], R.rate[0])  # W.m of the states
+    first = n - n  # a value, no literal: see `evaluate`
+    evaluate(T, W, first, R.position[0], R.velocity[0], R.rate[0], first == 0)  # W.m of the states
     for step in range(steps):
         node = (stages + 1) * step
         q, v = R.position[node], R.velocity[node]
@@ -104,7 +105,7 @@ def march_rk8(T, W, P, R, A, B, h, steps, y):
 def pull_back_point(T, W, P, R, point, beta, mu, by_q, by_v):
     """mu = -M^-T beta at a point; by_q = K^T mu, by_v = C^T mu."""
     n = W.m.shape[0]
-    linearised(T, W, point, R.position[point], R.velocity[point], R.rate[point])
+    evaluate(T, W, point, R.position[point], R.velocity[point], R.rate[point], point >= 0)
     for i in range(n):
         for j in range(n):
             R.lu[i, j] = W.m[i, j]

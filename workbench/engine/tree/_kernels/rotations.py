@@ -140,3 +140,19 @@ def logarithm(q, at, rest, row, out):
     out[0] = by * x
     out[1] = by * y
     out[2] = by * z
+
+
+@njit(**INNER)
+def turned(R, x, out):
+    """out = R x of a rotation by rows."""
+    out[0] = R[0] * x[0] + R[1] * x[1] + R[2] * x[2]
+    out[1] = R[3] * x[0] + R[4] * x[1] + R[5] * x[2]
+    out[2] = R[6] * x[0] + R[7] * x[1] + R[8] * x[2]
+
+
+@njit(**INNER)
+def turned_back(R, x, out):
+    """out = R^T x of a rotation by rows."""
+    out[0] = R[0] * x[0] + R[3] * x[1] + R[6] * x[2]
+    out[1] = R[1] * x[0] + R[4] * x[1] + R[7] * x[2]
+    out[2] = R[2] * x[0] + R[5] * x[1] + R[8] * x[2]

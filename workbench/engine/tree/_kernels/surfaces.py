@@ -7,83 +7,121 @@ a place or twist moved by i 1e-30: exact, whatever the law, at the price of 12 e
 """
 
 from numba import njit
+from numba.core import types
+from numba.extending import overload
 
-from ...compiler.options import INNER
+from ...compiler.held import only_with
+from ...compiler.options import CAREFUL, INNER
 from ...elements._kernels_contact import contact_force, distance
 from ...elements._kernels_tyre import tyre
+from .motion import columns, places, twists
 
 TYRE = 9
 TINY = 1e-30
 
 
+def of_kind(x, sample):
+    """A complex number as it is, or its real part where `sample` is real."""
+    return x if isinstance(sample, complex) else x.real
+
+
+@overload(of_kind, jit_options=INNER)
+def _of_kind(x, sample):
+    return (lambda x, sample: x) if isinstance(sample, types.Complex) else (lambda x, sample: x.real)
+
+
+@only_with("tyre")
+def tyre_law(T, i, origin, A, pa, ta, x, out, some):
+    """A tyre: f and arm in some[3], some[4], its moment in out[:3], the rates of its slips in out[6:]."""
+    centre, v, w, f, arm, rates = some[0], some[1], some[2], some[3], some[4], some[5]
+    v[0] = ta[3] + ta[1] * pa[2] - ta[2] * pa[1]
+    v[1] = ta[4] + ta[2] * pa[0] - ta[0] * pa[2]
+    v[2] = ta[5] + ta[0] * pa[1] - ta[1] * pa[0]
+    for e in range(3):
+        centre[e] = pa[e]
+        w[e] = ta[e]
+    tyre(T.surface_law[i], T.surface_shape[i], A, centre, origin, v, w, x[0], x[1], f, arm, rates)
+    for e in range(3):
+        out[e] = arm[3 + e]
+        out[3 + e] = f[e]
+    out[6] = rates[0]
+    out[7] = rates[1]
+
+
+@only_with("contact")
+def contact_law(T, i, A, pa, ta, B, pb, tb, out, some):
+    """A contact: f and arm in some[3], some[4], no moment of its own."""
+    p, g = T.surface_law[i], T.surface_shape[i]
+    point, r, n, v, f, arm = some[0], some[1], some[2], some[5], some[3], some[4]
+    for e in range(3):
+        point[e] = pa[e] + A[3 * e] * p[6] + A[3 * e + 1] * p[7] + A[3 * e + 2] * p[8]
+    a, b, c = point[0] - pb[0], point[1] - pb[1], point[2] - pb[2]
+    for e in range(3):
+        r[e] = B[e] * a + B[3 + e] * b + B[6 + e] * c
+    depth = p[9] - distance(T.surface[i, 2], g, r, v)
+    for e in range(3):
+        n[e] = B[3 * e] * v[0] + B[3 * e + 1] * v[1] + B[3 * e + 2] * v[2]
+    for e in range(3):
+        arm[e] = point[e] - p[9] * n[e]
+    w0, w1, w2 = ta[0] - tb[0], ta[1] - tb[1], ta[2] - tb[2]
+    v[0] = ta[3] - tb[3] + w1 * arm[2] - w2 * arm[1]
+    v[1] = ta[4] - tb[4] + w2 * arm[0] - w0 * arm[2]
+    v[2] = ta[5] - tb[5] + w0 * arm[1] - w1 * arm[0]
+    contact_force(p, n, depth, v, f)
+    for e in range(3):
+        out[e] = 0.0 * f[e]
+        out[3 + e] = f[e]
+
+
 @njit(**INNER)
-def surface_law(T, i, origin, step, A, pa, ta, B, pb, tb, x, out, some):
+def surface_law(T, i, origin, A, pa, ta, B, pb, tb, x, out, some):
     """out (8,) = wrench on a about the origin and two rates of states; some (6, 9) scratch."""
-    kind = T.surface[i, 2]
-    if kind == TYRE:
-        centre, v, w, f, arm, rates = some[0], some[1], some[2], some[3], some[4], some[5]
-        v[0] = ta[3] + ta[1] * pa[2] - ta[2] * pa[1]
-        v[1] = ta[4] + ta[2] * pa[0] - ta[0] * pa[2]
-        v[2] = ta[5] + ta[0] * pa[1] - ta[1] * pa[0]
-        for e in range(3):
-            centre[e] = pa[e]
-            w[e] = ta[e]
-        tyre(T.surface_law[i], T.surface_shape[i], A, centre, origin, v, w, x[0], x[1], f, arm, rates)
-        for e in range(3):
-            out[e] = arm[3 + e]
-            out[3 + e] = f[e]
-        out[6] = rates[0]
-        out[7] = rates[1]
+    if T.surface[i, 2] == TYRE:
+        tyre_law(T, i, origin, A, pa, ta, x, out, some)
     else:
-        p, g = T.surface_law[i], T.surface_shape[i]
-        point, r, n, v, f, arm = some[0], some[1], some[2], some[3], some[4], some[5]
-        for e in range(3):
-            point[e] = pa[e] + A[3 * e] * p[6] + A[3 * e + 1] * p[7] + A[3 * e + 2] * p[8]
-        a, b, c = point[0] - pb[0], point[1] - pb[1], point[2] - pb[2]
-        for e in range(3):
-            r[e] = B[e] * a + B[3 + e] * b + B[6 + e] * c
-        depth = p[9] - distance(kind, g, r, v)
-        for e in range(3):
-            n[e] = B[3 * e] * v[0] + B[3 * e + 1] * v[1] + B[3 * e + 2] * v[2]
-        for e in range(3):
-            arm[e] = point[e] - p[9] * n[e]
-        w0, w1, w2 = ta[0] - tb[0], ta[1] - tb[1], ta[2] - tb[2]
-        v[0] = ta[3] - tb[3] + w1 * arm[2] - w2 * arm[1]
-        v[1] = ta[4] - tb[4] + w2 * arm[0] - w0 * arm[2]
-        v[2] = ta[5] - tb[5] + w0 * arm[1] - w1 * arm[0]
-        contact_force(p, n, depth, v, f)
-        for e in range(3):
-            out[e] = 0.0 * f[e]
-            out[3 + e] = f[e]
+        contact_law(T, i, A, pa, ta, B, pb, tb, out, some)
+    f, arm = some[3], some[4]
     out[0] += arm[1] * f[2] - arm[2] * f[1]
     out[1] += arm[2] * f[0] - arm[0] * f[2]
     out[2] += arm[0] * f[1] - arm[1] * f[0]
 
 
 @njit(**INNER)
-def surface_forces(T, W, step, x):
+def surface_start(T, W, i, x, A, pa, ta, own):
+    """Place and twist of a surface's link a, and its states, as complex numbers; the laws are compiled for
+    those alone."""
+    a, state = T.pair[T.surface[i, 0], 0], T.surface[i, 1]
+    for e in range(9):
+        A[e] = W.turn[a, e]
+    for e in range(3):
+        pa[e] = W.place[a, e]
+    for e in range(6):
+        ta[e] = W.twist[a, e]
+    if state >= 0:
+        own[0] = x[state]
+        own[1] = x[state + 1]
+
+
+@only_with("surface")
+def surface_forces(T, W, x):
     """Add every contact and tyre to W.pair_force; rates of states into W.force."""
     n = T.column.shape[0]
-    out, some, own = W.surface[0, 0], W.surface[1], W.surface[0, 1]
+    Z = W.complex
+    A, pa, ta, own, out, some = Z[0, 0], Z[0, 1], Z[0, 2], Z[0, 3], Z[0, 4], Z[1]
     for i in range(T.surface.shape[0]):
         pair, state = T.surface[i, 0], T.surface[i, 1]
-        a, b = T.pair[pair, 0], T.pair[pair, 1]
-        if state >= 0:
-            own[0] = x[state]
-            own[1] = x[state + 1]
-        surface_law(
-            T, i, W.origin, step, W.turn[a], W.place[a], W.twist[a], W.turn[b], W.place[b], W.twist[b],
-            own, out, some
-        )  # fmt: skip
+        b = T.pair[pair, 1]
+        surface_start(T, W, i, x, A, pa, ta, own)
+        surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
         for e in range(6):
-            W.pair_force[pair, e] += out[e]
+            W.pair_force[pair, e] += of_kind(out[e], W.origin[0])
         if state >= 0:
-            W.force[n + state] = -out[6]
-            W.force[n + state + 1] = -out[7]
+            W.force[n + state] = -of_kind(out[6], W.origin[0])
+            W.force[n + state + 1] = -of_kind(out[7], W.origin[0])
 
 
-@njit(**INNER)
-def surface_slopes(T, W, step, x):
+@only_with("surface")
+def surface_slopes(T, W, x):
     """Add the slopes of every contact and tyre to W.pair_k, W.pair_c, and those of their states to K and
     C."""
     n = T.column.shape[0]
@@ -91,18 +129,15 @@ def surface_slopes(T, W, step, x):
     A, pa, ta, own, out, some = Z[0, 0], Z[0, 1], Z[0, 2], Z[0, 3], Z[0, 4], Z[1]
     for i in range(T.surface.shape[0]):
         pair, state = T.surface[i, 0], T.surface[i, 1]
-        a, b = T.pair[pair, 0], T.pair[pair, 1]
-        R, p, t = W.turn[a], W.place[a], W.twist[a]
-        if state >= 0:
-            own[0] = x[state]
-            own[1] = x[state + 1]
+        b = T.pair[pair, 1]
+        if state < 0:
+            surface_start(T, W, i, x, A, pa, ta, own)
+            surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
+            if out[3].real == 0.0 and out[4].real == 0.0 and out[5].real == 0.0:
+                continue  # out of touch: the law is flat there
+        R, p = W.turn[T.pair[pair, 0]], W.place[T.pair[pair, 0]]
         for j in range(14 if state >= 0 else 12):
-            for e in range(9):
-                A[e] = R[e]
-            for e in range(3):
-                pa[e] = p[e]
-            for e in range(6):
-                ta[e] = t[e]
+            surface_start(T, W, i, x, A, pa, ta, own)
             if j < 3:  # a turn about axis j
                 u, v = (j + 1) % 3, (j + 2) % 3
                 for e in range(3):
@@ -111,16 +146,12 @@ def surface_slopes(T, W, step, x):
                 pa[u] = p[u] - 1j * TINY * p[v]
                 pa[v] = p[v] + 1j * TINY * p[u]
             elif j < 6:
-                pa[j - 3] = p[j - 3] + 1j * TINY
+                pa[j - 3] += 1j * TINY
             elif j < 12:
-                ta[j - 6] = t[j - 6] + 1j * TINY
+                ta[j - 6] += 1j * TINY
             else:
-                own[j - 12] = x[state + j - 12] + 1j * TINY
-            surface_law(
-                T, i, W.origin, step, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some
-            )  # fmt: skip
-            if j >= 12:
-                own[j - 12] = x[state + j - 12]
+                own[j - 12] += 1j * TINY
+            surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
             for e in range(6):
                 slope = out[e].imag / TINY
                 if j < 6:
@@ -136,7 +167,7 @@ def surface_slopes(T, W, step, x):
             state_rows(T, W, pair, n + state)
 
 
-@njit(**INNER)
+@only_with("tyre")
 def state_rows(T, W, pair, row):
     """K and C of a tyre's two slips, from W.surface: wrench by slip (3), rates by place, twist and slips
     (4, 5)."""
@@ -166,3 +197,27 @@ def state_rows(T, W, pair, row):
             W.k[row + g, j] = -sign * by_place
             W.c[row + g, j] = -sign * by_twist
             W.c[j, row + g] = -sign * force
+
+
+@njit(**CAREFUL)
+def surface_histories(T, W, q, v, w, n, force, point):
+    """Force on link a, and its place in global axes, (nodes, K, 3) each; n velocities of joints."""
+    for node in range(q.shape[0]):
+        places(T, W, node, q[node])
+        columns(T, W)
+        twists(T, W, node, v[node], w[node])
+        at_node(T, W, v[node, n:], force[node], point[node])
+
+
+@only_with("surface")
+def at_node(T, W, x, force, point):
+    """Forces and places of all surfaces at one node."""
+    Z = W.complex
+    A, pa, ta, own, out, some = Z[0, 0], Z[0, 1], Z[0, 2], Z[0, 3], Z[0, 4], Z[1]
+    for i in range(T.surface.shape[0]):
+        b = T.pair[T.surface[i, 0], 1]
+        surface_start(T, W, i, x, A, pa, ta, own)
+        surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
+        for e in range(3):
+            force[i, e] = some[3, e].real
+            point[i, e] = some[4, e].real + W.origin[e]

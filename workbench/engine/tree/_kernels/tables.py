@@ -36,6 +36,7 @@ class TreeTables(NamedTuple):
     pair: Array  # (P, 4) link a, link b, first and last of its path
     path: Array  # (columns of all paths, 2) column, sign: +1 moves a alone, -1 moves b alone
     segment: Array  # (S, 4) pair, law code, first, last member
+    other_law: Array  # codes of laws other than springs
     geometry: Array  # (7, N) point on a, point on b, natural length
     law: Array  # (9, N)
     scale: Array  # (N,) alpha^power
@@ -44,17 +45,26 @@ class TreeTables(NamedTuple):
     ball_column: Array  # (B, 2) first column, place in q of a ball spring
     ball: Array  # (B, 2) k, c
     ball_rest: Array  # (B, 4) quaternion at rest
+    damper_column: Array  # (D,) column
+    damper: Array  # (D, 3) half the sum and the difference of the rates, slow
     coupling_column: Array  # (C, 4) columns and places in q of two coupled coordinates
     coupling: Array  # (C, 3) k, c, difference at rest
     bushing_pair: Array  # (U, 3) pair, its damage among the states or -1, 0
     bushing: Array  # (26, U)
     surface: Array  # (K, 3) pair, first state or -1, kind of shape or tyre
+    contact: Array  # which of them are contacts
+    tyre: Array  # which are tyres
     surface_law: Array  # (K, 31)
-    surface_shape: Array  # (K, 11) shape on b, or road
+    surface_shape: Array  # (K, 11 or more) shape on b, or road
+    cut: Array  # (m, 2) pair, kind of condition
+    cut_place: Array  # (m, 10) point or direction on a; point on b; direction on b; length
+    closing: Array  # (samples,) what the rows of conditions stand for, see `cuts`
     load: Array  # (F, 3) pair with the ground, follower, kind (0 force, 1 torque)
     load_point: Array  # (F, 3)
     times: Array  # (samples,)
     load_sample: Array  # (samples, F, 3)
+    friction_sample: Array  # (samples, D) friction of the dampers
+    drive: Array  # (driven links,) which links are driven
     motion: Array  # (samples, driven links, 24) rotation, place, spin, velocity, their rates
 
 
@@ -93,17 +103,18 @@ class TreeWork(NamedTuple):
     path_k: Array  # (longest path, 12) scratch
     surface: Array  # (7, 6, 9) scratch
     complex: Array  # (2, 6, 9) scratch of complex steps
+    cut: Array  # (11, 3) scratch
 
 
 def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeWork:
-    """Arrays for the evaluations of one tree with `states` first-order states."""
+    """Arrays for the evaluations of one tree with `states` first-order states, and its conditions."""
     links, n, members, pairs = (
         len(tables.link),
         len(tables.column),
         tables.geometry.shape[1],
         len(tables.pair),
     )
-    full = n + states
+    full = n + states + len(tables.cut)
     longest = int((tables.pair[:, 3] - tables.pair[:, 2]).max(initial=0))
 
     def zeros(*shape: int) -> Array:
@@ -117,7 +128,7 @@ def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeW
         delta=zeros(members), rate=zeros(members), f=zeros(members), fd=zeros(members), fv=zeros(members),
         line=zeros(members, 9), pair_force=zeros(pairs, 6), pair_k=zeros(pairs, 36), pair_c=zeros(pairs, 36),
         some=zeros(4, 64), small=zeros(6, 3, 3), path_k=zeros(max(longest, 1), 12),
-        surface=zeros(7, 6, 9), complex=np.zeros((2, 6, 9), complex),
+        surface=zeros(7, 6, 9), complex=np.zeros((2, 6, 9), complex), cut=zeros(11, 3),
     )  # fmt: skip
     work.turn[links, 0] = work.turn[links, 4] = work.turn[links, 8] = 1.0
     work.push[links, 3:] = -tables.gravity
@@ -126,11 +137,11 @@ def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeW
 
 @passed_as_record
 class TreeRun(NamedTuple):
-    """The nodes of a run, and what a step needs; n velocities of joints and states together."""
+    """The nodes of a run, and what a step needs; n velocities of joints, states and conditions together."""
 
     position: Array  # (nodes, nq)
-    velocity: Array  # (nodes, n) states behind the velocities
-    rate: Array  # (nodes, n)
+    velocity: Array  # (nodes, n) states behind the velocities, then integrals of the multipliers, unused
+    rate: Array  # (nodes, n) accelerations, rates of states, multipliers
     move: Array  # (nodes, n) increments d of every step
     stiffness: Array  # (nodes or 1, n, n) kept tangents
     damping: Array
