@@ -12,6 +12,7 @@ from workbench.figures.parts import (
     BLUE,
     GREY,
     VERMILLION,
+    any_label,
     axis_label,
     current_axes,
 )
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["plot_density", "plot_front", "plot_layout", "plot_layout_history"]
 
 
+@any_label
 def plot_layout_history(
     history: Sequence[Mapping[str, Any]],
     *,
@@ -47,6 +49,7 @@ def plot_layout_history(
     return ax
 
 
+@any_label
 def plot_density(density: Sequence[float], *, ax: "Axes | None" = None) -> "Axes":
     """Density of every member by its number, as in figures 7.4, 7.7, 7.10 and 7.13 of the dissertation."""
     ax = current_axes(ax)
@@ -59,6 +62,7 @@ def plot_density(density: Sequence[float], *, ax: "Axes | None" = None) -> "Axes
     return ax
 
 
+@any_label
 def plot_layout(
     members: Sequence[Mapping[str, Any]], *, thickest: float = 1.8, unit: str = "m", ax: "Axes | None" = None
 ) -> "Axes":
@@ -89,6 +93,7 @@ def plot_layout(
     return ax
 
 
+@any_label
 def plot_front(
     points: Sequence[Sequence[float]],
     *,

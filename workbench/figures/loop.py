@@ -18,6 +18,7 @@ from workbench.figures.parts import (
     PALE,
     PURPLE,
     VERMILLION,
+    any_label,
     axis_label,
     current_axes,
 )
@@ -44,6 +45,7 @@ DASHES = ("-", "--", ":", "-.")
 COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE)
 
 
+@any_label
 def plot_history(history: "History", *, times: np.ndarray, ax: "Axes | None" = None) -> "Axes":
     """A response over time, one line per run, told apart by dashes too; the limit dotted."""
     ax = current_axes(ax)
@@ -56,6 +58,7 @@ def plot_history(history: "History", *, times: np.ndarray, ax: "Axes | None" = N
     return ax
 
 
+@any_label
 def plot_convergence(
     history: Sequence[Mapping[str, Any]],
     *,
@@ -80,6 +83,7 @@ def plot_convergence(
     return ax
 
 
+@any_label
 def plot_rounds(
     rounds: Sequence[Mapping[str, Any]], *, label: str = "response", unit: str = "1", ax: "Axes | None" = None
 ) -> "Axes":
@@ -99,6 +103,7 @@ def plot_rounds(
     return ax
 
 
+@any_label
 def plot_layout_matrix(
     density: np.ndarray,
     *,
@@ -123,22 +128,45 @@ def plot_layout_matrix(
     return ax
 
 
+def _hull(points: np.ndarray) -> np.ndarray:
+    """Corners of the convex hull of points (k, 2) in order; the two ends of points on a line."""
+    from scipy.spatial import ConvexHull
+
+    centred = points - points.mean(axis=0)
+    strength = np.linalg.svd(centred, full_matrices=False)[1]
+    if len(points) < 3 or strength[-1] <= 1e-9 * max(strength[0], 1e-300):
+        along = centred @ np.linalg.svd(centred, full_matrices=False)[2][0]
+        return points[[int(along.argmin()), int(along.argmax())]]
+    return points[ConvexHull(points).vertices]
+
+
+@any_label
 def plot_members(
     members: Sequence[Mapping[str, Any]],
     *,
     outlines: Sequence[Sequence[Sequence[float]]] = (),
+    bodies: Sequence[Mapping[str, Any]] = (),
+    axes: tuple[int, int] = (0, 1),
     unit: str = "m",
     ax: "Axes | None" = None,
 ) -> "Axes":
-    """Members between their ends `a` and `b` (x, y), outlines of bodies behind them.
+    """Members between their ends `a` and `b`, seen along the axis that is not in `axes`.
 
-    The width is the density relative to the largest; no threshold decides what is there.
+    Behind them outlines (x, y), and `bodies` (name, points) as the hulls of their points. The width is the
+    density relative to the largest; no threshold decides what is there.
     """
     ax = current_axes(ax)
+    seen = list(axes)
     for outline in outlines:
         points = np.asarray(outline, dtype=float)
         ax.fill(points[:, 0], points[:, 1], facecolor="#eef1f4", edgecolor=GREY, lw=1, zorder=1)
-    shown: set[str] = set()
+    for body in bodies:
+        points = np.asarray(body["points"], dtype=float)[:, seen]
+        hull = _hull(points)
+        ax.fill(hull[:, 0], hull[:, 1], facecolor="#eef1f4", edgecolor=GREY, lw=1, alpha=0.6, zorder=1)
+        ax.plot(points[:, 0], points[:, 1], ".", color=GREY, ms=2, zorder=1)
+        ax.annotate(str(body["name"]), points.mean(axis=0), color=GREY, ha="center", va="bottom", zorder=4)
+    thickest: dict[str, Any] = {}  # of each kind, for the legend
     largest = max((float(m["density"]) for m in members), default=0.0) or 1.0
     # a thousand members are drawn finer than ten
     widest = WIDEST / max(1.0, len(members) / 100) ** 0.5
@@ -146,32 +174,24 @@ def plot_members(
         share, kind = float(m["density"]) / largest, str(m["kind"])
         if share < THINNEST:
             continue
-        (ax_, ay), (bx, by) = m["a"][:2], m["b"][:2]
+        (ax_, ay), (bx, by) = ([float(m[end][k]) for k in seen] for end in "ab")
         colour, width = KIND_COLOURS.get(kind, "#1b1f24"), widest * share
-        label = kind if kind not in shown else None
-        shown.add(kind)
         if kind == "airbag":
             ax.plot([ax_, bx], [ay, by], "-", color=colour, lw=0.6, zorder=2)
             s = (np.arange(7) + 0.5) / 7
-            ax.plot(
-                ax_ + s * (bx - ax_),
-                ay + s * (by - ay),
-                "o",
-                ms=2 + width,
-                color=colour,
-                label=label,
-                zorder=3,
-            )
+            x, y = ax_ + s * (bx - ax_), ay + s * (by - ay)
+            (thickest[kind],) = ax.plot(x, y, "o", ms=2 + width, color=colour, zorder=3)
         else:
             dash = (0, (2.2, 1.4)) if kind == "retractor" else "-"
-            ax.plot([ax_, bx], [ay, by], ls=dash, color=colour, lw=width, label=label, zorder=3)
+            (thickest[kind],) = ax.plot([ax_, bx], [ay, by], ls=dash, color=colour, lw=width, zorder=3)
     ax.set_aspect("equal")
-    ax.set(xlabel=axis_label("x", unit), ylabel=axis_label("y", unit))
-    if shown:
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    ax.set(xlabel=axis_label("xyz"[seen[0]], unit), ylabel=axis_label("xyz"[seen[1]], unit))
+    if thickest:
+        ax.legend(thickest.values(), thickest, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax
 
 
+@any_label
 def plot_distributions(
     values: Mapping[str, Sequence[float | None]],
     *,
@@ -194,6 +214,7 @@ def plot_distributions(
     return ax
 
 
+@any_label
 def plot_differences(
     first: Sequence[float | None],
     second: Sequence[float | None],

@@ -57,6 +57,14 @@ def layout_document(
                 problem.names, problem.limits, problem.costs @ result.density, strict=True
             )
         ],
+        "limits": [
+            {
+                "name": limit.name, "bound": limit.bound, "upper": limit.upper, "value": limit.value,
+                "unit": limit.unit, "scenario": limit.scenario, "time": finite(limit.time),
+                "price": limit.price,
+            }
+            for limit in result.limits
+        ],
         "density": result.density.tolist(),
         "grayness": result.grayness,
         "fractional": fractional_members(problem, result.density),

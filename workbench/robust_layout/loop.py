@@ -123,7 +123,8 @@ class _Loop:
         self.judged.documents["nominal only"] = nominal.document
         self.judged.origins["nominal only"] = ROUNDS
         others = OtherStarts(
-            judged=self.judged, optimised=lambda best, start: self.optimised(self.active(best), start),
+            judged=self.judged,
+            optimised=lambda best, start: self.optimised(self.active(best), start),
             starts={
                 "second start": None,
                 "third start": nominal.density,
@@ -247,8 +248,11 @@ class _Loop:
                 found.add(k)
         return found or {usable[-1]}
 
-    def optimised(self, indices: Sequence[int], start: Array | None) -> Optimised | None:
-        """The layout for these cases; None, with the reason in `failures`, when it cannot be made."""
+    def optimised(self, indices: Sequence[int], start: Array | None, *, times: int = 1) -> Optimised | None:
+        """The layout for these cases; None, with the reason in `failures`, when it cannot be made.
+
+        times: how often the evaluations of a round.
+        """
         found = optimise_for_cases(
             self.model, [self.judged.cases[k] for k in indices], start=start, folder=self.folder / "rounds",
             evaluations=self.settings.evaluations, identity=self.identity,

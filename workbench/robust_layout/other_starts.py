@@ -65,7 +65,8 @@ class OtherStarts:
         return OtherStartsFound(worst=worst, apart=apart, agrees=apart <= self.tolerance, starts=tried)
 
     def _reaches_the_best(self, title: str) -> bool:
-        """One start, and its layout continued until that agrees with the best or gains nothing more."""
+        """One start, and its layout continued until that agrees with the best or gains too little to get
+        there in the turns that are left."""
         judged = self.judged
         for turn in range(1 + LONGER):
             mine = judged.of(title)
@@ -78,8 +79,10 @@ class OtherStarts:
             if made is None:
                 return False
             added = judged.add(f"{title}, continued {len(mine)}" if mine else title, made, origin=title)
-            if judged.worst(judged.best(added)) >= before:
-                break  # nothing was gained: it has ended elsewhere
+            now, turns_left = judged.worst(judged.best(added)), LONGER - turn
+            best = judged.worst(judged.best())
+            if now >= before or now - best > turns_left * (before - now) + self.tolerance * abs(best):
+                break  # it has ended elsewhere
         return self._near(title)
 
     def _near(self, title: str) -> bool:

@@ -61,15 +61,21 @@ def test_a_start_that_agrees_ends_the_matter():
 def test_one_that_is_worse_is_continued_and_others_are_tried():
     layouts, said = judged(), []
     layouts.add("round 1", layout(2.0), origin=ROUNDS)
-    others = starts(layouts, [1.4, 1.0, 1.0, 2.4, 2.05], said)
+    others = starts(layouts, [1.4, 1.0, 2.4, 2.05], said)
     assert others.agree()
     assert said == [
         "the layout from the second start", "the layout from the second start, continued 1",
-        "the layout from the second start, continued 2", "the layout from the third start",
-        "the layout from the third start, continued 1",
+        "the layout from the third start", "the layout from the third start, continued 1",
     ]  # fmt: skip
     assert list(layouts.layouts)[1:3] == ["second start", "second start, continued 1"]
     assert others.found().agrees
+
+
+def test_one_whose_gains_could_bring_it_to_the_best_is_continued_to_the_end():
+    layouts, said = judged(), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    assert starts(layouts, [2.49, 2.2, 2.1], said).agree()
+    assert said[-1] == "the layout from the second start, continued 2"
 
 
 def test_starts_that_all_end_elsewhere_do_not_agree():

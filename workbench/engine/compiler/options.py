@@ -22,7 +22,7 @@ INNER = {
     "no_cfunc_wrapper": True,
     "pipeline_class": InnerCompiler,
 }
-# nogil: load cases are simulated in threads (layout/formulation/load_cases.py)
+# nogil: load cases are simulated in threads (simulation/side_by_side.py)
 CAREFUL = {
     "error_model": "numpy",
     "_nrt": False,

@@ -12,7 +12,7 @@ preload (3), point on a (3), point on b (3), width, opening direction (3), push 
 from numba import njit
 from numpy import exp, sqrt, tanh
 
-from ..compiler.options import INNER
+from ..compiler.options import ENTRY, INNER
 from ._kernels_rounding import smoothstep
 
 
@@ -78,3 +78,12 @@ def spatial_bushing(p, b, r, v, z, tangent, f, fr, fv, fz, gr, out):
         fr[j, j] -= strength * g * p[j, b]
         fv[j, j] = -strength * p[3 + j, b] * h
         fz[j] = whole * (g * p[j, b] * r[j] + p[3 + j, b] * v[j] * h - p[12 + j, b])
+
+
+@njit(**ENTRY)
+def bushing_forces(p, b, r, v, z, no, small, out):
+    """out (T, 3): forces of bushing b along separations r and rates v (T, 3), damages z (T,); no: False."""
+    for node in range(len(z)):
+        spatial_bushing(
+            p, b, r[node], v[node], z[node], no, out[node], small, small, small[0], small[1], small[2]
+        )

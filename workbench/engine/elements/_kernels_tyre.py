@@ -18,7 +18,7 @@ Numbers p: 0 radius, 1 vertical stiffness, 2 damping at the nominal load (N s/m)
 width (m), 5 friction over its reference, 6 relaxation (m), 7 slow speed, 8 km (1), 9 am (rad), 10 rolling
 resistance, 11:19 a0..a7, 19:28 b0..b8, 28:31 axis of the wheel in its frame.
 Road r: 0 amplitude, 1 wave number, 2:4 direction, 4 start, 5 ramp (m); 6 kerb height, 7 place, 8:10
-direction, 10 width.
+direction, 10 width; then amplitude, wave number, phase of further waves.
 """
 
 from numba import njit
@@ -26,10 +26,11 @@ from numpy import arctan, cos, exp, sin, sqrt, tanh
 
 from ..compiler.options import INNER
 from ._kernels_contact import normal_force
-from ._kernels_rounding import smoothstep
+from ._kernels_rounding import ramp, smoothstep
 
 DEGREES = 57.29577951308232
 NEAR = 1e-18
+FLAT = 1e-12  # a wheel that lies flat is far off the road
 
 
 @njit(**INNER)
@@ -38,7 +39,11 @@ def road(r, x, y, out):
     s = r[2] * x + r[3] * y - r[4]
     on, on1 = smoothstep(s / r[5])
     wave = r[0] * sin(r[1] * s)
-    slope = on * r[0] * r[1] * cos(r[1] * s) + on1 / r[5] * wave
+    rise = r[0] * r[1] * cos(r[1] * s)
+    for i in range(11, r.shape[0], 3):
+        wave += r[i] * sin(r[i + 1] * s + r[i + 2])
+        rise += r[i] * r[i + 1] * cos(r[i + 1] * s + r[i + 2])
+    slope = on * rise + on1 / r[5] * wave
     up, up1 = smoothstep((r[8] * x + r[9] * y - r[7]) / r[10])
     kerb = r[6] * up1 / r[10]
     out[0] = slope * r[2] + kerb * r[8]
@@ -92,8 +97,8 @@ def tyre(p, r, R, centre, origin, v, w, k, a, f, arm, rates):
     sx, sy, sz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
     dx, dy, dz = ty * ez - tz * ey, tz * ex - tx * ez, tx * ey - ty * ex
     lift = dx * nx + dy * ny + dz * nz
-    loaded = above / lift
-    depth = p[0] - loaded
+    depth = p[0] - above / (lift + FLAT)
+    loaded = p[0] - ramp(depth, p[4])[0]  # off the road the arm is the wheel's radius
     qx, qy, qz = -loaded * dx, -loaded * dy, -loaded * dz
     ux, uy, uz = v[0] + w[1] * qz - w[2] * qy, v[1] + w[2] * qx - w[0] * qz, v[2] + w[0] * qy - w[1] * qx
     sink = -(v[0] * nx + v[1] * ny + v[2] * nz)

@@ -18,6 +18,7 @@ from .table import USER
 __all__ = ["Law", "UserLaw"]
 
 Array = np.ndarray[Any, Any]
+COMPLEX_STEP = 1e-30
 
 
 class Law(Protocol):
@@ -52,3 +53,14 @@ class UserLaw:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+
+    def linearised(self, delta: Array, rate: Array, t: float) -> tuple[Array, Array, Array]:
+        """Force, df/ddelta and df/drate, shaped as delta (k,), m, and rate (k,), m/s."""
+        force = np.broadcast_to(np.real(self.force(delta, rate, t, **self.parameters)), delta.shape)
+        if self.slopes is not None:
+            by_delta, by_rate = self.slopes(delta, rate, t, **self.parameters)
+        else:
+            step = COMPLEX_STEP * 1j
+            by_delta = np.imag(self.force(delta + step, rate + 0j, t, **self.parameters)) / COMPLEX_STEP
+            by_rate = np.imag(self.force(delta + 0j, rate + step, t, **self.parameters)) / COMPLEX_STEP
+        return force, np.broadcast_to(by_delta, delta.shape), np.broadcast_to(by_rate, delta.shape)

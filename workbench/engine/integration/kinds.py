@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import NotSupported
 from .outcome import Diagnosis, Status
+from .points import PointMotion, PointSeries
 from .schemes import Scheme
 from .seeds import NodeSeeds
 
@@ -101,6 +102,10 @@ class View(Protocol):
         """A `Seen` at a node."""
         ...
 
+    def rates(self, nodes: Array) -> Array:
+        """(len(nodes), axes) rate of the series at some nodes."""
+        ...
+
     def chain(
         self, seen: Any, by_place: tuple[float, ...], by_rate: tuple[float, ...]
     ) -> tuple[Array, Array]:
@@ -155,6 +160,30 @@ class StateSensitivities:
     position: Array
     velocity: Array
     acceleration: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Change:
+    """A parameter of a system: the system at each of its values, and the value that ran."""
+
+    system: Callable[[float], Any]
+    value: float
+
+    @property
+    def step(self) -> float:
+        """Step of the differences by which the numbers of a system follow the parameter."""
+        return 1e-3 * (abs(self.value) or 1.0)
+
+    def around(self) -> tuple[Any, Any, Any, Any]:
+        """The systems at value - 2, - 1, + 1, + 2 steps."""
+        h = self.step
+        low, below, above, high = (self.system(self.value + k * h) for k in (-2, -1, 1, 2))
+        return low, below, above, high
+
+    def slope(self, found: Sequence[Any]) -> Any:
+        """Derivative of numbers found for the systems of `around`: central differences of fourth order."""
+        low, below, above, high = (np.asarray(x) for x in found)
+        return (8.0 * (above - below) - (high - low)) / (12.0 * self.step)
 
 
 class AnyTrajectory(Protocol):
@@ -238,6 +267,12 @@ class AnyTrajectory(Protocol):
         """One row of seeds, contracted with every parameter the kind has; a record of the kind."""
         ...
 
+    def change_adjoint(
+        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+    ) -> Array:
+        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
+        ...
+
     def by_density(self, by_scale: Array) -> Array:
         """From slopes by scale, as the kernels number members, to slopes by density in member order."""
         ...
@@ -270,17 +305,37 @@ class AnyTrajectory(Protocol):
         """(steps + 1, 2 or 3) position of a body or point."""
         ...
 
+    def point_series(self, body: str, point: Any) -> PointSeries:
+        """A point of a body, in its frame, at every node. Raises ValueError for a stranger."""
+        ...
+
+    def point_motion(self, node: int, body: str, point: Any) -> PointMotion:
+        """A point of a body at a node, with slopes by position and velocity."""
+        ...
+
+
+def no_changes(
+    trajectory: Any, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+) -> Array:
+    """`Adjoints.by_change` of kinds that do not know it: raises NotSupported."""
+    raise NotSupported(
+        f"parameter_slopes follows runs of TreeSystem, got one of {type(trajectory.system).__name__}; take "
+        "parameter_gradient, or differences"
+    )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjoints:
     """How the run of a scheme goes backwards; a trajectory carries the ones of the scheme that made it.
 
     by_density(trajectory, seeds): (R, N) as `AnyTrajectory.adjoint`.  by_parameter(trajectory, seeds): a
-    record, as `AnyTrajectory.parameter_adjoint`.
+    record, as `AnyTrajectory.parameter_adjoint`.  by_change(trajectory, value, seeds, changes): one slope of
+    value(trajectory) a change, for one row of seeds.
     """
 
     by_density: Callable[[Any, NodeSeeds], Array]
     by_parameter: Callable[[Any, NodeSeeds], Any]
+    by_change: Callable[[Any, Callable[[Any], float], NodeSeeds, Sequence[Change]], Array] = no_changes
 
 
 def no_parameters(trajectory: AnyTrajectory, seeds: NodeSeeds) -> Any:

@@ -29,8 +29,9 @@ from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProb
 from .formulation.transient import Scenario, transient_problem
 from .outcome.contradiction import contradiction
 from .outcome.history import Recorder
+from .outcome.limits import limit_outcomes
 from .outcome.optimality import Certificate, certificate
-from .outcome.result import FIRST_ORDER, HistoryEntry, LayoutResult, LayoutStatus
+from .outcome.result import FIRST_ORDER, HistoryEntry, LayoutResult, LayoutStatus, LimitOutcome
 from .outcome.verdicts import verdicts
 from .separable.presets import (
     ConvexLinearisation,
@@ -165,6 +166,11 @@ def _solve(
             method, why = "central_path", "convex rows with second derivatives"
         elif problem.convex and budgets_only and values.shape[1] == 1 and has_interior(problem):
             method, why = "secant_path", "convex rows with gradients only"
+        elif first.limit_rows:
+            method, why = (
+                "trust_region",
+                f"{len({row.name for row in first.limit_rows})} limits along the runs",
+            )
         elif budgets_only and (values.size > 1 or curved) and peaks != "single":
             method, why = "trust_region", f"{values.size} rows compete"
         elif first.constraints.size >= max(problem.members, _MANY):
@@ -175,7 +181,8 @@ def _solve(
             return _few_limits(problem, recorder, allowed, tolerance, peaks == "all" and values.shape[1] == 1)
     else:
         why = "as asked"
-    if method in ("central_path", "secant_path", "trust_region") and not budgets_only:
+    limited = method == "trust_region" and first.limit_rows
+    if method in ("central_path", "secant_path", "trust_region") and not budgets_only and not limited:
         raise InvalidLayout(
             f"method '{method}' takes budgets only; use 'gsao' or a preset for further constraints"
         )
@@ -314,6 +321,7 @@ def _result(
 ) -> LayoutResult:
     density, proof = recorder.best_density, None
     kkt, prices, value = np.nan, np.zeros(problem.budgets), recorder.best
+    limits: tuple[LimitOutcome, ...] = ()
     if density is None:
         density = recorder.nearest_density
         proof = contradiction(problem, recorder.cuts)
@@ -321,6 +329,7 @@ def _result(
     elif status is not LayoutStatus.ZERO_SENSITIVITY:
         found = _first_order(problem, recorder)
         kkt, prices = found.kkt, found.shadow_prices
+        limits = limit_outcomes(recorder.best_evaluation, found.constraint_prices)
         status = _confirmed(problem, density, value, status, found)
     evaluation = recorder.best_evaluation
     return LayoutResult(
@@ -334,11 +343,12 @@ def _result(
         evaluations=recorder.evaluations,
         excess=recorder.nearest if evaluation is None else recorder.infeasibility(density, evaluation),
         strategy=strategy,
-        verdicts=verdicts(problem, recorder, status, float(kkt), prices, baselines, proof),
+        verdicts=verdicts(problem, recorder, status, float(kkt), prices, baselines, proof, limits),
         optima=tuple(sorted(recorder.optima)),
         baselines=baselines,
         iterates=tuple(recorder.iterates),
         contradiction=proof,
+        limits=limits,
     )
 
 

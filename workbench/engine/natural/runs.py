@@ -1,6 +1,6 @@
 """Runs of spatial systems in natural coordinates, and the trajectory they leave."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -21,17 +21,20 @@ from ..integration.independent import (
     rk8_gradient,
 )
 from ..integration.kinds import (
+    Change,
     Linearised,
     MemberPower,
     Nodes,
     StateSensitivities,
     View,
     Widths,
+    no_changes,
     no_parameters,
     read_only,
     writable,
 )
 from ..integration.outcome import Diagnosis, Status
+from ..integration.points import PointMotion, PointSeries
 from ..integration.redundancy import FEASIBLE, RANK, redundancy
 from ..integration.schemes import (
     GeneralisedAlpha,
@@ -116,6 +119,25 @@ class NaturalTrajectory:
             return np.broadcast_to(self.tables.held[at : at + 3], (len(self.times), 3))
         return self.position[:, part]
 
+    def point_series(self, body: str, point: Sequence[float]) -> PointSeries:
+        """A named point at every node; it has no frame, so `point` is not looked at."""
+        part = self.coordinate(body)
+        if part is None:
+            still = np.zeros((len(self.times), 3))
+            return PointSeries(place=self.of(body), velocity=still, acceleration=still)
+        return PointSeries(self.position[:, part], self.velocity[:, part], self.acceleration[:, part])
+
+    def point_motion(self, node: int, body: str, point: Sequence[float]) -> PointMotion:
+        """A named point at a node, with slopes by the coordinates."""
+        series, part = self.point_series(body, point), self.coordinate(body)
+        moved, none = (np.zeros((self.position.shape[1], 3)) for _ in range(2))
+        if part is not None:
+            moved[part] = np.eye(3)
+        return PointMotion(
+            place=series.place[node], velocity=series.velocity[node], acceleration=series.acceleration[node],
+            place_q=moved, velocity_q=none, acceleration_q=none, acceleration_v=none,
+        )  # fmt: skip
+
     def kinetic_energy(self) -> Array:
         """(steps + 1,) J."""
         return np.asarray(0.5 * np.einsum("ti,ij,tj->t", self.velocity, self.tables.mass, self.velocity))
@@ -153,6 +175,15 @@ class NaturalTrajectory:
     def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
         """Raises NotSupported: only densities are known here."""
         return no_parameters(self, seeds)
+
+    def change_adjoint(
+        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+    ) -> Array:
+        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system.
+
+        Raises NotSupported: trees alone know it.
+        """
+        return no_changes(self, value, seeds, changes)
 
     def by_density(self, by_scale: Array) -> Array:
         """From slopes by scale in segment order to slopes by density in member order."""

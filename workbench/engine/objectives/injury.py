@@ -21,24 +21,43 @@ ROUND = 1e-9  # m/s^2 under the root of the resultant: at rest it has slopes too
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointAcceleration:
-    """Resultant acceleration of a point of a body of a `TreeSystem`, m/s^2: |a|, without gravity.
+    """Resultant acceleration of a point of a body, m/s^2: |a|, without gravity.
 
     point: in the body's frame.  gravity: an accelerometer also feels it; with the system's, a - g is taken.
+    Channels in the body's axes (`components`), and with them filters, are known of a `TreeSystem`.
     """
 
     body: str
-    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    point: tuple[float, ...] = (0.0, 0.0, 0.0)
+    gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     has_rates: bool = False
 
     def values(self, trajectory: Any) -> Array:
         """(steps + 1,) |a| at every node."""
+        a = trajectory.point_series(self.body, self.point).acceleration
+        a = a - np.array(self.gravity)[: a.shape[1]]
+        return np.asarray(np.sqrt((a * a).sum(axis=1) + ROUND**2))
+
+    def components(self, trajectory: Any) -> Array:
+        """(steps + 1, 3) the acceleration in the body's axes, as three channels of an accelerometer."""
         if not hasattr(trajectory, "frames"):
-            raise NotSupported("PointAcceleration looks at bodies of a TreeSystem; take a Scalar for others")
+            raise NotSupported("PointAcceleration looks at bodies of a TreeSystem for its components")
         f = trajectory.frames(self.body)
         arm = f.axes @ np.asarray(self.point, float)
         a = f.acceleration + np.cross(f.spin_rate, arm) + np.cross(f.spin, np.cross(f.spin, arm))
-        return np.asarray(np.sqrt(((a - np.array(self.gravity)) ** 2).sum(axis=1) + ROUND**2))
+        return np.asarray(np.einsum("tji,tj->ti", f.axes, a - np.array(self.gravity)))
+
+    def component_slopes(self, trajectory: Any, node: int, direction: Array) -> Slopes:
+        """Partial derivatives of the component along a direction (3,) in the body's axes, at a node."""
+        motion, place = trajectory.motion(node), trajectory.place(self.body)
+        p = motion.point(place, np.asarray(self.point, float))
+        axes, _, turns, _ = motion.frame(place)
+        u = axes @ np.asarray(direction, float)
+        # u turns with the body: du = e x u
+        turning = np.cross(turns, u) @ (p.acceleration - np.array(self.gravity))
+        return Slopes(
+            position=p.acceleration_q @ u + turning, velocity=p.acceleration_v @ u, acceleration=p.place_q @ u
+        )
 
     def rates(self, trajectory: Any, nodes: Array) -> Array:
         """Raises NotSupported: the rate of an acceleration is not a function of the state."""
@@ -46,8 +65,8 @@ class PointAcceleration:
 
     def slopes(self, trajectory: Any, node: int) -> Slopes:
         """Partial derivatives of |a| at a node."""
-        p = trajectory.motion(node).point(trajectory.place(self.body), np.asarray(self.point, float))
-        a = p.acceleration - np.array(self.gravity)
+        p = trajectory.point_motion(node, self.body, self.point)
+        a = p.acceleration - np.array(self.gravity)[: len(p.acceleration)]
         u = a / np.sqrt(a @ a + ROUND**2)
         return Slopes(
             position=p.acceleration_q @ u, velocity=p.acceleration_v @ u, acceleration=p.place_q @ u

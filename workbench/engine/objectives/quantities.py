@@ -121,13 +121,8 @@ class Deviation:
     def rates(self, trajectory: AnyTrajectory, nodes: Array) -> Array:
         """(len(nodes),) dg/dt = 2 R^T W R'."""
         view = self.view(trajectory)
-        start = view.seen(0).place
-        out = np.empty(len(nodes))
-        for i, node in enumerate(nodes):
-            seen = view.seen(int(node))
-            terms = zip(self.weights, seen.place, start, seen.rate, strict=True)
-            out[i] = 2.0 * sum(w * (x - x0) * rate for w, x, x0, rate in terms)
-        return out
+        series = view.series()
+        return np.asarray(2.0 * ((series[nodes] - series[0]) * view.rates(nodes)) @ np.array(self.weights))
 
     def slopes(self, trajectory: AnyTrajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node."""
@@ -176,9 +171,7 @@ class Coordinate:
 
     def rates(self, trajectory: AnyTrajectory, nodes: Array) -> Array:
         """(len(nodes),) dg/dt."""
-        view = self.view(trajectory)
-        rates = (view.seen(int(node)).rate for node in nodes)
-        return np.array([sum(a * u for a, u in zip(self.direction, rate, strict=True)) for rate in rates])
+        return np.asarray(self.view(trajectory).rates(nodes) @ np.array(self.direction))
 
     def slopes(self, trajectory: AnyTrajectory, node: int) -> Slopes:
         """Partial derivatives of g at a node."""

@@ -15,10 +15,14 @@ import numpy as np
 from ..integration.kinds import AnyTrajectory
 from .quantities import Quantity
 
-__all__ = ["AtTime", "Integral", "Maximum", "Minimum", "NodeWeight", "Objective", "PNorm", "Peak", "Terminal"]
+__all__ = [
+    "AtTime", "Integral", "LogSumExp", "Maximum", "Minimum", "NodeWeight", "Objective", "PNorm", "Peak",
+    "Terminal",
+]  # fmt: skip
 
 Array = np.ndarray[Any, Any]
 Window = tuple[float, float]
+NEGLIGIBLE = 1e-14  # of a weight: below rounding of the sum
 
 
 class NodeWeight(NamedTuple):
@@ -125,16 +129,16 @@ def find_peaks(
         )
     inner = g[first : last + 1]
     rising = np.concatenate([[True], inner[1:] >= inner[:-1], [False]])
-    peaks = []
-    for top in (first + np.flatnonzero(rising[:-1] > rising[1:])).tolist():
-        if refine and last - first >= (1 if quantity.has_rates else 3):
-            peaks.append(
-                _by_hermite(trajectory, quantity, values, top, first, last, sign)
-                if quantity.has_rates
-                else _by_nodes(trajectory, quantity, values, top, first, last, sign)
-            )
-        else:
-            peaks.append(_node_peak(trajectory, quantity, values, top, first, last))
+    tops = (first + np.flatnonzero(rising[:-1] > rising[1:])).tolist()
+    if not refine or last - first < (1 if quantity.has_rates else 3):
+        peaks = [_node_peak(trajectory, quantity, values, top, first, last) for top in tops]
+    elif quantity.has_rates:
+        # all rates at once: a long rest has hundreds of peaks by rounding
+        near = np.unique(np.clip(np.add.outer((-1, 0, 1), tops), first, last))
+        rates = dict(zip(near.tolist(), (sign * quantity.rates(trajectory, near)).tolist(), strict=True))
+        peaks = [_by_hermite(trajectory, quantity, values, rates, top, first, last, sign) for top in tops]
+    else:
+        peaks = [_by_nodes(trajectory, quantity, values, top, first, last, sign) for top in tops]
     return sorted(peaks, key=lambda peak: -sign * peak.height)
 
 
@@ -146,10 +150,11 @@ def _node_peak(t: AnyTrajectory, quantity: Quantity, values: Array, top: int, fi
 
 
 def _by_hermite(
-    t: AnyTrajectory, quantity: Quantity, values: Array, top: int, first: int, last: int, sign: float
-) -> Peak:
+    t: AnyTrajectory, quantity: Quantity, values: Array, known: dict[int, float], top: int, first: int,
+    last: int, sign: float,
+) -> Peak:  # fmt: skip
     begin, end = max(first, top - 1), min(last, top + 1) + 1
-    rates = (sign * quantity.rates(t, np.arange(begin, end))).tolist()
+    rates = [known[node] for node in range(begin, end)]
     g, times = (sign * values[begin:end]).tolist(), t.times[begin:end].tolist()
     best = _node_peak(t, quantity, values, top, first, last)
     for k in range(len(g) - 1):
@@ -341,3 +346,37 @@ class PNorm:
             return (NodeWeight(first, 0.0),)
         slope = share * np.sign(g) * (np.abs(g) / norm) ** (self.p - 1.0)
         return tuple(NodeWeight(first + i, float(s)) for i, s in enumerate(slope) if s != 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogSumExp:
+    """G = log(mean over time of exp(s g))/s: a smooth stand-in for the maximum of g, of either sign.
+
+    sharpness: s, in 1 over the unit of g, < 0 for the minimum. G lies below the peak (above the minimum) by
+    about log(duration/time near the peak)/|s|.
+    """
+
+    quantity: Quantity
+    sharpness: float
+    window: Window | None = None
+
+    def _shares(self, trajectory: AnyTrajectory) -> tuple[int, Array, float]:
+        """First node, the nodes' parts of the sum, and the value."""
+        if self.sharpness == 0.0:
+            raise ValueError("log-sum-exp needs sharpness other than 0, got 0")
+        first, last = nodes_within(trajectory, self.window)
+        share = np.ones(last - first + 1)
+        share[[0, -1]] = 0.5
+        x = self.sharpness * np.asarray(self.quantity.values(trajectory))[first : last + 1]
+        top = float(x.max())
+        parts = share / share.sum() * np.exp(x - top)
+        return first, parts / parts.sum(), float(top + np.log(parts.sum())) / self.sharpness
+
+    def value(self, trajectory: AnyTrajectory) -> float:
+        """The objective."""
+        return self._shares(trajectory)[2]
+
+    def weights(self, trajectory: AnyTrajectory) -> tuple[NodeWeight, ...]:
+        """dG/dg at the nodes that count."""
+        first, parts, _ = self._shares(trajectory)
+        return tuple(NodeWeight(first + i, float(p)) for i, p in enumerate(parts) if p > NEGLIGIBLE)

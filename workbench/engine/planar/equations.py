@@ -19,8 +19,6 @@ __all__ = ["SampledEquations"]
 
 Array = np.ndarray[Any, Any]
 
-COMPLEX_STEP = 1e-30
-
 
 class SampledEquations:
     """`Equations` of a planar system on a sampled grid; states of force elements stay 0 here."""
@@ -55,12 +53,4 @@ class SampledEquations:
         w, part, law = self.work, slice(segment.first, segment.last), segment.law
         measure_segment(self.tables, w, segment.pair, segment.first, segment.last)
         delta, rate = w.delta[part].copy(), w.rate[part].copy()
-        w.f[part] = np.broadcast_to(np.real(law.force(delta, rate, t, **law.parameters)), delta.shape)
-        if law.slopes is not None:
-            w.fd[part], w.fv[part] = law.slopes(delta, rate, t, **law.parameters)
-            return
-        step = COMPLEX_STEP * 1j
-        by_delta = law.force(delta + step, rate + 0j, t, **law.parameters)
-        by_rate = law.force(delta + 0j, rate + step, t, **law.parameters)
-        w.fd[part] = np.broadcast_to(np.imag(by_delta) / COMPLEX_STEP, delta.shape)
-        w.fv[part] = np.broadcast_to(np.imag(by_rate) / COMPLEX_STEP, delta.shape)
+        w.f[part], w.fd[part], w.fv[part] = law.linearised(delta, rate, t)

@@ -1,6 +1,6 @@
 """The solution of a system on its time grid, with what is needed to judge it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -10,6 +10,7 @@ from ..errors import NotSupported
 from ..integration.independent import Splits
 from ..integration.kinds import (
     Adjoints,
+    Change,
     MemberPower,
     StateSensitivities,
     Widths,
@@ -17,6 +18,7 @@ from ..integration.kinds import (
     writable,
 )
 from ..integration.outcome import Diagnosis, Status
+from ..integration.points import PointMotion, PointSeries
 from ..integration.schemes import Scheme
 from ..integration.seeds import NodeSeeds
 from ._kernels.energy import element_energies, member_energy_series, member_power
@@ -26,7 +28,7 @@ from .compiled import compiled, in_member_order, on_grid, scale_slope
 from .forward import forward_sensitivities
 from .linearised import LinearisedRun
 from .system import System
-from .view import MeanView, columns_of
+from .view import MeanView, columns_of, point_motion, point_series
 
 __all__ = ["Tangents", "Trajectory"]
 
@@ -194,6 +196,15 @@ class Trajectory:
         """A `ByParameter` of one row of seeds. Raises NotSupported where the scheme's adjoint has none."""
         return self.adjoints.by_parameter(self, seeds)
 
+    def change_adjoint(
+        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+    ) -> Array:
+        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system.
+
+        Raises NotSupported: trees alone know it.
+        """
+        return self.adjoints.by_change(self, value, seeds, changes)
+
     def by_density(self, by_scale: Array) -> Array:
         """Slopes by scale in segment order as slopes by density in member order; maybe the same array."""
         parts = compiled(self.system)
@@ -270,3 +281,17 @@ class Trajectory:
     def coordinate(self, name: str) -> slice:
         """Where the coordinates of a free body stand in q. Raises ValueError for a stranger."""
         return self.system.coordinate(name)
+
+    def point_series(self, body: str, point: tuple[float, ...]) -> PointSeries:
+        """A point of a body (its frame, m) at every node; the last asked for are remembered."""
+        seen: dict[Any, PointSeries] = self.memo.setdefault("points", {})
+        key = body, tuple(point)
+        if key not in seen:
+            if len(seen) >= KEPT:
+                seen.clear()
+            seen[key] = point_series(self, body, point)
+        return seen[key]
+
+    def point_motion(self, node: int, body: str, point: tuple[float, ...]) -> PointMotion:
+        """A point of a body at a node, with slopes by position and velocity."""
+        return point_motion(self, node, body, point)

@@ -1,4 +1,4 @@
-"""Bodies of a planar run seen from another: their mean centre in the other's frame, and its slopes."""
+"""Bodies of a planar run: their mean centre seen from another's frame, their points, and the slopes."""
 
 import math
 from dataclasses import dataclass
@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..integration.points import PointMotion, PointSeries
 from .system import System
 
-__all__ = ["MeanView", "columns_of"]
+__all__ = ["MeanView", "columns_of", "point_motion", "point_series"]
 
 Array = np.ndarray[Any, Any]
 Columns = tuple[tuple[int, float], ...]
@@ -85,6 +86,10 @@ class MeanView:
         drift = c * ux + s * uy, c * uy - s * ux
         return _Seen((c, s), spin, (x, y), (drift[0] + spin * y, drift[1] - spin * x), drift)
 
+    def rates(self, nodes: Array) -> Array:
+        """(len(nodes), 2) rate of the series at some nodes."""
+        return np.array([self.seen(int(node)).rate for node in nodes]).reshape(-1, 2)
+
     def chain(
         self, seen: _Seen, by_place: tuple[float, ...], by_rate: tuple[float, ...]
     ) -> tuple[Array, Array]:
@@ -124,3 +129,58 @@ class MeanView:
             slopes[:, 0, at + 2] += series[:, 1]
             slopes[:, 1, at + 2] -= series[:, 0]
         return slopes
+
+
+def _body(trajectory: Any, name: str) -> tuple[Array, Array, Array]:
+    """(nodes, 3) position, velocity and acceleration of a body: free, prescribed or the ground."""
+    times, system = trajectory.times, trajectory.system
+    if name == "ground":
+        still = np.zeros((len(times), 3))
+        return still, still, still
+    for index, body in enumerate(system.prescribed):
+        if body.name == name:
+            part = slice(3 * index, 3 * index + 3)
+            push = np.array([body.motion.push(float(t)) for t in times])
+            return trajectory.tables.motion[:, 0, part], trajectory.tables.motion[:, 1, part], push
+    part = system.coordinate(name)
+    return trajectory.position[:, part], trajectory.velocity[:, part], trajectory.acceleration[:, part]
+
+
+def point_series(trajectory: Any, body: str, point: tuple[float, ...]) -> PointSeries:
+    """A body's point at every node.
+
+        r = p + A s,   r' = v + w A^ s,   r'' = a + w' A^ s - w^2 A s,   A^ = dA/dtheta
+
+    Raises ValueError for a body that the system does not have.
+    """
+    q, v, a = _body(trajectory, body)
+    c, s = np.cos(q[:, 2]), np.sin(q[:, 2])
+    x, y = point[0], point[1]
+    arm = np.stack([c * x - s * y, s * x + c * y], axis=1)
+    across = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+    spin, push = v[:, 2:], a[:, 2:]
+    return PointSeries(
+        place=q[:, :2] + arm, velocity=v[:, :2] + spin * across,
+        acceleration=a[:, :2] + push * across - spin**2 * arm,
+    )  # fmt: skip
+
+
+def point_motion(trajectory: Any, node: int, body: str, point: tuple[float, ...]) -> PointMotion:
+    """A body's point at a node, and its slopes by the free coordinates."""
+    series = trajectory.point_series(body, point)
+    n = trajectory.position.shape[1]
+    place_q, velocity_q, acceleration_q, acceleration_v = (np.zeros((n, 2)) for _ in range(4))
+    if any(free.name == body for free in trajectory.system.free):
+        first = trajectory.system.coordinate(body).start
+        arm = series.place[node] - trajectory.position[node, first : first + 2]
+        across = np.array([-arm[1], arm[0]])
+        spin, push = trajectory.velocity[node, first + 2], trajectory.acceleration[node, first + 2]
+        place_q[first : first + 2] = np.eye(2)
+        place_q[first + 2] = across
+        velocity_q[first + 2] = -spin * arm
+        acceleration_q[first + 2] = -push * arm - spin**2 * across
+        acceleration_v[first + 2] = -2.0 * spin * arm
+    return PointMotion(
+        place=series.place[node], velocity=series.velocity[node], acceleration=series.acceleration[node],
+        place_q=place_q, velocity_q=velocity_q, acceleration_q=acceleration_q, acceleration_v=acceleration_v,
+    )  # fmt: skip

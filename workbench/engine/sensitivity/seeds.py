@@ -7,8 +7,8 @@ import numpy as np
 
 from ..integration.kinds import AnyTrajectory
 from ..integration.seeds import PARTS, NodeSeeds, Seeds
-from ..objectives.quantities import Slopes
-from ..objectives.reductions import Objective
+from ..objectives.quantities import Quantity, Slopes
+from ..objectives.reductions import NodeWeight, Objective
 
 __all__ = ["node_seeds", "seeds"]
 
@@ -17,7 +17,8 @@ Array = np.ndarray[Any, Any]
 
 def node_seeds(trajectory: AnyTrajectory, objectives: Sequence[Objective]) -> NodeSeeds:
     """Differentiate objectives of one run with respect to the nodal states they depend on."""
-    parts = [sorted(objective.weights(trajectory), reverse=True) for objective in objectives]
+    seen = [_seen(trajectory, objective) for objective in objectives]
+    parts = [sorted(weights, reverse=True) for _, weights in seen]
     starts = np.array([entries[0].node if entries else 0 for entries in parts], np.int64)
     order = np.argsort(-starts, kind="stable")
     entries = sorted(
@@ -29,7 +30,7 @@ def node_seeds(trajectory: AnyTrajectory, objectives: Sequence[Objective]) -> No
     }
     density = np.zeros((len(objectives), len(trajectory.density)))
     for entry, (node, row, part) in enumerate(entries):
-        quantity = objectives[order[row]].quantity
+        quantity = seen[order[row]][0]
         if part.weight:
             _add(found, density[row], entry, part.weight, quantity.slopes(trajectory, node))
         if part.rate_weight:
@@ -37,6 +38,14 @@ def node_seeds(trajectory: AnyTrajectory, objectives: Sequence[Objective]) -> No
     return NodeSeeds(
         nodes=len(trajectory.times), order=order, starts=starts[order], at=at, density=density, **found
     )
+
+
+def _seen(trajectory: AnyTrajectory, objective: Any) -> tuple[Quantity, tuple[NodeWeight, ...]]:
+    """What an objective looks at along a run, and the weights of its nodes."""
+    if hasattr(objective, "seen"):  # behind a filter: a direction at every node
+        found: tuple[Quantity, tuple[NodeWeight, ...]] = objective.seen(trajectory)
+        return found
+    return objective.quantity, tuple(objective.weights(trajectory))
 
 
 def seeds(trajectory: AnyTrajectory, objective: Objective) -> Seeds:

@@ -34,7 +34,7 @@ def model_of(seed, n, m):
     )  # fmt: skip
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=150, deadline=None)
 @given(seed=numbers, n=st.integers(1, 60), m=st.integers(0, 4))
 def test_every_subproblem_is_convex_matched_and_solved(seed, n, m):
     model = model_of(seed, n, m)
@@ -57,7 +57,7 @@ def test_every_subproblem_is_convex_matched_and_solved(seed, n, m):
         assert (model.at(model.lower)[0][1:] > 0).any()
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(seed=numbers, n=st.integers(1, 30), m=st.integers(0, 4))
 def test_projected_densities_meet_bounds_and_budgets(seed, n, m):
     rng = np.random.default_rng(seed)
@@ -76,7 +76,7 @@ def test_projected_densities_meet_bounds_and_budgets(seed, n, m):
     assert ((density >= problem.lower) & (density <= problem.upper)).all()
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(seed=numbers, count=st.integers(1, 12), k=st.integers(2, 4))
 def test_only_points_of_the_front_count(seed, count, k):
     points = np.random.default_rng(seed).uniform(size=(count, k))

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.sample_trees import random_tree, tree_run
+from tests.sample_trees import one_set_of_kernels, random_tree, tree_run
 from workbench.engine.errors import NotSupported
 from workbench.engine.integration.schemes import GeneralisedAlpha
 from workbench.engine.objectives.injury import (
@@ -16,6 +16,8 @@ from workbench.engine.objectives.injury import (
     PointAcceleration,
 )
 from workbench.engine.sensitivity.discrete_adjoint import discrete_adjoint
+
+__all__ = ["one_set_of_kernels"]
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ def test_what_cannot_be_measured_is_refused():
         ClipLevel(quantity=replace(quantity)).value(run)
     acceleration = PointAcceleration(body="head")
     with pytest.raises(NotSupported, match="looks at bodies of a TreeSystem"):
-        acceleration.values(run)
+        acceleration.components(run)
     with pytest.raises(NotSupported, match="no rates"):
         acceleration.rates(run, np.arange(1))
     with pytest.raises(NotSupported, match="no rates"):

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from ..formulation.peaks import local_peaks, rows_with_neighbours
 from ..formulation.problem import Evaluation, LayoutProblem
-from ..outcome.history import Recorder
+from ..outcome.history import FEASIBLE, Recorder
 from ..outcome.linear_programme import linear_programme
 from ..outcome.optimality import linear_promise
+from .limited import LimitPenalty, limited_bound
 from .quadratic import quadratic_bound
 
 __all__ = ["TrustRegionRun", "corner_starts", "min_max"]
@@ -32,6 +33,9 @@ Rows = NDArray[np.intp]
 _RADIUS, _LARGEST, _SMALLEST = 0.3, 1.0, 1e-5  # of the trust region, in units of the bounds' width
 _LOW_PEAK = 0.5  # peaks below this share of the largest get no row until a step would raise them
 _MODES = 4  # singular vectors that give starts, two signs each
+_MODELS = 12  # solved for one step while rows are added or the penalty is raised
+_REPAIRS, _REPAIR_RADIUS = 3, 0.05  # last evaluations, kept to bring the best design inside its limits
+_NEARLY = 1e-2  # promise, relative to the value, of a search on its last steps
 _TRIAL = 8  # steps that a start may take before it must have earned more
 
 
@@ -54,19 +58,28 @@ class TrustRegionRun:
     promise: float = np.inf
     finished: bool = False
     values_seen: list[float] = field(default_factory=list)
+    penalty: LimitPenalty = field(default_factory=LimitPenalty)
 
     @property
     def value(self) -> float:
-        """The largest row at the present density."""
-        return float(np.max(self.evaluation.values))
+        """The largest row at the present density, with the penalty of limits that are not met."""
+        return self.penalty.merit(self.evaluation)
+
+    @property
+    def limited(self) -> bool:
+        """Whether there are limits beside the rows."""
+        return self.evaluation.constraints.size > 0
 
     def step(self) -> None:
         """One model step and one evaluation."""
         problem, values = self.problem, np.atleast_2d(self.evaluation.values)
-        top = float(values.max())
         move, predicted, kkt = self._model_step(values)
+        top = self.value
         self.promise = top - predicted
-        if self.promise <= self.tolerance * abs(top):
+        if self.promise <= self.tolerance * abs(float(values.max())):
+            if self.limited and self.penalty.tightened():
+                self.steps += 1
+                return
             self.finished = True
             return
         trial = problem.into_budgets(self.density + move)
@@ -78,19 +91,28 @@ class TrustRegionRun:
             self.radius *= 0.2
             self.finished = self.radius < _SMALLEST
             return
-        ratio = (top - float(np.max(evaluation.values))) / self.promise
+        ratio = (top - self.penalty.merit(evaluation)) / self.promise
+        if self.limited:
+            self.penalty.learn(trial - self.density, self.evaluation, evaluation)
         self.recorder.start_index = self.index
         accepted = ratio > 1e-4
         self.recorder.add(trial, evaluation, kkt=kkt, radius=self.radius, accepted=accepted)
         self.steps += 1
         if accepted:
             self.density, self.evaluation = trial, evaluation
+            self.penalty.keep_inside(evaluation, self.radius)
         if ratio > 0.75:
             self.radius = min(2 * self.radius, _LARGEST)
         elif ratio < 0.25:
             self.radius *= 0.4 if ratio > -2 else 0.2
         self.values_seen.append(self.value)
         self.finished = self.radius < _SMALLEST
+
+    def come_inside(self) -> None:
+        """One step that aims well inside the limits which the present design breaks."""
+        self.penalty.margin = 3.0 * self.penalty.violation(self.evaluation)
+        self.radius = max(self.radius, _REPAIR_RADIUS)
+        self.step()
 
     def _model_step(self, values: Array) -> tuple[Array, float, float]:
         problem, density = self.problem, self.density
@@ -103,24 +125,32 @@ class TrustRegionRun:
         spread = max(1, round(values.shape[1] / 130))
         offsets = (0,) if values.shape[1] == 1 else (-2 * spread, -spread, 0, spread, 2 * spread)
         rows = rows_with_neighbours(values, local_peaks(values, above=top - _LOW_PEAK * unit), offsets)
-        for _ in range(5):
+        for _ in range(_MODELS):
             gradients = problem.checked_gradients(self.evaluation, rows)
             factors = self.evaluation.factors(rows)
             flat = values.ravel()[rows]
-            solved = quadratic_bound(
-                flat / unit,
-                gradients / unit,
-                None if factors is None else factors / np.sqrt(unit),
-                problem.costs,
-                room,
-                lo,
-                hi,
-                tolerance=min(1e-8, 0.01 * self.tolerance),
-            )
+            arrays = (
+                flat / unit, gradients / unit, None if factors is None else factors / np.sqrt(unit),
+                problem.costs, room, lo, hi,
+            )  # fmt: skip
+            slack, prices = 0.0, np.zeros(0)
+            if self.limited:
+                self.penalty.begin(unit)
+                found = limited_bound(
+                    *arrays, penalty=self.penalty, limits=self.evaluation.constraints,
+                    limit_gradients=self.evaluation.constraint_gradients, unit=unit,
+                    tolerance=min(1e-8, 0.01 * self.tolerance),
+                )  # fmt: skip
+                solved, slack, prices = found.solved, found.slack, found.prices
+                if self.penalty.follow(prices, slack, unit):
+                    continue
+            else:
+                solved = quadratic_bound(*arrays, tolerance=min(1e-8, 0.01 * self.tolerance))
             change = gradients @ solved.step
             if factors is not None:
                 change = change + 0.5 * ((factors @ solved.step) ** 2).sum(axis=1)
             predicted = float((flat + change).max())
+            beside = self.penalty.curved(solved.step) + self.penalty.rho * slack
             model = self.evaluation.model(solved.step)
             if model is None:
                 break
@@ -133,11 +163,11 @@ class TrustRegionRun:
         promise = linear_promise(
             problem,
             density,
-            weights @ gradients,
+            weights @ gradients + (prices @ self.evaluation.constraint_gradients if self.limited else 0.0),
             solved.budget_multipliers * unit,
-            top - float(weights @ flat),
+            top - float(weights @ flat) - float(prices @ np.minimum(self.evaluation.constraints, 0.0)),
         )
-        return solved.step, predicted, promise / unit
+        return solved.step, predicted + beside, promise / unit
 
 
 def corner_starts(problem: LayoutProblem, evaluation: Evaluation) -> list[Array]:
@@ -147,6 +177,8 @@ def corner_starts(problem: LayoutProblem, evaluation: Evaluation) -> list[Array]
     rows = np.arange(stride - 1, values.size, stride)
     factors = evaluation.factors(rows)
     table = evaluation.gradients(rows) if factors is None else factors.reshape(-1, problem.members)
+    if evaluation.limit_rows:
+        table = np.vstack([table, evaluation.constraint_gradients])
     strength, modes = np.linalg.svd(table, full_matrices=False)[1:]
     spread = _spread(problem)
     starts = []
@@ -202,6 +234,8 @@ def min_max(
     # two evaluations per corner at least, or the corners are not worth starting
     share = max_evaluations - 2 * len(corners)
     pursue(first, max_evaluations if not corners else max(_TRIAL + 2, share // 4))
+    if first.limited and first.promise <= _NEARLY * abs(first.value):
+        pursue(first, max_evaluations)  # on its last steps, which converge fast
     runs = [first]
     if corners and not (first.finished and _smooth(first)):
         waiting = []
@@ -220,8 +254,17 @@ def min_max(
             if run.value < 1.5 * best if best > 0 else run.value < best + 0.5 * abs(best):
                 pursue(run, _TRIAL // 2)
             runs.append(run)
+    spare = _REPAIRS if first.limited and max_evaluations > 4 * _REPAIRS else 0
     for run in sorted(runs, key=lambda r: r.value):
-        pursue(run, max_evaluations)
+        pursue(run, max(0, max_evaluations - spare - recorder.evaluations))
+    for run in sorted(runs, key=lambda r: r.value)[: 1 if first.limited else 0]:
+        made = -1
+        while (
+            made < recorder.evaluations < max_evaluations  # a step without promise makes no evaluation
+            and run.penalty.violation(run.evaluation) > FEASIBLE
+        ):
+            made = recorder.evaluations
+            run.come_inside()
     recorder.optima += [run.value for run in runs if run.finished]
     return min(runs, key=lambda r: r.value)
 

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .problem import Evaluation, InvalidLayout, LayoutProblem
+from .problem import Evaluation, InvalidLayout, LayoutProblem, LimitRow
 
 __all__ = ["aggregated"]
 
@@ -30,6 +30,7 @@ class _OneRow:
     weights: Array
     constraints: Array
     constraint_gradients: Array
+    limit_rows: tuple[LimitRow, ...]
 
     def gradients(self, rows: NDArray[np.intp]) -> Array:
         return np.repeat((self.weights @ self.inner.gradients(self.rows))[None], len(rows), axis=0)
@@ -75,6 +76,7 @@ def aggregated(
         return _OneRow(
             inner=inner, values=np.array([[value]]), rows=rows, weights=weights[rows],
             constraints=inner.constraints, constraint_gradients=inner.constraint_gradients,
+            limit_rows=inner.limit_rows,
         )  # fmt: skip
 
     function: Callable[[Array], Evaluation] = evaluate

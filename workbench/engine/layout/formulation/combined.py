@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .problem import Evaluation, InvalidLayout, LayoutProblem, TabulatedRows
+from .problem import Evaluation, InvalidLayout, LayoutProblem, LimitRow, TabulatedRows
 
 __all__ = ["boundary_problem", "check_objectives", "normal_constraint_problem", "weighted_problem"]
 
@@ -36,6 +36,7 @@ class _Stacked:
     values: Array
     constraints: Array
     constraint_gradients: Array
+    limit_rows: tuple[LimitRow, ...] = ()
 
     def _each(self, rows: Rows) -> list[tuple[int, Rows, Rows]]:
         nodes = self.values.shape[1]
@@ -99,6 +100,7 @@ def boundary_problem(objectives: Sequence[LayoutProblem], shift: Array, scale: A
             values=_stack([np.atleast_2d(p.values) for p in parts], shift, scale),
             constraints=np.concatenate([p.constraints for p in parts]),
             constraint_gradients=np.vstack([p.constraint_gradients.reshape(-1, n) for p in parts]),
+            limit_rows=tuple(row for p in parts for row in p.limit_rows),
         )
 
     return replace(objectives[0], evaluate=evaluate, convex=all(p.convex for p in objectives))

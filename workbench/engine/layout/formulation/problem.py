@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import EngineError
+from ...integration.kinds import AnyTrajectory
 
 __all__ = [
-    "FAILURES", "Evaluation", "InvalidLayout", "LayoutProblem", "MemberGeometry", "TabulatedRows",
+    "FAILURES", "Evaluation", "InvalidLayout", "LayoutProblem", "LimitRow", "MemberGeometry", "TabulatedRows",
     "budget_rows", "static_problem",
 ]  # fmt: skip
 
@@ -35,6 +36,25 @@ class InvalidLayout(EngineError, ValueError):
 
 # what a model may raise at a design that it cannot stand: a mechanism, a run that does not converge, overflow
 FAILURES = (EngineError, ArithmeticError, np.linalg.LinAlgError)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitRow:
+    """What a further constraint stands for: a limit (its number and name) at a peak of a scenario.
+
+    time: s, nan where the limit is not one of a peak.  height: the value there, its `bound`, and the `size`
+    that the constraint is divided by, in `unit`.  upper: whether the bound is an upper one.
+    """
+
+    limit: int
+    name: str
+    scenario: int
+    time: float
+    height: float
+    bound: float
+    size: float
+    unit: str
+    upper: bool
 
 
 class Evaluation(Protocol):
@@ -67,6 +87,11 @@ class Evaluation(Protocol):
         """(c, members)."""
         ...
 
+    @property
+    def limit_rows(self) -> tuple[LimitRow, ...]:
+        """(c,): what the constraints stand for where they are limits of runs; empty for others."""
+        ...
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TabulatedRows:
@@ -80,6 +105,7 @@ class TabulatedRows:
     factor_table: Array | None = None
     constraints: Array = field(default_factory=lambda: np.zeros(0))
     constraint_gradients: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    limit_rows: tuple[LimitRow, ...] = ()
 
     def gradients(self, rows: NDArray[np.intp]) -> Array:
         """The gradients of the rows asked for."""
@@ -128,6 +154,8 @@ class LayoutProblem:
         their linearisations prove that no design meets them.
     times: (nodes,) s, only for messages and reports.
     names: a name per budget.    title, response, unit: words for reports.
+    simulated: alpha -> (name, run) of every scenario, for what is told of single members; None for a problem
+        without runs.
 
     Raises InvalidLayout when sizes, bounds, costs or limits cannot be met.
 
@@ -152,6 +180,7 @@ class LayoutProblem:
     title: str = "layout"
     response: str = "objective"
     unit: str = "1"
+    simulated: Callable[[Array], Sequence[tuple[str, AnyTrajectory]]] | None = None
 
     def __post_init__(self) -> None:
         n = len(self.start)

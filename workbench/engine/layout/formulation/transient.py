@@ -20,13 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import NotConverged
-from ...integration.kinds import AnySystem
+from ...integration.kinds import AnySystem, AnyTrajectory
 from ...objectives.quantities import Deviation
+from ...sensitivity.discrete_adjoint import discrete_adjoints
+from ...simulation.side_by_side import side_by_side
 from ...simulation.simulate import simulate
-from .load_cases import side_by_side
+from .limits import Limit, LimitedRow, limited_rows
 from .problem import (
     InvalidLayout,
     LayoutProblem,
+    LimitRow,
     MemberGeometry,
     budget_rows,
 )
@@ -47,8 +50,36 @@ class _Evaluation:
 
     runs: list[ScenarioRun]
     values: Array
-    constraints: Array = field(default_factory=lambda: np.zeros(0))
-    constraint_gradients: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    limited: list[list[LimitedRow]] = field(default_factory=list)  # of every run
+    _limit_gradients: Array | None = None
+
+    @property
+    def constraints(self) -> Array:
+        """(c,): the rows of all limits."""
+        return np.array([row.value for rows in self.limited for row in rows])
+
+    @property
+    def limit_rows(self) -> tuple[LimitRow, ...]:
+        """(c,): what they stand for."""
+        return tuple(row.row for rows in self.limited for row in rows)
+
+    @property
+    def constraint_gradients(self) -> Array:
+        """(c, N): one backward sweep per run, when first asked for."""
+        if self._limit_gradients is None:
+            members = len(self.runs[0].trajectory.density)
+            found: list[Array] = [np.zeros((0, members))] * len(self.runs)
+
+            def fill(case: int) -> None:
+                rows = self.limited[case]
+                slopes = np.array([row.slope for row in rows])
+                sweep = discrete_adjoints(self.runs[case].trajectory, [row.objective for row in rows])
+                found[case] = slopes[:, None] * sweep
+
+            some = [case for case, rows in enumerate(self.limited) if rows]
+            side_by_side(fill, some, threads=_threads([r.scenario for r in self.runs]))
+            self._limit_gradients = np.vstack(found)
+        return self._limit_gradients
 
     def gradients(self, rows: Rows) -> Array:
         """Gradients of rows (scenario x node)."""
@@ -99,8 +130,9 @@ class TransientObjective:
         *,
         sensitivities: Literal["auto", "forward", "adjoint"] = "auto",
         power: float = 1.0,
+        limits: Sequence[Limit] = (),
     ) -> None:
-        self.scenarios = tuple(scenarios)
+        self.scenarios, self.limits = tuple(scenarios), tuple(limits)
         if not self.scenarios:
             raise InvalidLayout("a transient objective needs at least one scenario")
         if len({(s.steps, len(s.system.members)) for s in self.scenarios}) > 1:
@@ -123,17 +155,27 @@ class TransientObjective:
         self.forward = choice == "forward"
         self.reason = f"{choice} sensitivities: {why}"
 
+    def _trajectory(self, scenario: Scenario, density: Array) -> AnyTrajectory:
+        return simulate(
+            scenario.system, density**self.power, scenario.t_end, scenario.steps, scheme=scenario.scheme
+        )
+
+    def simulated(self, density: Array) -> tuple[tuple[str, AnyTrajectory], ...]:
+        """The name and the run of every scenario."""
+        return tuple((scenario.name, self._trajectory(scenario, density)) for scenario in self.scenarios)
+
     def __call__(self, density: Array) -> _Evaluation:
         """Simulate all scenarios."""
 
         def run(scenario: Scenario) -> ScenarioRun:
-            trajectory = simulate(
-                scenario.system, density**self.power, scenario.t_end, scenario.steps, scheme=scenario.scheme
-            )
+            trajectory = self._trajectory(scenario, density)
             return ScenarioRun(scenario=scenario, trajectory=trajectory, forward=self.forward)
 
         runs = side_by_side(run, self.scenarios, threads=_threads(self.scenarios))
-        evaluation = _Evaluation(runs=runs, values=np.array([run.values for run in runs]))
+        limited = (
+            [limited_rows(self.limits, r.trajectory, k) for k, r in enumerate(runs)] if self.limits else []
+        )
+        evaluation = _Evaluation(runs=runs, values=np.array([run.values for run in runs]), limited=limited)
         if self.power != 1.0:
             return _powered(evaluation, self.power * density ** (self.power - 1))  # type: ignore[return-value]
         return evaluation
@@ -152,7 +194,12 @@ class _Powered:
     slope: Array
     values: Array
     constraints: Array
-    constraint_gradients: Array
+    limit_rows: tuple[LimitRow, ...]
+
+    @property
+    def constraint_gradients(self) -> Array:
+        """(c, N) by the density itself."""
+        return self.inner.constraint_gradients * self.slope
 
     def gradients(self, rows: Rows) -> Array:
         """Gradients by the density itself."""
@@ -171,7 +218,7 @@ class _Powered:
 def _powered(evaluation: _Evaluation, slope: Array) -> _Powered:
     return _Powered(
         inner=evaluation, slope=slope, values=evaluation.values, constraints=evaluation.constraints,
-        constraint_gradients=evaluation.constraint_gradients,
+        limit_rows=evaluation.limit_rows,
     )  # fmt: skip
 
 
@@ -197,15 +244,17 @@ def transient_problem(
     title: str = "layout",
     response: str = "objective",
     unit: str = "1",
+    limits: Sequence[Limit] = (),
 ) -> LayoutProblem:
     """A layout problem over scenarios of moving systems.
 
     budgets: (costs of all members, limit) each.    power: SIMP exponent on every density, (7.2).
+    limits: on peaks of any quantity, in every scenario.
     """
-    objective = TransientObjective(scenarios, sensitivities=sensitivities, power=power)
+    objective = TransientObjective(scenarios, sensitivities=sensitivities, power=power, limits=limits)
     first = scenarios[0]
     n = len(first.system.members)
-    costs, limits = budget_rows(n, budgets)
+    costs, allowed = budget_rows(n, budgets)
 
     def evaluate(density: Array) -> _Evaluation:
         try:
@@ -220,11 +269,12 @@ def transient_problem(
         lower=np.broadcast_to(np.asarray(lower, dtype=float), (n,)),
         upper=np.broadcast_to(np.asarray(upper, dtype=float), (n,)),
         costs=costs,
-        limits=limits,
+        limits=allowed,
         times=np.linspace(0.0, first.t_end, first.steps + 1),
         names=names,
         geometry=member_geometry(first.system),
         title=title,
         response=response,
         unit=unit,
+        simulated=objective.simulated,
     )

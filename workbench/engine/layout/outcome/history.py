@@ -51,6 +51,7 @@ class Recorder:
         self.nearest, self.nearest_density = np.inf, problem.start
         self.cuts: list[Cut] = []
         self.start_value = np.nan
+        self.limited = False  # whether further constraints are limits of runs
         self.start_index = 0
 
     @property
@@ -76,6 +77,7 @@ class Recorder:
         value = float(values.max())
         if not self.history:
             self.start_value = value
+            self.limited = bool(evaluation.limit_rows)
         off = self.infeasibility(density, evaluation)
         better = value < self.best and off <= FEASIBLE
         if off < self.nearest:

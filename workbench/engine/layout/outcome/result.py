@@ -6,7 +6,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FIRST_ORDER", "Contradiction", "HistoryEntry", "LayoutResult", "LayoutStatus"]
+__all__ = ["FIRST_ORDER", "Contradiction", "HistoryEntry", "LayoutResult", "LayoutStatus", "LimitOutcome"]
 
 Array = NDArray[np.float64]
 
@@ -27,6 +27,25 @@ class Contradiction:
     designs: Array
     budgets: Array
     least: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitOutcome:
+    """A limit at the returned design.
+
+    value: the one nearest to the bound (or furthest beyond), in `unit`, and its scenario and time (nan where
+    the limit is not one of a peak)    bound, upper: the limit    price: improvement of the objective per unit
+    of the limit, to first order, over all its peaks and scenarios
+    """
+
+    name: str
+    value: float
+    bound: float
+    upper: bool
+    unit: str
+    scenario: int
+    time: float
+    price: float
 
 
 class LayoutStatus(Enum):
@@ -78,6 +97,7 @@ class LayoutResult:
         convex problem a bound on the distance to the optimum
     excess: largest relative violation of a budget or, in its own unit, of a further constraint
     verdicts: plain sentences    strategy: what was done and why    optima: values of other local optima seen
+    limits: those of the runs, with their prices
     contradiction: the certificate of INFEASIBLE; with NONE_FOUND the density is the one that violates least
     """
 
@@ -96,6 +116,7 @@ class LayoutResult:
     baselines: dict[str, float] = field(default_factory=dict)
     iterates: tuple[Array, ...] = ()
     contradiction: Contradiction | None = None
+    limits: tuple[LimitOutcome, ...] = ()
 
     @property
     def grayness(self) -> float:

@@ -5,8 +5,9 @@ from numpy.typing import NDArray
 
 from ..formulation.problem import LayoutProblem
 from .history import Recorder
+from .limits import limit_sentence
 from .purify import fractional_members
-from .result import FIRST_ORDER, Contradiction, LayoutStatus
+from .result import FIRST_ORDER, Contradiction, LayoutStatus, LimitOutcome
 
 __all__ = ["verdicts"]
 
@@ -19,6 +20,7 @@ _EXACT = 1e-5  # first-order error up to which a convex optimum is called the op
 def verdicts(
     problem: LayoutProblem, recorder: Recorder, status: LayoutStatus, kkt: float, prices: Array,
     baselines: dict[str, float], proof: Contradiction | None = None,
+    limits: tuple[LimitOutcome, ...] = (),
 ) -> tuple[str, ...]:  # fmt: skip
     """Sentences on why it stopped, the budgets, other optima and trivial layouts."""
     said = [status.value]
@@ -30,7 +32,8 @@ def verdicts(
     if proof is not None:
         return (*said, _contradicted(proof))
     if density is None:
-        return (*said, f"The least violation seen is {recorder.nearest:.3g}, in the unit of the constraint. "
+        return (*said, f"The least violation seen is {recorder.nearest:.3g}, in the unit of the constraint"
+                f"{' (1 is the size of the limit)' if recorder.limited else ''}. "
                 "Give a feasible start, relax the constraints, or allow more evaluations.")  # fmt: skip
     if np.isfinite(kkt):
         said.append(_first_order(problem, recorder, status, kkt))
@@ -38,6 +41,7 @@ def verdicts(
     if failed:
         said.append(f"At {failed} trial designs the model failed; these steps were refused.")
     said += _budgets(problem, density, recorder.best, prices)
+    said += [limit_sentence(limit, recorder.best, problem.unit) for limit in limits]
     near = sorted({round(v, 12) for v in recorder.optima if v <= recorder.best * (1 + _NEAR)})
     if len(near) > 1:
         said.append(

@@ -5,8 +5,8 @@ import pytest
 
 from studies.two_body import layout_problem
 from workbench.engine.layout.formulation import transient
-from workbench.engine.layout.formulation.load_cases import side_by_side
 from workbench.engine.layout.formulation.transient import Scenario, TransientObjective
+from workbench.engine.simulation.side_by_side import side_by_side
 
 
 def test_results_keep_the_order_and_errors_come_through():

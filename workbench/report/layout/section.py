@@ -22,6 +22,7 @@ import numpy as np
 
 from workbench.figures.loop import plot_convergence
 from workbench.figures.worst_case import plot_baselines
+from workbench.report.layout.figures import THERE, drawing_figure, matrix_figures
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -34,7 +35,6 @@ from workbench.report.page.blocks import (
     quantity,
 )
 from workbench.report.page.folder import CampaignFolder
-from workbench.report.sections.layout_figures import THERE, drawing_figure, matrix_figures
 
 __all__ = ["improvement_sentence", "layout_section"]
 
@@ -74,7 +74,10 @@ def layout_section(folder: CampaignFolder) -> Section | None:
         improvement_sentence(layout),
         _carried(members),
     ]
-    sentences += [str(layout[key]) for key in ("status", "strategy") if layout.get(key)]
+    if layout.get("status"):
+        sentences.append(str(layout["status"]))
+    if layout.get("strategy"):
+        sentences.append(f"Solved by {layout['strategy']}.")
     sentences += [str(said) for said in (layout.get("whole") or {}).get("verdicts", ())]
     blocks: list[Block] = [Note(text=str(text)) for text in layout.get("verdicts") or ()]
     if members and all(m.get("a") and m.get("b") for m in members):
@@ -182,6 +185,7 @@ def _tables(
     made: tuple[tuple[Any, Callable[[], Table]], ...] = (
         (members, lambda: _members(members)),
         (layout.get("budgets"), lambda: _budgets(layout["budgets"])),
+        (layout.get("limits"), lambda: _limits(layout["limits"], response, unit)),
         (layout.get("purified"), lambda: _purified(layout["purified"])),
         (layout.get("shadow_prices"), lambda: _shadow_prices(layout["shadow_prices"], response, unit)),
         (layout.get("scenarios"), lambda: _scenarios(layout["scenarios"], response, unit)),
@@ -208,6 +212,25 @@ def _budgets(budgets: list[dict[str, Any]]) -> Table:
         columns=(Column(name="budget"), Column(name="limit"), Column(name="used")),
         rows=tuple((b["name"], b["limit"], b["used"]) for b in budgets),
     )
+
+
+def _limits(limits: list[dict[str, Any]], response: str, unit: str) -> Table:
+    return Table(
+        id="limits",
+        title="Limits of the runs and what loosening them would bring",
+        columns=(
+            Column(name="limit"), Column(name="bound"), Column(name="worst"), Column(name="unit"),
+            Column(name="scenario"), Column(name="at", unit="s"),
+            Column(name=f"improvement of {response} per unit of the limit", unit=unit),
+        ),
+        rows=tuple(
+            (
+                x["name"], f"{'at most' if x['upper'] else 'at least'} {number(x['bound'])}", x["value"],
+                x["unit"], x["scenario"], x["time"], x["price"],
+            )
+            for x in limits
+        ),
+    )  # fmt: skip
 
 
 def _purified(clean: Mapping[str, Any]) -> Table:

@@ -1,4 +1,4 @@
-"""Load cases side by side: their simulations and adjoint sweeps share nothing, and the kernels free the lock.
+"""Simulations side by side: runs and adjoint sweeps share nothing, and the kernels free the lock.
 
 What is computed does not depend on the number of threads: every case has buffers of its own, and results keep
 the order of the cases.
