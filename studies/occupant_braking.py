@@ -23,7 +23,7 @@ from studies.occupant import (
     system,
 )
 from studies.occupant_drawing import motion_of, outlines
-from workbench.engine import Deviation, Impulse, Maximum, System, Trajectory, simulate
+from workbench.engine import Deviation, Impulse, Maximum, System, Trajectory, acting_members, simulate
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.motion.frames import Motion
@@ -115,6 +115,7 @@ class OccupantRestraint:
 
     kinds: tuple[str, ...]
     limits: Mapping[str, float]  # kind, or "all kinds" -> sum of densities
+    steps: int = STEPS
     title: str = "the occupant in severe braking"
     response: str = "peak_deviation"
     unit: str = "m"
@@ -137,7 +138,10 @@ class OccupantRestraint:
         problem = transient_problem(
             [
                 Scenario(
-                    system=self.system(u), objective=Maximum(quantity=DEVIATION), t_end=T_END, steps=STEPS
+                    system=self.system(u),
+                    objective=Maximum(quantity=DEVIATION),
+                    t_end=T_END,
+                    steps=self.steps,
                 )
                 for u in scenarios
             ],
@@ -156,22 +160,29 @@ class OccupantRestraint:
         """The deviation behind a squared one."""
         return float(np.sqrt(max(objective, 0.0)))
 
-    def run(self, density: Array, uncertain: Mapping[str, Any], *, steps: int = STEPS) -> Trajectory:
-        """The restrained occupant in one case."""
+    def run(self, density: Array, uncertain: Mapping[str, Any]) -> Trajectory:
+        """The restrained occupant in one case, with every member."""
+        return simulate(self.system(uncertain), self._checked(density), t_end=T_END, steps=self.steps)
+
+    def _responses(self, density: Array, uncertain: Mapping[str, Any], steps: int) -> dict[str, float]:
+        system, few = acting_members(self.system(uncertain), self._checked(density))
+        return responses_of(simulate(system, few, t_end=T_END, steps=steps))
+
+    def _checked(self, density: Array) -> Array:
         density = np.asarray(density, dtype=float)
         outside = ~((density >= 0.0) & (density <= 1.0))
         if density.shape != (self.members,) or outside.any():
             came = f"shape {density.shape}" if density.shape != (self.members,) else density[outside][0]
             raise ValueError(f"density needs {self.members} values in [0, 1], got {came}")
-        return simulate(self.system(uncertain), density, t_end=T_END, steps=steps)
+        return density
 
     def responses(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """Responses of the restrained occupant in one case."""
-        return responses_of(self.run(density, uncertain))
+        return self._responses(density, uncertain, self.steps)
 
     def refined(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """The same responses at half the step, before a case that breaks a layout is believed."""
-        return responses_of(self.run(density, uncertain, steps=2 * STEPS))
+        return self._responses(density, uncertain, 2 * self.steps)
 
     def motion(self, layouts: Mapping[str, Array], uncertain: Mapping[str, Any]) -> Motion:
         """Layouts in the same case, to look at."""
@@ -200,13 +211,20 @@ class OccupantRestraint:
 
 
 def restraint(
-    *, belts: float = 6.0, airbags: float = 6.0, retractors: float = 0.0, budget: str = "each"
+    *,
+    belts: float = 6.0,
+    airbags: float = 6.0,
+    retractors: float = 0.0,
+    budget: str = "each",
+    steps: int = STEPS,
 ) -> OccupantRestraint:
     """Restraints with so many full members of each kind; a kind with none is left out.
 
     budget: "each" kind has its own, (8.33), or "shared": one for all together, (8.32).
+    steps: of the two seconds. In 150 random corners of the uncertainty over five layouts the peak deviation
+    is off by 4e-6 in the median and 1e-4 in 99 of 100 with 1000 steps, by 2e-5 and 6e-4 with 500.
 
-    Raises ValueError for a negative budget, no kind at all, or an unknown way to share.
+    Raises ValueError for a negative budget, no kind at all, an unknown way to share, or less than 100 steps.
 
     >>> restraint(airbags=0).members
     180
@@ -214,6 +232,8 @@ def restraint(
     wanted = dict(zip(KINDS, (belts, airbags, retractors), strict=True))
     if budget not in ("each", "shared"):
         raise ValueError(f"budget needs 'each' or 'shared', got {budget!r}")
+    if steps < 100:
+        raise ValueError(f"steps needs at least 100 for two seconds, got {steps}")
     negative = next((kind for kind, limit in wanted.items() if not limit >= 0), None)
     if negative is not None:
         raise ValueError(f"{negative}s needs a budget >= 0, got {wanted[negative]}")
@@ -221,4 +241,4 @@ def restraint(
     limits = {kind: float(wanted[kind]) for kind in kinds}
     if budget == "shared":
         limits = {"all kinds": sum(limits.values())}
-    return OccupantRestraint(kinds=kinds, limits=limits)
+    return OccupantRestraint(kinds=kinds, limits=limits, steps=steps)

@@ -156,7 +156,7 @@ def trial(function: str, sampler: str, n: int, method: str, replicate: int, *, s
         resolved=bool(screener.diagnosis_.resolved),
         failure="" if first else _failure(screener, x, y, active),
         spacing=float(np.mean(doe.nearest_distances(x))),
-        eta=float(screener.eta),
+        eta=float(screener.eta_),
     )
 
 
@@ -174,7 +174,7 @@ def _ranking(screener: KrigingScreener, k: int) -> list[int]:
 def _failure(screener: KrigingScreener, x: Array, y: Array, active: set[int]) -> str:
     """Whose fault: does the true set have the higher likelihood than the found set of the same size?"""
     runs = canonical_runs(x, y, scaled=screener.method == "default")
-    ground = landscape_of(runs, eta=screener.eta)
+    ground = landscape_of(runs, eta=screener.eta_)
     place = {int(k): i for i, k in enumerate(runs.columns)}
     bounds = screener.diagnosis_.nugget_bounds
 

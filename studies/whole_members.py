@@ -21,13 +21,16 @@ from workbench.engine.layout.formulation.transient import Scenario, transient_pr
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.whole_members import whole_members
 
-__all__ = ["enumerated", "largest_densities", "random_problem", "run"]
+__all__ = ["enumerated", "largest_densities", "random_problem", "random_scenarios", "run"]
 
 MOST = 20_000  # choices that are enumerated
 
 
-def random_problem(seed: int, *, most: int = MOST) -> tuple[LayoutProblem, int]:
-    """A problem of 12 to 24 members and the largest number of members on, with at most `most` choices."""
+def random_scenarios(seed: int, *, most: int = MOST) -> tuple[list[Scenario], int]:
+    """One to four cases of 12 to 24 springs between two bodies, and how many of them may be on.
+
+    There are at most `most` choices.
+    """
     rng = np.random.default_rng(seed)
     while True:
         members = int(rng.integers(12, 25))
@@ -54,6 +57,13 @@ def random_problem(seed: int, *, most: int = MOST) -> tuple[LayoutProblem, int]:
             system=system, objective=Maximum(quantity=Deviation(bodies=("1",), reference="2"), refine=False),
             t_end=0.6, steps=60, name=f"case {case}",
         ))  # fmt: skip
+    return scenarios, count
+
+
+def random_problem(seed: int, *, most: int = MOST) -> tuple[LayoutProblem, int]:
+    """A problem of 12 to 24 members and the largest number of members on, with at most `most` choices."""
+    scenarios, count = random_scenarios(seed, most=most)
+    members = len(scenarios[0].system.members)
     return transient_problem(
         scenarios, start=count / members, budgets=[], lower=1e-4, title=f"springs {seed}", unit="m^2",
         response="largest squared displacement",

@@ -70,7 +70,7 @@ class ResponseMap:
         if self.scale == "ranks":
             levels, first = np.unique(self.observed, return_index=True)
             return np.asarray(np.interp(values, rankdata(self.observed)[first], levels))
-        values = np.clip(values, *self.forward(np.array(self._ends)))
+        values = np.clip(values, *self.forward(np.array(self.ends)))
         if self.scale == "yeo-johnson":
             t = _yeo_johnson_back(values, self.power)
         else:
@@ -82,7 +82,8 @@ class ResponseMap:
         return 0.0 if self.scale == "log" else self.power
 
     @property
-    def _ends(self) -> tuple[float, float]:
+    def ends(self) -> tuple[float, float]:
+        """The responses between which the way back runs."""
         low, high = float(self.observed[0]), float(self.observed[-1])
         if self.scale == "yeo-johnson":
             return low - BEYOND * (high - low), high + BEYOND * (high - low)

@@ -12,19 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .hidden_share import HiddenShare, RoughSide, hidden_share, rough_side
-from .methods import Found
+from .methods import Found, find_sets
 from .partitions.canonical import CanonicalRuns
 from .partitions.landscape import landscape_of
 from .partitions.optimum import Landscape, Optimum, left_out_errors
 from .sets.rules import Rules
 from .witness import inputs_in_errors, quadratic_witness
 
-__all__ = ["Examined", "examined", "where_it_errs"]
+__all__ = ["SMOOTH", "Examined", "examined", "screened", "where_it_errs"]
 
 CONFIRMED = 1.92  # in l: chi^2 with one degree, 95 %
 RESOLVED_SHARE = 0.01  # of the variance: below, there is nothing left to testify about
 STARTS = (-4.0, -1.5, 0.5)  # log theta of an input that joins
 FINE_NUGGET = 1e-8
+SMOOTH, ROUGH = 2.0, 1.5  # exponents of the correlation
+LEAD = 3.0  # in l, of the rough one
+MOST_DOUBT = 0.1  # that the smooth one's x may cast on it, a share of the variance
 TOLERANCE, EVALUATIONS = 1e-3, 200
 
 
@@ -35,6 +38,7 @@ class Examined:
     Attributes:
         found: with the confirmed units behind the selected ones.
         confirmed, disputed: units that the witness named and the likelihood confirmed, and did not.
+        eta: exponent of the correlation.
         errors: (n,) leave-one-out, of the standardised response of the canonical runs.
         share: what stays unexplained.
         open: selected units that a nearly as likely set does without.
@@ -45,10 +49,42 @@ class Examined:
     found: Found
     confirmed: tuple[int, ...]
     disputed: tuple[int, ...]
+    eta: float
     errors: np.ndarray
     share: HiddenShare
     open: tuple[int, ...]
     open_share: float
+
+
+def screened(
+    runs: CanonicalRuns, method: str, rules: Rules, *, testify: bool, free: bool, seed: int
+) -> Examined:
+    """Screen canonical runs, and look at the selection.
+
+    With `free` a smooth correlation (exponent 2) that leaves more than 1 % unexplained has a rough one (1.5)
+    as a rival, whose selection stands when it leads by 3 in l at the price of its size. Steps and kinks look
+    to a smooth correlation like waves of inert inputs.
+    """
+    seen = _looked_at(runs, method, rules, testify=testify, seed=seed)
+    if not free or not seen.share.upper > RESOLVED_SHARE or not seen.found.accepted:
+        return seen
+    rival = _looked_at(runs, method, replace(rules, eta=ROUGH), testify=testify, seed=seed)
+    if _worth(rival, rules) <= _worth(seen, rules) + LEAD:
+        return seen
+    # the rough one's own x was exceeded in more than one of twenty screenings
+    upper = max(rival.share.upper, min(seen.share.upper, MOST_DOUBT))
+    return replace(rival, share=replace(rival.share, upper=upper))
+
+
+def _looked_at(runs: CanonicalRuns, method: str, rules: Rules, *, testify: bool, seed: int) -> Examined:
+    found = find_sets(runs, method, rules, np.random.default_rng(seed))
+    return examined(found, runs, rules, testify=testify, rng=np.random.default_rng(seed))
+
+
+def _worth(seen: Examined, rules: Rules) -> float:
+    """l less the threshold for each selected unit."""
+    at = seen.found.accepted
+    return seen.found.optima[at].value - rules.threshold * len(seen.found.sets[at])
 
 
 def examined(
@@ -95,6 +131,7 @@ def examined(
         found=found,
         confirmed=confirmed,
         disputed=tuple(u for u in disputed if u not in selected),
+        eta=rules.eta,
         errors=errors,
         share=share,
         open=tuple(u for u in selected if u not in certain and u not in confirmed),

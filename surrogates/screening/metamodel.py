@@ -18,7 +18,12 @@ CALIBRATED_RUNS = 300
 
 
 def selected_kriging(
-    screener: KrigingScreener, X: ArrayLike, y: ArrayLike, *, run_ids: Sequence[Hashable] | None = None
+    screener: KrigingScreener,
+    X: ArrayLike,
+    y: ArrayLike,
+    *,
+    minor: bool = False,
+    run_ids: Sequence[Hashable] | None = None,
 ) -> Kriging:
     """A Kriging of the selected columns of the runs X (n, d), y (n,) that the screener was fitted to.
 
@@ -30,6 +35,9 @@ def selected_kriging(
     interval of a run. Larger designs keep the plug-in deviation of the process, about which a new run
     scatters by nugget_ * sigma2_ more.
 
+    `minor` takes those that are listed apart, too: below 1 % of the variance, and yet a better prediction.
+    The model then takes X[:, columns] with the columns of `selected_` and `minor_`, ascending.
+
     Raises TooFewRuns when nothing was selected.
 
     >>> x = np.random.default_rng(1).random((30, 6))
@@ -39,14 +47,15 @@ def selected_kriging(
     (2, True)
     """
     check_is_fitted(screener)
-    columns = [int(k) for k in screener.get_support(indices=True)]
+    apart = screener.minor_.tolist() if minor else []
+    columns = sorted([*screener.selected_.tolist(), *apart])
     if not columns:
         raise TooFewRuns("no input was selected, so there is nothing to model: add runs and screen again")
     labels = {int(k) % screener.n_features_in_ for k in screener.categorical}
     small = len(np.asarray(y)) <= CALIBRATED_RUNS
     model = Kriging(
-        correlation="gaussian" if screener.eta == 2.0 else "power_exponential",
-        eta=screener.eta,
+        correlation="gaussian" if screener.eta_ == 2.0 else "power_exponential",
+        eta=screener.eta_,
         nugget="ladder" if small else "estimate",
         theta_start=np.maximum(screener.theta_[columns], 1e-8),
         n_starts=STARTS,
@@ -55,4 +64,4 @@ def selected_kriging(
         intervals="calibrated" if small else "plug-in",
         seed=screener.seed,
     )
-    return model.fit(screener.transform(X), y, run_ids=run_ids)
+    return model.fit(screener.columns(X, columns), y, run_ids=run_ids)

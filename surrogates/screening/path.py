@@ -1,5 +1,6 @@
 """The path of a screening: one line per input that enters, as in Table 3.1."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from .methods import Found
 from .partitions.canonical import CanonicalRuns
 
-__all__ = ["ScreeningStep", "screening_path", "told"]
+__all__ = ["ScreeningStep", "ranked_inputs", "screening_path", "told"]
 
 Array = NDArray[np.float64]
 
@@ -92,3 +93,16 @@ def told(steps: list[ScreeningStep]) -> list[ScreeningStep]:
     """The accepted steps, the first rejected one, and what is more as long as it brings anything."""
     last = max((s.step for s in steps if s.accepted or s.gain > NOTHING), default=0)
     return steps[: max(last, sum(s.accepted for s in steps) + 1)]
+
+
+def ranked_inputs(
+    runs: CanonicalRuns, ranked: Sequence[int], steps: Sequence[ScreeningStep], scores: Array, d: int
+) -> NDArray[np.intp]:
+    """All d inputs: of the ranked units, of the path, by the scores (u,) of units, then what never varies.
+
+    A score is how much l would rise with a theta of the unit's own.
+    """
+    order = [k for u in ranked for k in runs.given(u)]
+    order += [k for step in steps for k in step.added]
+    order += [k for u in np.argsort(-scores, kind="stable") for k in runs.given(int(u))]
+    return np.array(list(dict.fromkeys([*order, *range(d)])), dtype=np.intp)

@@ -71,7 +71,7 @@ def choose_scale(screener: KrigingScreener, X: ArrayLike, y: ArrayLike) -> Scale
         if spread <= 0.0 or not len(fitted.selected_):
             unexplained[scale] = 1.0
             continue
-        left = selected_kriging(fitted, X, w).leave_one_out()
+        left = selected_kriging(fitted, X, w, minor=True).leave_one_out()
         usable = np.isfinite(left.std)
         error = values[usable] - mapped.inverse(left.prediction[usable])
         unexplained[scale] = float((error**2).mean()) / spread

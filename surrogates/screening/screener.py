@@ -10,7 +10,6 @@ criterion is the restricted log-likelihood l of eq. (3.13): l, not 2 l, constant
 """
 
 from collections.abc import Callable, Sequence
-from numbers import Real
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import _check_feature_names_in, check_is_fitted, validate_data
 
+from ..analysis.measure import Measure
 from ..errors import TooFewRuns
 from ..kriging.diagnosis import close_pairs
 from ..kriging.given_runs import (
@@ -26,13 +26,14 @@ from ..kriging.given_runs import (
     check_response,
     refuse_text,
 )
-from .confirmation import Examined, examined, where_it_errs
-from .methods import METHODS, Found, find_sets
+from .confirmation import SMOOTH, Examined, screened, where_it_errs
+from .listed_apart import SelectedShare, minor_inputs, selected_shares
+from .methods import METHODS, Found
 from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs, replicate_variance
 from .partitions.landscape import landscape_of
 from .partitions.optimum import left_out_q2, standard_scores
-from .path import ScreeningStep, screening_path, told
-from .sets.rules import Rules, threshold_for
+from .path import ScreeningStep, ranked_inputs, screening_path, told
+from .sets.rules import Rules, check_rules, threshold_for
 from .verdict import Evidence, Judgement, ScreeningDiagnosis, judge
 
 __all__ = ["KrigingScreener"]
@@ -62,18 +63,23 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         enough: the default method stops starting when its best maximum was reached so many times.
         nugget: noise variance relative to sigma^2. None leaves it free above 1e-4 (method "default") or takes
             1e-8; a number fixes it; a pair bounds it.
-        eta: exponent of the correlation, 1 to 2 ("welch" chooses its own).
+        eta: exponent of the correlation, 1 to 2 ("welch" chooses its own). None is 2, and by the default
+            method 1.5 where the runs speak for a rough response, see `surrogates.screening.confirmation`.
         categorical: columns that hold labels (numbers or strings).
         groups: sets of columns that share one theta and are selected together.
+        measures: (d,) weights of the inputs, see `surrogates.analysis.measure`, over which shares of the
+            variance are averaged; None is uniform.
         seed: of the starts. Same seed and data, same result, in whatever order the data come.
 
     Attributes:
         selected_: selected inputs, 0-based, most active first.
+        minor_: inputs that the likelihood selects, too, and that stay below 1 % of the variance, by the
+            default method (see `surrogates.screening.listed_apart`); () where `n_features` was asked for.
         ranking_: all inputs, the one that most likely acts first: by the weight of all sets found that hold
             it, see `surrogates.screening.sets.rival_sets`. Where the runs are enough, those selected lead.
         path_: a `ScreeningStep` per step.
         theta_, sigma2_, nugget_, log_likelihood_: at the selected set; theta_ in the coordinates of X.
-        diagnosis_: a `ScreeningDiagnosis`.
+        eta_: exponent of the correlation.   diagnosis_: a `ScreeningDiagnosis`.
         n_features_in_, feature_names_in_: of X.
 
     >>> import numpy as np
@@ -93,9 +99,10 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         n_starts: int = 200,
         enough: int = 8,
         nugget: float | tuple[float, float] | None = None,
-        eta: float = 2.0,
+        eta: float | None = None,
         categorical: Sequence[int] = (),
         groups: Sequence[Sequence[int]] = (),
+        measures: Sequence[Measure | None] | None = None,
         seed: int = 0,
     ) -> None:
         self.method = method
@@ -108,6 +115,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         self.eta = eta
         self.categorical = categorical
         self.groups = groups
+        self.measures = measures
         self.seed = seed
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -115,7 +123,9 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
 
         Raises ValueError for text, NaN or infinity (naming the run) and options that do not fit; TooFewRuns.
         """
-        self._check_options()
+        if self.method not in METHODS:
+            raise ValueError(f"method needs one of {', '.join(METHODS)}, got {self.method!r}")
+        check_rules(self)
         if len(self.categorical):
             self._codes = LabelCodes(self.categorical, X)
             X = self._codes(X)
@@ -142,21 +152,22 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         if not constant and runs.units:
             rules = Rules(
                 restricted=self.criterion == "reml",
-                eta=self.eta,
+                eta=SMOOTH if self.eta is None else self.eta,
                 nugget=bounds,
                 threshold=threshold,
                 size=None if self.n_features is None else min(self.n_features, len(runs.units)),
                 n_starts=self.n_starts,
                 enough=self.enough,
             )
-            found = find_sets(runs, self.method, rules, np.random.default_rng(self.seed))
-            asked = self.method == "default" and self.n_features is None
-            rng = np.random.default_rng(self.seed)
-            seen = examined(found, runs, rules, testify=asked, rng=rng)
+            own = self.method == "default"
+            asked = own and self.n_features is None
+            free = own and self.eta is None
+            seen = screened(runs, self.method, rules, testify=asked, free=free, seed=self.seed)
+            found = seen.found
         # what a later look at the stability starts from
         self._runs = runs if found is not None else None
         self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
-        self._record(runs, seen, threshold, bounds, x, constant)
+        self._record(runs, seen, threshold, bounds, x, y, constant)
         return self
 
     def _record(
@@ -166,17 +177,19 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         threshold: float,
         bounds: tuple[float, float],
         x: Array,
+        y: Array,
         constant: bool,
     ) -> None:
         """Set the fitted attributes; `seen` is None where there was nothing to screen."""
         d = x.shape[1]
         found = None if seen is None else seen.found
+        self.eta_ = SMOOTH if seen is None else seen.eta
         steps: list[ScreeningStep] = []
         base = q2 = float("nan")
         scores = np.zeros(0)
         if found is not None:
             restricted = self.criterion == "reml" and self.method != "welch"
-            steps, base = screening_path(runs, found, n_features=d, eta=self.eta, restricted=restricted)
+            steps, base = screening_path(runs, found, n_features=d, eta=self.eta_, restricted=restricted)
             best = found.optima[found.accepted]
             landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
             q2, scores = left_out_q2(landscape, best), standard_scores(landscape, best)
@@ -184,11 +197,12 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         last = accepted[-1] if accepted else None
         self.path_ = told(steps) if self.method == "default" else steps
         self.selected_ = np.array(last.selected if last else (), dtype=np.intp)
-        self.ranking_ = _ranking(runs, () if found is None else found.ranked, steps, scores, d)
+        self.ranking_ = ranked_inputs(runs, () if found is None else found.ranked, steps, scores, d)
         self.theta_ = last.theta if last else np.zeros(d)
         self.sigma2_ = last.sigma2 if last else runs.scale**2
         self.nugget_ = last.nugget if last else bounds[0]
         self.log_likelihood_ = last.log_likelihood if last else base
+        shares = self._shares(x, y)
         self.diagnosis_ = self._diagnosed(
             runs,
             seen,
@@ -199,6 +213,25 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             base=base,
             q2=q2,
             n_selected=len(accepted),
+            shares=shares,
+        )
+        kept = [k for k in self.selected_.tolist() if k not in self.diagnosis_.minor]
+        self.selected_ = np.array(kept, dtype=np.intp)
+        self.minor_ = np.array(self.diagnosis_.minor, dtype=np.intp)
+
+    def _shares(self, x: Array, y: Array) -> tuple[SelectedShare, ...]:
+        if self.method != "default" or self.n_features is not None:
+            return ()
+        return selected_shares(
+            x,
+            y,
+            self.selected_.tolist(),
+            theta=self.theta_,
+            nugget=self.nugget_,
+            eta=self.eta_,
+            labels=[int(k) % x.shape[1] for k in self.categorical],
+            measures=self.measures,
+            seed=self.seed,
         )
 
     def _diagnosed(
@@ -213,6 +246,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         base: float,
         q2: float,
         n_selected: int,
+        shares: tuple[SelectedShare, ...],
     ) -> ScreeningDiagnosis:
         n, d = x.shape
         found = NOTHING_FOUND if seen is None else seen.found
@@ -239,7 +273,10 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             open=runs.given_all(seen.open) if seen else (),
             open_share=seen.open_share if seen else 0.0,
             rough_side=side,
+            is_rough=seen is not None and self.method == "default" and seen.eta < SMOOTH,
         )
+        apart = minor_inputs(shares, self.groups, resolved=judge(self._evidence).state == "resolved")
+        self._evidence = self._evidence.with_minor(apart, shares)
         judged = judge(self._evidence)
         low, high = x.min(axis=0), x.max(axis=0)
         equal, near = close_pairs((x - low) / np.where(high > low, high - low, 1.0))
@@ -266,7 +303,9 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             constant=runs.constant,
             repeated=runs.repeated,
             unexplained=seen.share.unexplained if seen else float("nan"),
-            hidden_share=seen.share.upper if seen else float("nan"),
+            hidden_share=float("nan") if seen is None else float(self._evidence.hidden_share or 0.0),
+            shares=shares,
+            minor=apart,
             confirmed=tuple(self._evidence.confirmed),
             disputed=tuple(self._evidence.disputed),
             open=tuple(self._evidence.open),
@@ -295,11 +334,15 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
 
     def transform(self, X: ArrayLike) -> Array:
         """The selected columns of X in their given order, (m, k)."""
+        return self.columns(X, self.get_support(indices=True))
+
+    def columns(self, X: ArrayLike, columns: Sequence[int] | NDArray[np.intp]) -> Array:
+        """Some columns of X as numbers, labels by their codes, (m, k)."""
         check_is_fitted(self)
         if len(self.categorical):
             X = self._codes(X)
         X = validate_data(self, X, reset=False, dtype=np.float64)
-        return np.asarray(X, dtype=float)[:, self.get_support()]
+        return np.asarray(X, dtype=float)[:, list(columns)]
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the selected columns."""
@@ -336,31 +379,6 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         value = max(FORWARD_NUGGET, noise)
         return value, value
 
-    def _check_options(self) -> None:
-        if self.method not in METHODS:
-            raise ValueError(f"method needs one of {', '.join(METHODS)}, got {self.method!r}")
-        if self.criterion not in ("reml", "ml"):
-            raise ValueError(f"criterion needs 'reml' or 'ml', got {self.criterion!r}")
-        if not (isinstance(self.eta, Real) and 1.0 <= self.eta <= 2.0):
-            raise ValueError(f"eta needs a number with 1 <= eta <= 2, got {self.eta!r}")
-        if self.threshold is not None and not (isinstance(self.threshold, Real) and self.threshold >= 0.0):
-            raise ValueError(f"threshold needs a number >= 0, or None, got {self.threshold!r}")
-        if self.n_features is not None and self.n_features < 1:
-            raise ValueError(f"n_features needs at least 1, got {self.n_features}")
-        if self.n_starts < 1 or self.enough < 1:
-            raise ValueError(
-                f"n_starts and enough need at least 1, got n_starts={self.n_starts} and enough={self.enough}"
-            )
-        if self.nugget is None:
-            return
-        pair = self.nugget if isinstance(self.nugget, tuple) else (self.nugget, self.nugget)
-        numbers = len(pair) == 2 and all(isinstance(v, Real) for v in pair)
-        if not (numbers and 0.0 < pair[0] <= pair[1] < np.inf):
-            raise ValueError(
-                "nugget needs a positive number or a pair (low, high) with 0 < low <= high, or None to have "
-                f"it estimated, got {self.nugget!r}"
-            )
-
     def _check_columns(self, d: int) -> None:
         flat = [int(k) for group in self.groups for k in group]
         wrong = [k for k in flat if not 0 <= k < d]
@@ -369,19 +387,6 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         twice = [k for k in set(flat) if flat.count(k) > 1]
         if twice:
             raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
-
-
-def _ranking(
-    runs: CanonicalRuns, ranked: Sequence[int], steps: Sequence[ScreeningStep], scores: Array, d: int
-) -> NDArray[np.intp]:
-    """All d inputs: of the ranked units, of the path, by the scores (u,) of units, then what never varies.
-
-    A score is how much l would rise with a theta of the unit's own.
-    """
-    order = [k for u in ranked for k in runs.given(u)]
-    order += [k for step in steps for k in step.added]
-    order += [k for u in np.argsort(-scores, kind="stable") for k in runs.given(int(u))]
-    return np.array(list(dict.fromkeys([*order, *range(d)])), dtype=np.intp)
 
 
 def _inputs(runs: CanonicalRuns, members: Sequence[int]) -> tuple[int, ...]:

@@ -68,7 +68,7 @@ def _selected(
     start: tuple[tuple[int, ...], Optimum],
     rows: NDArray[np.intp],
 ) -> tuple[int, ...]:
-    ground = landscape_of(runs, restricted=screener.criterion == "reml", eta=screener.eta, rows=rows)
+    ground = landscape_of(runs, restricted=screener.criterion == "reml", eta=screener.eta_, rows=rows)
     bounds, threshold = screener.diagnosis_.nugget_bounds, screener.diagnosis_.threshold
     if screener.method == "forward":
         _, path = forward_path(ground, nugget=bounds, threshold=threshold, steps=screener.n_features)

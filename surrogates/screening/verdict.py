@@ -14,11 +14,12 @@ or one that only both together show, keeps a screening from being resolved.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from .hidden_share import RoughSide
+from .listed_apart import MINOR_SHARE, SelectedShare
 from .sets.rival_sets import CLEAR_MARGIN
 
 __all__ = ["Evidence", "Judgement", "ScreeningDiagnosis", "fewest_runs", "judge"]
@@ -49,7 +50,10 @@ class ScreeningDiagnosis:
         duplicates, near_duplicates: pairs of runs.   constant, repeated: inputs; pairs of inputs.
         unexplained: share of the variance in the leave-one-out errors, of the better of the Kriging with the
             nugget's floor and without it.
-        hidden_share: x, its upper 95 % bound: no input above it is missing.
+        hidden_share: x, its upper 95 % bound or that of the strongest input listed apart: no input above it
+            is missing.
+        shares: total indices of the inputs that the likelihood selects (method "default").
+        minor: of them those below 1 %, which stand apart from the selection.
         confirmed, disputed: inputs that the second witness named and the likelihood confirmed, and did not.
         open: selected inputs that a nearly as likely set does without.
         open_share: y, the upper 95 % bound: no open input is above it; 0 without one.
@@ -81,6 +85,8 @@ class ScreeningDiagnosis:
     repeated: tuple[tuple[int, int], ...]
     unexplained: float
     hidden_share: float
+    shares: tuple[SelectedShare, ...]
+    minor: tuple[int, ...]
     confirmed: tuple[int, ...]
     disputed: tuple[int, ...]
     open: tuple[int, ...]
@@ -112,9 +118,9 @@ class Evidence:
             methods).
         margin: see `ScreeningDiagnosis`; None for a greedy method, which knows no rival sets and therefore
             cannot be resolved.
-        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, open, open_share, rough_side: see
+        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, open, open_share, rough_side, minor: see
             `ScreeningDiagnosis`.
-        hidden_share: x; None for 1 - q2.
+        hidden_share: x; None for 1 - q2.   is_rough: whether the correlation is the rough one.
     """
 
     n_runs: int
@@ -133,6 +139,16 @@ class Evidence:
     open: Sequence[int] = ()
     open_share: float = 0.0
     rough_side: RoughSide | None = None
+    minor: Sequence[int] = ()
+    is_rough: bool = False
+
+    def with_minor(self, minor: Sequence[int], shares: Sequence[SelectedShare]) -> "Evidence":
+        """The same with `minor` listed apart: the selection lacks them, so x is no less than they may be."""
+        if not minor or self.hidden_share is None:
+            return self
+        largest = max(share.upper for share in shares if share.column in minor)
+        lacking = max(self.hidden_share, min(largest, MINOR_SHARE))
+        return replace(self, minor=tuple(minor), hidden_share=lacking)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,17 +203,25 @@ def judge(
         known = f"inputs {pairs} cannot be told apart from these runs"
     if doubts.reasons:
         advice = "; ".join(part for part in (*dict.fromkeys(doubts.cures), where, known) if part)
-        bound = f"; {missing}" if x <= PARTLY_SHARE else ""
+        bound = [*([missing] if x <= PARTLY_SHARE else []), *_apart(e, name)]
         return Judgement(
             state="not resolved",
-            verdict="not resolved: " + "; ".join(doubts.reasons) + bound,
+            verdict="; ".join(["not resolved: " + doubts.reasons[0], *doubts.reasons[1:], *bound]),
             advice=advice,
         )
     certain = _certainty(e, name)
-    if max(x, e.open_share) <= RESOLVED_SHARE and not e.disputed and not e.confirmed:
-        return Judgement(state="resolved", verdict=f"resolved: {missing}; {certain}", advice=known)
+    if max(x, e.open_share) <= RESOLVED_SHARE and not (e.disputed or e.confirmed or e.is_rough):
+        verdict = "; ".join([f"resolved: {missing}", certain, *_apart(e, name)])
+        return Judgement(state="resolved", verdict=verdict, advice=known)
     hide = f"{_percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
-    said = [hide, *_rest(e), *_testimony(e, name), certain]
+    said = [
+        hide,
+        *([ROUGH_RUNS] if e.is_rough else []),
+        *_rest(e),
+        *_testimony(e, name),
+        certain,
+        *_apart(e, name),
+    ]
     settle = f" and to settle {', '.join(map(name, e.open))}" if e.open_share > RESOLVED_SHARE else ""
     cures = [f"add about {max(8, e.n_runs // 2)} runs to see weaker inputs{settle}", where, known]
     if x > ROUGH_SHARE:
@@ -209,6 +233,7 @@ def judge(
     )
 
 
+ROUGH_RUNS = "the runs speak for steps or kinks, where weak inputs are hard to tell"
 ROUGH_ADVICE = "the response is rough for so many runs: elementary effects (Morris) need no smoothness"
 
 
@@ -319,6 +344,13 @@ def _testimony(e: Evidence, name: Callable[[int], str]) -> list[str]:
             f"a regression on the same runs names {', '.join(map(name, e.disputed))}, the likelihood does not"
         )
     return said
+
+
+def _apart(e: Evidence, name: Callable[[int], str]) -> list[str]:
+    """The inputs that act and hardly matter."""
+    if not e.minor:
+        return []
+    return [f"listed apart, estimated below {_percent(MINOR_SHARE)} each: {', '.join(map(name, e.minor))}"]
 
 
 def _where(side: RoughSide | None, name: Callable[[int], str], place: Callable[[int, float], str]) -> str:

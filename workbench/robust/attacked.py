@@ -20,7 +20,7 @@ from workbench.robust.minimax_record import Minimax, MinimaxStatus
 from workbench.robust.worst_scenario import Unmodelled
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.attack.record import Attack
-from workbench.search.evidence.grade import fewest_runs
+from workbench.search.evidence.grade import Grade, fewest_runs
 
 __all__ = ["attacked"]
 
@@ -49,9 +49,9 @@ def attacked(game: CuttingSets, found: Minimax, *, budget: int | None, tolerance
     each = max(total // ROUNDS, min(total, least))
     spent, number, n_given = 0, 0, len(runs.scenarios)
     while True:
-        value, _ = runs.worst_run(x)
+        value, worst = runs.worst_run(x)
         attacked_x = x
-        made = _attack(game, x, value, budget=min(each, total - spent), seed=runs.seed + number)
+        made = _attack(game, x, worst, value=value, budget=min(each, total - spent), seed=runs.seed + number)
         spent, number = spent + made.runs, number + 1
         is_broken = made.excess > BROKEN * max(abs(value), 1e-2 * runs.spread)
         if made.is_beaten:
@@ -64,20 +64,22 @@ def attacked(game: CuttingSets, found: Minimax, *, budget: int | None, tolerance
     if is_broken:
         x = _lowest(game, given=n_given)
     value, scenario = runs.worst_run(x)
-    return replace(
+    judged = replace(
         found,
         design=runs.design.rows(runs.worst_design(x)[None])[0],
         scenario=runs.uncertain.rows(scenario[None])[0],
         value=value,
         lower=min(found.lower, value),
-        status=_status(found.status, made, is_broken=is_broken),
+        status=MinimaxStatus.BEATEN if is_broken else found.status,
         scenarios=tuple(runs.uncertain.rows(np.array(runs.scenarios))) if runs.scenarios else (),
         evaluations=runs.made,
         budget=found.budget + (budget or 0),
         failed=tuple(runs.failed),
+        failure_map=runs.failure_map,
         # of another design it says nothing
         attack=made.raised_to(value) if np.array_equal(x, attacked_x) else None,
     )
+    return replace(judged, status=_unattacked(judged.status)) if judged.grade is Grade.SEARCHED else judged
 
 
 def _go_on(game: CuttingSets, *, runs: int, tolerance: float) -> int:
@@ -108,12 +110,6 @@ def _unattacked(status: MinimaxStatus) -> MinimaxStatus:
     return MinimaxStatus.MET if status is MinimaxStatus.CONVERGED else status
 
 
-def _status(status: MinimaxStatus, made: Attack, *, is_broken: bool) -> MinimaxStatus:
-    if is_broken:
-        return MinimaxStatus.BEATEN
-    return status if made.runs >= fewest_runs(made.dimension) or made.is_exhaustive else _unattacked(status)
-
-
 def _place(game: CuttingSets, found: Minimax) -> tuple[float, Array, Array]:
     """The returned design as a point, with its worst run."""
     x = game.runs.design.unit([dict(found.design)])[0]
@@ -121,7 +117,7 @@ def _place(game: CuttingSets, found: Minimax) -> tuple[float, Array, Array]:
     return value, x, u
 
 
-def _attack(game: CuttingSets, x: Array, value: float, *, budget: int, seed: int) -> Attack:
+def _attack(game: CuttingSets, x: Array, u: Array, *, value: float, budget: int, seed: int) -> Attack:
     runs = game.runs
     design = runs.design.rows(runs.worst_design(x)[None])[0]
 
@@ -129,7 +125,15 @@ def _attack(game: CuttingSets, x: Array, value: float, *, budget: int, seed: int
         outcomes = runs.outcomes([{**design, **row} for row in rows], purpose=f"minimax {purpose}")
         return [replace(o, parameters=dict(row)) for o, row in zip(outcomes, rows, strict=True)]
 
-    return attack(held, runs.uncertain.space, value=value, budget=budget, seed=seed, response=runs.read)
+    return attack(
+        held,
+        runs.uncertain.space,
+        value=value,
+        budget=budget,
+        seed=seed,
+        response=runs.read,
+        claimed=runs.uncertain.rows(u[None])[0],
+    )
 
 
 def _take_up(game: CuttingSets, x: Array, made: Attack) -> None:

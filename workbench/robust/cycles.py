@@ -116,6 +116,7 @@ class CuttingSets:
             budget=runs.budget,
             seed=runs.seed,
             failed=tuple(runs.failed),
+            failure_map=runs.failure_map,
             note=note,
         )
 

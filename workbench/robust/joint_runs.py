@@ -11,6 +11,7 @@ from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Outcome, Reading
 from workbench.robust.minimax_record import FailedRun
 from workbench.robust.region import Region
+from workbench.search.evidence.failure_map import LevelFailures, failure_map
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
 from workbench.space.streams import stream
@@ -138,6 +139,17 @@ class JointRuns:
                     )
                 )
         return [self._known[_address(row)] for row in rows]
+
+    @property
+    def failure_map(self) -> tuple[LevelFailures, ...]:
+        """Failures by level of the unordered parameters, those of an attack included."""
+        outcomes = list(self._known.values())
+        return failure_map(
+            [outcome.parameters for outcome in outcomes],
+            [o.status != "ok" or not np.isfinite(self.read(o.outputs)) for o in outcomes],
+            design=self.design.space,
+            uncertainty=self.uncertain.space,
+        )
 
     @property
     def made(self) -> int:

@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Any
 
 from workbench.search.evidence.attack.record import Attack
+from workbench.search.evidence.failure_map import LevelFailures, failure_places
 from workbench.search.evidence.gap import COVERAGE, Gap
 from workbench.search.evidence.grade import Grade, grade_of
 
@@ -18,7 +19,7 @@ class MinimaxStatus(Enum):
     """Why the search stopped."""
 
     CONVERGED = "lower and upper bound met within the tolerance, and an attack found nothing worse"
-    MET = "lower and upper bound met within the tolerance; only the search has looked"
+    MET = "lower and upper bound met within the tolerance; no attack that counts has left them standing"
     BEATEN = "an attack found a worse scenario than the search knew"
     BUDGET = "the budget of runs was spent"
     EXHAUSTED = "every point of design and uncertainty was run"
@@ -59,7 +60,7 @@ class Minimax:
 
     `value` is a true run, but that no scenario is worse is the word of the Kriging, as `lower` is. Scenarios
     in which a design cannot be run do not count: `failed` holds all runs without a value, `failed_here`
-    those of the returned design.
+    those of the returned design. `failure_map` counts them by level of the unordered parameters.
     """
 
     design: Mapping[str, Any]
@@ -73,6 +74,7 @@ class Minimax:
     budget: int
     seed: int
     failed: tuple[FailedRun, ...] = ()
+    failure_map: tuple[LevelFailures, ...] = ()
     note: str = ""  # why no Kriging could be fitted
     attack: Attack | None = None  # on the returned design, the last of them
 
@@ -81,7 +83,7 @@ class Minimax:
         """What stands behind the claim that no scenario of the returned design is worse."""
         if self.status is MinimaxStatus.EXHAUSTED:
             return Grade.SEARCHED if self.failed_here else Grade.PROVED
-        if self.status is MinimaxStatus.BEATEN:
+        if self.status is MinimaxStatus.BEATEN or self.levels_without_a_run:
             return Grade.SEARCHED
         return grade_of(Gap(upper=self.value, width=0.0, coverage=COVERAGE, kind="model-based"), self.attack)
 
@@ -101,6 +103,19 @@ class Minimax:
         return tuple(run for run in self.failed if dict(run.design) == dict(self.design))
 
     @property
+    def levels_without_a_run(self) -> tuple[LevelFailures, ...]:
+        """Levels of the uncertainty at which the attack on the returned design met failures only."""
+        if self.attack is None:
+            return ()
+        tried = [(a.outcome.parameters, a.value is not None) for a in self.attack.attempts]
+
+        def is_dark(level: LevelFailures) -> bool:
+            here = [gave for row, gave in tried if row[level.parameter] == level.level]
+            return bool(here) and not any(here)
+
+        return tuple(level for level in self.failure_map if level.side == "uncertainty" and is_dark(level))
+
+    @property
     def sentence(self) -> str:
         """The result in words, with what its bounds rest on."""
         text = (
@@ -116,6 +131,13 @@ class Minimax:
                 f" {self.failures} runs gave no value ({failure_counts(self.failed)}), "
                 f"{len(self.failed_here)} of them at this design: scenarios that cannot be run do not count."
             )
+            if places := failure_places(self.failure_map):
+                text += f" {places}"
+            if unseen := self.levels_without_a_run:
+                named = ", ".join(f"{level.parameter}={level.level}" for level in unseen)
+                text += (
+                    f" Nothing is known of {named} at this design: no run of the attack gave a value there."
+                )
         return text
 
     def to_dict(self) -> dict[str, Any]:

@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
+from surrogates import KrigingScreener
 from surrogates.screening.path import ScreeningStep
 from surrogates.screening.verdict import Judgement, ScreeningDiagnosis
 
-__all__ = ["diagnosis_in_names", "step_in_names"]
+__all__ = ["diagnosis_in_names", "shares_in_names", "step_in_names"]
 
 
 def step_in_names(step: ScreeningStep, names: Sequence[str]) -> dict[str, Any]:
@@ -22,6 +23,19 @@ def step_in_names(step: ScreeningStep, names: Sequence[str]) -> dict[str, Any]:
         "log_likelihood": step.log_likelihood,
         "gain": step.gain,
         "accepted": step.accepted,
+    }
+
+
+def shares_in_names(screener: KrigingScreener, names: Sequence[str]) -> dict[str, Any]:
+    """What a screening of a part of the runs says, with names (d,) for columns."""
+    judged = screener.judgement(names)
+    share = screener.diagnosis_.hidden_share
+    return {
+        "selected": [names[k] for k in screener.selected_],
+        "minor": [names[k] for k in screener.minor_],
+        "state": judged.state,
+        "hidden_share": share,
+        "verdict": judged.verdict,
     }
 
 
@@ -44,6 +58,8 @@ def diagnosis_in_names(
         "confirmed": [names[k] for k in facts.confirmed],
         "disputed": [names[k] for k in facts.disputed],
         "open": [names[k] for k in facts.open],
+        "minor": [names[k] for k in facts.minor],
+        "shares": {names[one.column]: [one.mean, one.lower, one.upper] for one in facts.shares},
         "constant": [names[k] for k in facts.constant],
         "repeated": [[names[i], names[j]] for i, j in facts.repeated],
         "duplicates": [[ids[i], ids[j]] for i, j in facts.duplicates],

@@ -19,10 +19,12 @@ from surrogates.analysis.response_map import admitted_scales
 from workbench.errors import StudyError
 from workbench.screening.in_names import diagnosis_in_names, step_in_names
 from workbench.screening.record import Screening
+from workbench.screening.regimes import screened_regimes
 from workbench.screening.selected import SelectedKriging
 from workbench.screening.usable_runs import Rows, usable_runs
 from workbench.space.box import Space
 from workbench.space.groups import check_selection
+from workbench.space.laws import input_measure
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
 
@@ -38,6 +40,7 @@ SCALES_IN_WORDS = {
     "yeo-johnson": ", of a power of the response (Yeo-Johnson)",
 }
 STABILITY_RUNS = 130  # resamples for larger designs cost seconds each
+DECADES = 1.5  # of a positive response: where screened as it is, its other scales are worth a try
 RESAMPLES, RESAMPLES_OF_LARGE = 20, 4
 
 
@@ -48,6 +51,7 @@ def screen(
     *,
     method: str = "default",
     transform: str = "none",
+    regimes: str = "auto",
     seed: int = 0,
     n_selected: int | None = None,
     groups: Sequence[Sequence[str]] = (),
@@ -71,8 +75,11 @@ def screen(
             Conover, Technometrics 21, 1979) for one that jumps between two levels, "box-cox" for a power of a
             positive response and "yeo-johnson" of any, or "auto" for the one of these that predicts left-out
             runs best on the response's own scale (`surrogates.choose_scale`).
-            The Kriging of the selected parameters and its effects are of the response itself; the share
-            that may hide is one of the scale screened on.
+            The Kriging of the selected parameters predicts on that scale (but ranks), with predictions and
+            intervals in the response's unit; main effects and Sobol' indices are of the response itself, the
+            share that may hide is one of the scale screened on.
+        regimes: "auto" looks for two regimes with nothing between, and screens the switch and the runs of
+            each, beside all runs; "off" does not.
         seed: of the starts, the resamples and the draws.
         n_selected: how many parameters to select, instead of deciding it.
         groups: names of parameters that are to be selected together.
@@ -88,6 +95,8 @@ def screen(
         raise StudyError(f"screening method needs one of {', '.join(METHODS)}, got {method!r}")
     if transform not in TRANSFORMS:
         raise StudyError(f"screening transform needs one of {', '.join(TRANSFORMS)}, got {transform!r}")
+    if regimes not in ("auto", "off"):
+        raise StudyError(f"screening regimes needs 'auto' or 'off', got {regimes!r}")
     check_selection(space.names, groups=groups, n_selected=n_selected)
     runs = usable_runs(rows, space, response.name)
     ids, x, y = runs.ids, runs.x, runs.y
@@ -96,6 +105,7 @@ def screen(
         n_features=n_selected,
         categorical=space.label_columns,
         groups=[[space.names.index(name) for name in group] for group in groups],
+        measures=[input_measure(parameter) for parameter in space.parameters],
         seed=seed,
     )
     scale, reason = _scale(screener, x, y, transform, response.name)
@@ -108,7 +118,8 @@ def screen(
         stability = dict(zip(space.names, share.tolist(), strict=True))
     facts = screener.diagnosis_
     judged = screener.judgement(space.names, lambda k, u: _placed(space, k, u))
-    model = SelectedKriging.fit(screener, x, y, ids, seed) if effects and len(screener.selected_) else None
+    wanted = effects and len(screener.selected_)
+    model = SelectedKriging.fit(screener, x, y, ids, seed, scale) if wanted else None
     return Screening(
         response=response.name,
         unit=response.unit,
@@ -119,18 +130,24 @@ def screen(
         n_left_out=runs.n_left_out,
         path=tuple(step_in_names(step, space.names) for step in screener.path_),
         selected=tuple(names[screener.selected_].tolist()),
+        minor=tuple(names[screener.minor_].tolist()),
         ranking=tuple(names[screener.ranking_].tolist()),
         theta=dict(zip(space.names, screener.theta_.tolist(), strict=True)),
         state=judged.state,
         hidden_share=facts.hidden_share,
         verdict=judged.verdict,
-        advice=judged.advice,
+        advice="; ".join(filter(None, (judged.advice, _advised_scale(y, transform, response.name)))),
         stability=stability,
         kriging=model.kriging(space.names) if model else {},
         leave_one_out=model.leave_one_out() if model else {},
         main_effects=model.main_effects(space) if model else {},
         sobol=model.sobol(space) if model else {},
         diagnosis=diagnosis_in_names(facts, judged, space.names, ids),
+        regimes=None
+        if regimes == "off"
+        else screened_regimes(
+            screener, x, y, space, names=response.regimes, unit=response.unit, rng=stream(seed, "regimes")
+        ),
     )
 
 
@@ -147,6 +164,14 @@ def _scale(
             "take 'ranks'"
         )
     return transform, ""
+
+
+def _advised_scale(y: np.ndarray, transform: str, response: str) -> str:
+    """What to try where a response over decades was screened as it is."""
+    if transform != "none" or not y.min() > 0 or y.max() < 10**DECADES * y.min():
+        return ""
+    decades = np.log10(y.max() / y.min())
+    return f'{response} spans {decades:.2g} decades: transform = "auto" in [screen] tries other scales'
 
 
 def _placed(space: Space, column: int, unit_value: float) -> str:

@@ -20,18 +20,21 @@ class Screening:
         n_runs, n_left_out: runs used, and runs without a value.
         path: one mapping per step: step, selected, added, theta_common, theta, sigma2, nugget,
             log_likelihood, gain, accepted. theta is per unit of the [0, 1] scale of each parameter, squared.
-        selected: names, as they entered.   ranking: all names, the one that most likely acts first;
+        selected: names, as they entered.   minor: those that act and stay below 1 % of the variance, which
+            stand apart from the selected ones.   ranking: all names, the one that most likely acts first;
             with too few runs a selected one may stand behind one that is not.
         theta: of the selected set, by name.
         state: "resolved", "partly resolved", "not resolved", "not judged" or "nothing to screen".
         hidden_share: x, the share of the variance above which no parameter is missing.
         verdict, advice: the state with its reasons, and what to do.
         stability: share of delete-a-tenth resamples that select the parameter, by name; empty for "welch".
-        kriging, leave_one_out, main_effects, sobol: of the Kriging with the selected parameters (see
-            `surrogates.selected_kriging`); empty if none. kriging["interval_factor"] says by what
-            cross-validation scaled its intervals, sobol["averaged_over"] which law of each parameter effects
-            and indices rest on (see `workbench.space.laws`).
+        kriging, leave_one_out, main_effects, sobol: of the Kriging with the selected and the minor
+            parameters (see `surrogates.selected_kriging`); empty if none. kriging["interval_factor"] says by
+            what cross-validation scaled its intervals, sobol["averaged_over"] which law of each parameter
+            effects and indices rest on (see `workbench.space.laws`).
         diagnosis: facts about the search and the runs.
+        regimes: where the response switches between two, see `workbench.screening.regimes`; None where it
+            does not, or was not asked.
     """
 
     response: str
@@ -43,6 +46,7 @@ class Screening:
     n_left_out: int
     path: tuple[dict[str, Any], ...]
     selected: tuple[str, ...]
+    minor: tuple[str, ...]
     ranking: tuple[str, ...]
     theta: dict[str, float]
     state: str
@@ -55,6 +59,7 @@ class Screening:
     main_effects: dict[str, Any]
     sobol: dict[str, Any]
     diagnosis: dict[str, Any]
+    regimes: dict[str, Any] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The document `screening.json`: plain lists, numbers and strings; NaN and infinity become None."""

@@ -1,4 +1,4 @@
-"""The Kriging of the selected parameters: leave-one-out, main effects and Sobol' indices are those of it."""
+"""The Kriging of the parameters that act: leave-one-out, main effects and Sobol' indices are those of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from surrogates import Kriging, KrigingScreener, Measure, main_effects, selected_kriging, sobol_indices
+from surrogates.analysis.response_map import ResponseMap, response_map
 from workbench.space.box import Space
 from workbench.space.laws import input_law, input_measure
 from workbench.space.streams import stream
@@ -19,33 +20,54 @@ SOBOL_DRAWS = 60
 
 @dataclass(frozen=True, slots=True)
 class SelectedKriging:
-    """The Kriging of the selected parameters, and what is read off it, in plain types.
+    """The Kriging of the parameters that act, and what is read off it, in plain types.
 
-    columns: the selected ones of x (n, d), in [0, 1]    seed: of the draws of Sobol' indices
+    fitted: of the response   predictor: of the response on `scale`, which predicts it best
+    columns: those selected or listed apart, of x (n, d) in [0, 1]    seed: of the draws of Sobol' indices
     """
 
     columns: list[int]
     fitted: Kriging
+    predictor: Kriging
+    scale: ResponseMap
     x: np.ndarray
     seed: int
 
     @classmethod
     def fit(
-        cls, screener: KrigingScreener, x: np.ndarray, y: np.ndarray, ids: list[str], seed: int
+        cls,
+        screener: KrigingScreener,
+        x: np.ndarray,
+        y: np.ndarray,
+        ids: list[str],
+        seed: int,
+        scale: str = "none",
     ) -> "SelectedKriging":
-        """Fit it to the columns that a screening selected; y (n,) in the response's unit."""
-        columns = screener.get_support(indices=True).tolist()
-        return cls(columns, selected_kriging(screener, x, y, run_ids=ids), x, seed)
+        """Fit it to the columns that a screening selected or lists apart; y (n,) in the response's unit.
+
+        Effects and indices are of the response itself; what predicts is fitted on `scale`, on which ranks
+        tell nothing beyond the runs and count as none.
+        """
+        columns = sorted([*screener.selected_.tolist(), *screener.minor_.tolist()])
+        fitted = selected_kriging(screener, x, y, minor=True, run_ids=ids)
+        mapped = response_map(y, "none" if scale == "ranks" else scale)
+        if mapped.scale == "none":
+            return cls(columns, fitted, fitted, mapped, x, seed)
+        predictor = selected_kriging(screener, x, mapped.forward(y), minor=True, run_ids=ids)
+        return cls(columns, fitted, predictor, mapped, x, seed)
 
     def _by_name(self, values: np.ndarray, names: Sequence[str]) -> dict[str, float]:
         return {names[k]: float(v) for k, v in zip(self.columns, values, strict=True)}
 
     def kriging(self, names: Sequence[str]) -> dict[str, Any]:
-        """Its parameters, theta by name."""
-        k = self.fitted
+        """Parameters of the Kriging that predicts, theta by name, and the scale that it is of."""
+        k = self.predictor
         return {
+            "scale": self.scale.scale,
+            "scale_in_words": self.scale.words,
             "trend": "constant",
-            "correlation": "gaussian",
+            "correlation": str(k.correlation),
+            "eta": float(k.eta),
             "theta": self._by_name(k.theta_, names),
             "sigma2": float(k.sigma2_),
             "nugget": float(k.nugget_),
@@ -56,9 +78,13 @@ class SelectedKriging:
         }
 
     def leave_one_out(self) -> dict[str, Any]:
-        """What it predicts of each run without that run."""
-        left = self.fitted.leave_one_out()
-        return {
+        """What is predicted of each run without that run, in the response's unit.
+
+        On another scale the median is predicted, and `std` is half of what one deviation to both sides
+        spans; errors in standard deviations are those of the scale, on which they are symmetric.
+        """
+        left, back = self.predictor.leave_one_out(), self.scale.inverse
+        found = {
             "run_ids": list(left.run_ids),
             "observed": left.observed,
             "predicted": left.prediction,
@@ -66,6 +92,17 @@ class SelectedKriging:
             "standardised": left.standardised,
             "q2": left.q2,
             "coverage95": left.coverage95,
+        }
+        if self.scale.scale == "none":
+            return found
+        observed, predicted, usable = back(left.observed), back(left.prediction), np.isfinite(left.std)
+        spread = float(((observed - observed.mean())[usable] ** 2).sum())
+        squares = float(((observed - predicted)[usable] ** 2).sum())
+        return found | {
+            "observed": observed,
+            "predicted": predicted,
+            "std": 0.5 * (back(left.prediction + left.std) - back(left.prediction - left.std)),
+            "q2": 1.0 - squares / spread if spread > 0.0 else float("nan"),
         }
 
     def main_effects(self, space: Space) -> dict[str, Any]:

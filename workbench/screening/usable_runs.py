@@ -10,8 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome
+from workbench.models.stored.evaluation import Evaluation
 from workbench.space.box import Space
 
 __all__ = ["Rows", "UsableRuns", "usable_runs"]

@@ -5,6 +5,7 @@ from math import isfinite
 from numbers import Integral, Real
 from typing import Any
 
+from surrogates.analysis.search_scale import SEARCH_SCALES
 from workbench.errors import StudyError
 from workbench.models.evaluator import Reading
 from workbench.search.evidence.enclosure import Enclosure
@@ -35,6 +36,7 @@ class Arguments:
     attack: int | None = None
     noise: bool | None = None
     failures: str = "avoid"
+    transform: str = "auto"
     given_are_even: bool = True  # whether given runs fill the space, as a design does and another search not
 
     def __post_init__(self) -> None:
@@ -51,6 +53,16 @@ class Arguments:
             raise StudyError(
                 f"attack needs a whole number of runs >= 0, or None for what the search leaves of its "
                 f"budget, got {self.attack!r}"
+            )
+        if self.transform not in SEARCH_SCALES:
+            why = "; ranks tell nothing beyond the runs" if self.transform == "ranks" else ""
+            raise StudyError(
+                f"transform needs one of {', '.join(SEARCH_SCALES)}, got {self.transform!r}{why}"
+            )
+        if self.noise and self.transform not in ("auto", "none"):
+            raise StudyError(
+                f"transform={self.transform!r} does not go with noise=True: the mean is searched, which is "
+                "that of the response itself. Leave one out"
             )
         if self.failures not in ("avoid", "worst"):
             raise StudyError(f"failures needs 'avoid' or 'worst', got {self.failures!r}")

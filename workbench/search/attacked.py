@@ -50,6 +50,7 @@ def attacked(search: Loop, status: Status) -> Attacked:
         seed=asked.seed,
         sense=asked.sense,
         response=asked.response,
+        claimed=ledger.best.parameters,
     )
     before = ledger.spent
     unseen = _joined(ledger, made)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.models.evaluator import response_name
 from workbench.search.arguments import Arguments
 from workbench.search.evidence.attack.record import Attack
@@ -18,7 +19,7 @@ from workbench.search.record import Status, WorstCase, profile_of
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search.surrogate.fitting import fit_search_model
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.success import SuccessChance
+from workbench.search.surrogate.scale import used_scale
 from workbench.space.streams import stream
 
 __all__ = ["concluded"]
@@ -40,7 +41,7 @@ def concluded(
     Its choices are kept: the gap that is stated is the one that the search stopped at.
     """
     where, seed = ledger.where, asked.seed
-    model = _last_model(ledger, previous, seed=seed)
+    model = _last_model(ledger, previous, asked)
     success = SuccessChance.of(where.features(ledger.u), ledger.ok)
 
     def modelled() -> Gap:
@@ -98,13 +99,17 @@ def concluded(
         return found
     return replace(
         found,
+        scale=used_scale(asked.transform, model, ledger.v),
         profile=profile_of(ledger, model, ledger.incumbent),
         baselines=measured_baselines(found.runs, sign=ledger.sign),
     )
 
 
-def _last_model(ledger: Ledger, previous: SearchModel | None, *, seed: int) -> SearchModel | None:
+def _last_model(ledger: Ledger, previous: SearchModel | None, asked: Arguments) -> SearchModel | None:
     """A Kriging of all runs; None where an enumeration of a few points left too few values for one."""
     if len(ledger.v) < FEWEST_RUNS:
         return None
-    return fit_search_model(ledger.where.features(ledger.u_ok), ledger.v, previous=previous, seed=seed)
+    features = ledger.where.features(ledger.u_ok)
+    return fit_search_model(
+        features, ledger.v, previous=previous, seed=asked.seed, scale=asked.transform, sign=ledger.sign
+    )

@@ -4,14 +4,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.models.evaluator import RepeatingEvaluator
 from workbench.search.arguments import Arguments
 from workbench.search.evidence.border import has_failed
 from workbench.search.evidence.gap import modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
+from workbench.search.proposals.border_walk import BorderWalk
 from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
 from workbench.search.proposals.gradient_ascent import ascend, runs_kept_back
-from workbench.search.proposals.known import Known
+from workbench.search.proposals.known import Known, failed_share
 from workbench.search.proposals.portfolio import propose
 from workbench.search.proposals.turns import Turn
 from workbench.search.record import Status
@@ -19,9 +21,9 @@ from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, distinct
 from workbench.search.runs.repeats import run_again
 from workbench.search.start import begin, far_points
 from workbench.search.surrogate.fitting import fit_search_model
+from workbench.search.surrogate.growing_failures import GrowingFailures, growth_of
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.noisy import looks_noisy
-from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
 __all__ = ["Loop"]
@@ -114,7 +116,8 @@ class Loop:
         if self.is_settled and not is_short:
             return Status.CONVERGED
         rng = stream(self.asked.seed, "worst case", replicate=ledger.spent)
-        batch = propose(known, self._turn(left), size=min(workers, room if room > 0 else left), rng=rng)
+        size = min(workers, room if room > 0 else left)
+        batch = propose(known, self._turn(left), size=size, rng=rng, border=self._border(known))
         if len(batch.u):
             ledger.add(
                 self.evaluate(ledger.where.rows(batch.u), purpose=batch.proposals[0]),
@@ -136,7 +139,9 @@ class Loop:
         """What all runs say: a Kriging, where runs fail, and how wide the gap still is."""
         ledger, seed = self.ledger, self.asked.seed
         features = ledger.where.features(ledger.u_ok)
-        self.model = fit_search_model(features, ledger.v, previous=self.model, seed=seed)
+        self.model = fit_search_model(
+            features, ledger.v, previous=self.model, seed=seed, scale=self.asked.transform, sign=ledger.sign
+        )
         ok = ledger.ok if self.asked.failures == "avoid" else np.ones(len(ledger.runs), dtype=bool)
         success = SuccessChance.of(ledger.where.features(ledger.u), ok)
         # the full bound is sought only when a cheap look at it suggests that the search is over
@@ -145,6 +150,16 @@ class Loop:
         self.gaps.note(gap, ledger, full=full)
         self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
         return Known.of(ledger, self.model, success)
+
+    def _border(self, known: Known) -> BorderWalk | None:
+        """The border of failures to search along, None where no run failed or failures are sought."""
+        ledger = self.ledger
+        if not known.success.classifiers:
+            return None
+        features = ledger.where.features(ledger.u)
+        grows = growth_of(lambda at: known.model.predict(at)[0], features[ledger.ok])
+        failures = GrowingFailures.of(features, ledger.ok, grows)
+        return BorderWalk(failures=failures, failed=failed_share(ledger))
 
     def _count_failures(self) -> None:
         """An even sample of the box, of the runs that are left: how often runs fail remains to be said."""

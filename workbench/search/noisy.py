@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from surrogates.analysis.success import SuccessChance
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import RepeatingEvaluator
 from workbench.search.arguments import Arguments
@@ -28,7 +29,6 @@ from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.start import begin, far_points, start_size
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.noisy import fit_noisy_model
-from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
 __all__ = ["NoisySearch", "disagreeing", "smoothed"]

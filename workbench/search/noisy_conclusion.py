@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from surrogates.analysis.success import SuccessChance
 from workbench.models.evaluator import response_name
 from workbench.search.arguments import Arguments
 from workbench.search.evidence.audit import audit_runs
@@ -13,7 +14,6 @@ from workbench.search.record import Status, WorstCase, profile_of
 from workbench.search.runs.ledger import Ledger, Run
 from workbench.search.runs.repeats import Mean
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
 __all__ = ["concluded_by_mean"]

@@ -18,6 +18,7 @@ from workbench.search.evidence.grade import Grade, grade_of
 from workbench.search.runs.ledger import Ledger, Run
 from workbench.search.runs.repeats import Mean
 from workbench.search.surrogate.model import SearchModel
+from workbench.search.surrogate.scale import UsedScale
 
 __all__ = ["Status", "WorstCase", "profile_of"]
 
@@ -46,6 +47,7 @@ class WorstCase:
 
     `repeated`: where runs have noise, the mean of the runs that were made at the reported point after it was
     chosen; `value` is that mean. `border`: where runs fail, and whether the worst case borders on that.
+    `scale`: on which scale the response was modelled, and why.
     """
 
     response: str
@@ -69,6 +71,7 @@ class WorstCase:
     attack: Attack | None = None
     repeated: Mean | None = None
     border: Border | None = None
+    scale: UsedScale | None = None
 
     @property
     def mean(self) -> float | None:
@@ -158,6 +161,7 @@ class WorstCase:
             "seed": self.seed,
             "failures": self.failures,
             "border": None if self.border is None else self.border.to_dict(),
+            "scale": None if self.scale is None else self.scale.to_dict(),
             "history": history,
             "grade": self.grade.name.lower(),
             "grade_sentence": self.grade_sentence,

@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.models.evaluator import FunctionEvaluator, Reading, RepeatingEvaluator
 from workbench.search.arguments import Arguments
 from workbench.search.attacked import attacked
@@ -43,7 +44,6 @@ from workbench.search.record import Status, WorstCase, profile_of
 from workbench.search.runs.given_runs import Start
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search.surrogate.fitting import fit_search_model
-from workbench.search.surrogate.success import SuccessChance
 from workbench.space.box import Space
 from workbench.space.streams import stream
 
@@ -68,6 +68,7 @@ def worst_case(
     attack: int | None = None,
     noise: bool | None = None,
     failures: str = "avoid",
+    transform: str = "auto",
     progress: Progress | None = None,
 ) -> WorstCase:
     """Search the worst case of `function(**parameters)` over `space`.
@@ -101,6 +102,10 @@ def worst_case(
             where they grow into it; `border` says whether, and how much of the box fails. "worst": a failed
             run is worse than any value. It is searched without avoiding any, and once one has failed the rest
             of the budget counts how much of the box fails; `value` is the worst that came.
+        transform: the scale on which the response is modelled: "auto" for none or a logarithm of the distance
+            to one of its ends, whichever makes the runs likeliest; "none", "log", "box-cox", "yeo-johnson" by
+            name (see `surrogates.response_map`). Bounds and predictions are in units of the response. `scale`
+            of the result says which was used, and why.
         progress: called with every run and the best value so far.
 
     Returns: a `WorstCase`; `value` and `parameters` belong to a true run, or under noise to several.
@@ -129,6 +134,7 @@ def worst_case(
         attack=attack,
         noise=noise,
         failures=failures,
+        transform=transform,
     )
     return search_worst_case(FunctionEvaluator(function), space, asked, start=start, progress=progress)
 
@@ -172,7 +178,13 @@ def _among_noise(evaluate: RepeatingEvaluator, ledger: Ledger, asked: Arguments)
 
 
 def surrogate_worst_case(
-    space: Space, runs: Start, *, response: str | Reading | None = None, sense: str = "max", seed: int = 0
+    space: Space,
+    runs: Start,
+    *,
+    response: str | Reading | None = None,
+    sense: str = "max",
+    seed: int = 0,
+    transform: str = "auto",
 ) -> WorstCase:
     """The extreme that a Kriging of given runs predicts, when there is no model to run.
 
@@ -184,11 +196,12 @@ def surrogate_worst_case(
     Raises:
         NotEnoughRuns: fewer than three runs gave a value.
     """
-    asked = Arguments(response=response, sense=sense, budget=0, seed=seed, tolerance=0.0)
+    asked = Arguments(response=response, sense=sense, budget=0, seed=seed, tolerance=0.0, transform=transform)
     ledger = Ledger.opened(space, response=response, sense=sense, start=runs, progress=None)
     ledger.require_values(FEWEST_RUNS)
     where = ledger.where
-    model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=None, seed=seed)
+    features = where.features(ledger.u_ok)
+    model = fit_search_model(features, ledger.v, previous=None, seed=seed, scale=transform, sign=ledger.sign)
     known = Known.of(ledger, model, SuccessChance.of(where.features(ledger.u), ledger.ok))
     worst = predicted_worst(known, rng=stream(seed, "worst case"))[None]
     mean, std = model.in_units(where.features(worst))

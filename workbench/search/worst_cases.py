@@ -64,6 +64,7 @@ def worst_cases(
     attack: int = 0,
     noise: bool | None = None,
     failures: str = "avoid",
+    transform: str = "auto",
     evaluator: RepeatingEvaluator | None = None,
     progress: Callable[[str], Progress] | None = None,
 ) -> dict[str, WorstCase]:
@@ -75,7 +76,7 @@ def worst_cases(
         budget: true runs for all responses together; for the others see `worst_case`.
         attack: true runs of the adversary for all responses together, in equal shares. What one search leaves
             of its budget serves the next response, not an attack.
-        noise, failures: as for `worst_case`.
+        noise, failures, transform: as for `worst_case`.
         evaluator: runs rows and stores them, in place of `function`, which may be None then.
         progress: given the name of a response, what its search calls with every run and the best value.
 
@@ -119,6 +120,7 @@ def worst_cases(
             attack=attack // len(responses),
             noise=noise,
             failures=failures,
+            transform=transform,
             given_are_even=i == 0,
         )
         found[name] = search_worst_case(

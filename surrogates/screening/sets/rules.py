@@ -1,10 +1,13 @@
 """What the default screening asks of a set of units, and how long it searches."""
 
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
 
+import numpy as np
 from scipy.stats import chi2
 
-__all__ = ["Rules", "threshold_for"]
+__all__ = ["Rules", "check_rules", "threshold_for"]
 
 LENIENT = 0.5  # of the threshold: sets that are best at that price are looked at, too
 
@@ -46,3 +49,33 @@ class Rules:
     def lenient(self) -> float:
         """The price at which sets are looked at beside those of the full price."""
         return LENIENT * self.threshold
+
+
+def check_rules(given: Any) -> None:
+    """Whether criterion, eta, threshold, n_features, n_starts, enough and nugget of a screener fit.
+
+    Raises ValueError naming the one that does not.
+    """
+    if given.criterion not in ("reml", "ml"):
+        raise ValueError(f"criterion needs 'reml' or 'ml', got {given.criterion!r}")
+    if given.eta is not None and not (isinstance(given.eta, Real) and 1.0 <= float(given.eta) <= 2.0):
+        raise ValueError(f"eta needs a number with 1 <= eta <= 2, or None, got {given.eta!r}")
+    if given.threshold is not None and not (
+        isinstance(given.threshold, Real) and float(given.threshold) >= 0.0
+    ):
+        raise ValueError(f"threshold needs a number >= 0, or None, got {given.threshold!r}")
+    if given.n_features is not None and given.n_features < 1:
+        raise ValueError(f"n_features needs at least 1, got {given.n_features}")
+    if given.n_starts < 1 or given.enough < 1:
+        raise ValueError(
+            f"n_starts and enough need at least 1, got n_starts={given.n_starts} and enough={given.enough}"
+        )
+    if given.nugget is None:
+        return
+    pair = given.nugget if isinstance(given.nugget, tuple) else (given.nugget, given.nugget)
+    numbers = len(pair) == 2 and all(isinstance(v, Real) for v in pair)
+    if not (numbers and 0.0 < float(pair[0]) <= float(pair[1]) < np.inf):
+        raise ValueError(
+            "nugget needs a positive number or a pair (low, high) with 0 < low <= high, or None to have "
+            f"it estimated, got {given.nugget!r}"
+        )

@@ -21,7 +21,7 @@ REFIT = 1e-8  # closed form against refitting at the same parameters
 SHIFT = 1e-6  # in l, after the known shift: two searches stop at slightly different points
 TWIN = 1e-13  # fast arithmetic against numpy, both in double precision
 DIFFERENCE = 1e-6  # central differences with a step of 1e-5 or 1e-6
-few = settings(max_examples=12, deadline=None, derandomize=True)
+few = settings(max_examples=12, deadline=None)
 
 
 def runs(seed, n=20, d=3):

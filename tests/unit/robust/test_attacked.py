@@ -30,7 +30,7 @@ def test_bounds_that_nobody_attacked_have_met_and_are_not_converged():
     assert found.status is MinimaxStatus.MET
     assert found.grade is Grade.SEARCHED
     assert found.attack is None
-    assert "only the search has looked" in found.sentence
+    assert "no attack that counts has left them standing" in found.sentence
 
 
 def test_an_attack_that_finds_nothing_makes_it_converged():

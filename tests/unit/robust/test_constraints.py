@@ -3,7 +3,7 @@
 import pytest
 
 from tests.unit.stages.test_late_stages import ROBUST, STUDY
-from workbench.campaign.failures import failure_document
+from workbench.campaign.results.failures import failure_document
 from workbench.errors import StudyError
 from workbench.report.lines.robust import robust_lines
 from workbench.robust.re_evaluation import re_evaluate

@@ -264,3 +264,35 @@ def test_auto_takes_the_logarithm_of_a_response_over_decades_and_says_why():
     low = [replace(r, outputs={"head": r.outputs["head"] - 1e3}) for r in rows]
     with pytest.raises(StudyError, match="'log' needs 'head' above 0 in all runs, got -"):
         screen(low, SPACE, "head", transform="log", effects=False)
+
+
+def test_a_response_over_decades_that_is_screened_as_it_is_is_told_of_other_scales():
+    rows = [
+        replace(r, outputs={"head": float(np.exp(3.0 * r.outputs["head"]))}) for r in runs(40) if r.outputs
+    ]
+    values = np.array([r.outputs["head"] for r in rows])
+    advised = (
+        f'head spans {np.log10(values.max() / values.min()):.2g} decades: transform = "auto" in [screen]'
+    )
+    plain, logged = (screen(rows, SPACE, "head", transform=t, effects=False) for t in ("none", "log"))
+    assert advised in plain.advice
+    assert "decades" not in logged.advice
+    offset = [replace(r, outputs={"head": r.outputs["head"] + values.max()}) for r in rows]
+    assert "decades" not in screen(offset, SPACE, "head", effects=False).advice
+
+
+def test_what_predicts_is_on_the_scale_screened_on_and_in_the_unit_of_the_response():
+    space = Space([Parameter(name, lower=0.0, upper=1.0) for name in "abc"])
+    points = np.random.default_rng(3).random((30, 3))
+    true = np.exp(6 * points[:, 0] + np.sin(5 * points[:, 1]))
+    rows = [{**row, "f": float(y)} for row, y in zip(space.rows(points), true, strict=True)]
+    plain, logged, ranked = (screen(rows, space, "f", transform=t) for t in ("none", "log", "ranks"))
+    assert logged.kriging["scale"] == "log"
+    assert (plain.kriging["scale"], ranked.kriging["scale"]) == ("none", "none")
+    left = logged.leave_one_out
+    np.testing.assert_allclose(left["observed"], true)
+    assert 1.0 - left["q2"] < 0.5 * (1.0 - plain.leave_one_out["q2"])
+    assert np.min(left["predicted"]) > 0.0 > np.min(plain.leave_one_out["predicted"])
+    assert (left["std"] > 0.0).all()
+    # effects stay those of the response
+    assert logged.main_effects["a"]["mean"][-1] > 100.0

@@ -37,10 +37,11 @@ def test_64_runs_name_the_drivers_of_2000(study, runs, response, seed):
     found = screen([runs[i] for i in chosen], study.space, response, transform="auto", effects=False)
     truth = reference(response, runs, study.space)
     assert truth.above(0.05) <= set(found.selected)
-    # what is selected beyond may be weak: a clear effect of 0.01 % of the variance is an effect
-    assert truth.above(found.diagnosis["hidden_share"]) <= set(found.selected)
+    # inputs estimated below 1 % are listed apart, of which a few make up a little more
+    listed = {*found.selected, *found.minor}
+    assert truth.above(found.diagnosis["hidden_share"]) <= listed
     if found.state == "resolved":
-        assert truth.above(0.01) <= set(found.selected)
+        assert truth.above(0.02) <= set(found.selected)
 
 
 @pytest.mark.peer

@@ -7,9 +7,19 @@ import numpy as np
 import pytest
 
 from studies.occupant import member_sites
-from studies.occupant_braking import FACTORS, LEFT, NOMINAL, braking_occupant, case_of, restraint
+from studies.occupant_braking import (
+    FACTORS,
+    LEFT,
+    NOMINAL,
+    braking_occupant,
+    case_of,
+    responses_of,
+    restraint,
+)
 from workbench.errors import StudyError
 from workbench.robust_layout.model import NEEDED
+from workbench.search.evidence.attack.strata import Strata
+from workbench.search.runs.unit_space import SearchSpace
 from workbench.study.loading import load_study
 from workbench.study.shipped import STUDIES, copy_study
 
@@ -65,6 +75,42 @@ def test_the_problem_minimises_the_square_of_the_response():
     assert model.as_response(value) == pytest.approx(
         model.responses(density, NOMINAL)["peak_deviation"], rel=1e-4
     )
+
+
+def test_runs_leave_out_members_that_do_nothing():
+    model = restraint(steps=200)
+    density = np.full(360, 1e-9)
+    density[[3, 40, 200]] = 1.0, 0.5, 0.8
+    found = model.responses(density, NOMINAL)
+    for name, value in responses_of(model.run(density, NOMINAL)).items():
+        assert found[name] == pytest.approx(value, rel=1e-6), name
+
+
+def test_half_the_steps_are_nearly_enough():
+    density = np.full(360, 0.02)
+    coarse, fine = (
+        restraint(steps=steps).responses(density, NOMINAL)["peak_deviation"] for steps in (500, 2000)
+    )
+    assert coarse == pytest.approx(fine, rel=1e-3)
+    with pytest.raises(ValueError, match="steps needs at least 100 for two seconds, got 20"):
+        restraint(steps=20)
+
+
+@pytest.mark.slow
+def test_what_four_milliseconds_cost_in_random_corners():
+    """The figures of `restraint`: against 1 ms, in corners of the whole uncertainty, over random layouts."""
+    space = load_study(str(files("studies") / "occupant_demo.toml")).space
+    where, rng = SearchSpace.of(space), np.random.default_rng(8)
+    corners = where.rows(Strata.of(where, rng=rng).corners(30, rng))
+    errors = []
+    for _ in range(2):
+        density = np.zeros(360)
+        density[rng.choice(360, 30, replace=False)] = rng.uniform(0.2, 0.6, 30)
+        for corner in map(space.canonical, corners):
+            found = [restraint(steps=n).responses(density, corner)["peak_deviation"] for n in (500, 2000)]
+            errors.append(abs(found[0] / found[1] - 1))
+    assert np.median(errors) < 1e-4
+    assert np.quantile(errors, 0.95) < 5e-3
 
 
 def test_the_motion_has_members_on_their_sites():

@@ -20,12 +20,12 @@ from math import inf
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.search.evidence.gap import COVERAGE, HOPELESS, Gap
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger
 from workbench.search.surrogate.credible import credible_models, deviation_factor
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
-from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
 __all__ = ["UNKNOWN", "backtested_gap"]

@@ -1,7 +1,7 @@
 """Does the worst case border on failures: which, in the solver's own words, and how much of the box fails.
 
 A worst run borders on failures when, within a tenth of the box in every input, a run is likelier to fail than
-not, by the classifier of `workbench.search.surrogate.success`. Such a value is the worst of the cases that
+not, by the classifier of `surrogates.analysis.success`. Such a value is the worst of the cases that
 give one, and the failures beyond it may be the answer.
 
 The share of the box that fails is counted in the even runs alone, those that fill the space or are drawn from
@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.search.evidence.attack.share import Share, counted_share
 from workbench.search.runs.given_runs import Run
 from workbench.search.runs.ledger import Ledger
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.success import SuccessChance
 
 __all__ = ["EVEN", "Border", "border_of", "has_failed"]
 

@@ -21,13 +21,13 @@ from typing import Any
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.errors import StudyError
 from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.fitting import fit_rough_model
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.pattern_search import maximise_score
-from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 from workbench.space.units import number
 

@@ -5,10 +5,11 @@ from enum import Enum
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.gap import Gap
 
-__all__ = ["Grade", "fewest_runs", "grade_of"]
+__all__ = ["ARRIVED", "Grade", "fewest_runs", "grade_of"]
 
 FEWEST_RUNS, PER_INPUT = 100, 25  # of an attack, before its silence says anything; fewer of few inputs
 SILENT = 0.5  # share of an attack's runs that must have followed the last noticeable gain
+ARRIVED = 2  # climbs from elsewhere that must have met the worst value known: peaks met once have sisters
 
 
 class Grade(Enum):
@@ -31,8 +32,9 @@ def fewest_runs(dimension: int) -> int:
 def grade_of(gap: Gap, attack: Attack | None) -> Grade:
     """The grade of a worst case with this gap after this attack.
 
-    A certificate or an enumeration without failures proves. An attack counts when it had runs enough and
-    found nothing noticeably worse in the second half of them.
+    A certificate or an enumeration without failures proves. An attack counts when it had runs enough, found
+    nothing noticeably worse in the second half of them, and climbs from other places arrived at the same
+    worst value: where each ends at a peak of its own, the next may end at a worse one.
     """
     if gap.kind != "model-based" and not gap.failed:
         return Grade.PROVED
@@ -42,4 +44,5 @@ def grade_of(gap: Gap, attack: Attack | None) -> Grade:
         return Grade.SEARCHED if attack.failures else Grade.PROVED
     is_silent = attack.since >= SILENT * attack.runs
     is_long = attack.runs >= fewest_runs(attack.dimension)
-    return Grade.ATTACKED if is_long and is_silent else Grade.SEARCHED
+    is_repeated = attack.arrived >= ARRIVED
+    return Grade.ATTACKED if is_long and is_silent and is_repeated else Grade.SEARCHED

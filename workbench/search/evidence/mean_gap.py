@@ -11,13 +11,13 @@ from functools import partial
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.search.evidence.gap import COVERAGE, HOPELESS, Gap
 from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.repeats import Mean
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.noisy import credible_noisy_models
 from workbench.search.surrogate.pattern_search import maximise_score
-from workbench.search.surrogate.success import SuccessChance
 from workbench.space.streams import stream
 
 __all__ = ["mean_gap"]

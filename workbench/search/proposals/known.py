@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from surrogates.analysis.success import SuccessChance
 from workbench.search.runs.ledger import Ledger
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.fitting import believing
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.success import SuccessChance
 
-__all__ = ["LEAST_CHANCE", "Known"]
+__all__ = ["LEAST_CHANCE", "Known", "failed_share"]
 
 # an even chance would tell most about where the border of failures runs; a likelier run costs less, and so
 # many of those that a search proposes succeed
@@ -68,9 +68,12 @@ class Known:
         )
 
 
+def failed_share(ledger: Ledger) -> float:
+    """The share of the search's own runs, without its start design, that failed; of eight at least."""
+    searched = [run for run in ledger.runs if run.number > 0 and run.proposal != "start"]
+    return sum(run.value is None for run in searched) / max(len(searched), SETTLING)
+
+
 def _least_chance(ledger: Ledger) -> float:
     """The least chance of success that a run is proposed with, after the failures of the search so far."""
-    searched = [run for run in ledger.runs if run.number > 0 and run.proposal != "start"]
-    failed = sum(run.value is None for run in searched)
-    rate = failed / max(len(searched), SETTLING)
-    return min(LEAST_CHANCE + SLOPE * max(rate - RATE, 0.0), MOST)
+    return min(LEAST_CHANCE + SLOPE * max(failed_share(ledger) - RATE, 0.0), MOST)

@@ -12,6 +12,8 @@
     hill         around the top of the next peak (`workbench.search.proposals.other_peaks`), by a model of the
                  runs near it: by turns the largest expected gain over it and the largest confidence bound
     explore      the highest upper bound of the roughest credible model among random points
+    border       where runs fail, the largest predicted gain on the feasible side of the failures
+                 (`workbench.search.proposals.border_walk`), first in a batch, every second run without one
 
 Whose turn it is says `workbench.search.proposals.turns`. Every proposal is multiplied with the chance that
 the run succeeds, and none lies closer than a thousandth of the cube to a run already made. After each point
@@ -25,6 +27,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.search.proposals.best_point import best_point, start_pool
+from workbench.search.proposals.border_walk import BorderWalk
 from workbench.search.proposals.known import Known
 from workbench.search.proposals.other_peaks import Peak, next_peak
 from workbench.search.proposals.turns import Turn, turns_of
@@ -47,8 +50,12 @@ class Batch:
     std: np.ndarray
 
 
-def propose(known: Known, turn: Turn, *, size: int, rng: np.random.Generator) -> Batch:
-    """Up to `size` points; fewer come back when no admissible point is left."""
+def propose(
+    known: Known, turn: Turn, *, size: int, rng: np.random.Generator, border: BorderWalk | None = None
+) -> Batch:
+    """Up to `size` points, the first of a batch, or every second single one, along the `border` of failures
+    where that gains; fewer come back when no admissible point is left.
+    """
     where = known.where
     choice = _Choice(
         known=known, finishing=turn.finishing, pool=start_pool(where, known.incumbent, rng), rng=rng
@@ -57,6 +64,13 @@ def propose(known: Known, turn: Turn, *, size: int, rng: np.random.Generator) ->
     names: list[str] = []
     attempt = 0
     turns, elsewhere = turns_of(where, turn)
+    has_turn = size > 1 or turn.number % 2 == 0
+    gaining = border.next_point(known, choice.pool, rng=rng) if border is not None and has_turn else None
+    if gaining is not None:
+        chosen.append(gaining)
+        names.append("border")
+        if size > 1:
+            choice = replace(choice, known=known.believing(gaining))
     while len(chosen) < size and attempt < size + len(turns):
         name = turns[(turn.number + attempt) % len(turns)]
         attempt += 1

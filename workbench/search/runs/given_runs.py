@@ -6,8 +6,8 @@ from math import isfinite, nan
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from workbench.errors import StudyError
-from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome, Reading
+from workbench.models.stored.evaluation import Evaluation
 from workbench.space.box import Space
 
 if TYPE_CHECKING:

@@ -1,1 +1,1 @@
-"""The Kriging of a search: output transform, feasibility, expected improvement."""
+"""The Kriging of a search: its form and scale, feasibility, expected improvement."""

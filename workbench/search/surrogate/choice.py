@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from surrogates.analysis.search_scale import IDENTITY, NamedScale, OutputTransform, candidates, named_scale
 from workbench.search.surrogate.kriging import Form, fitted
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.output_transform import OutputTransform, candidates
 
 __all__ = ["chosen_model", "prediction_score"]
 
@@ -27,26 +27,36 @@ GROWTH = 1.25
 
 
 def chosen_model(
-    features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None, seed: int
+    features: np.ndarray,
+    v: np.ndarray,
+    *,
+    previous: SearchModel | None,
+    seed: int,
+    scale: str = "auto",
+    sign: float = 1.0,
 ) -> SearchModel:
-    """The model of values v (n,) at features (n, p), chosen anew when the runs have grown by a quarter.
+    """The model of values v = sign y (n,) at features (n, p), chosen anew when the runs grew by a quarter.
 
-    In between the choices are kept and the ranges start from the previous optimum.
+    In between the choices are kept and the ranges start from the previous optimum. `scale`: one of
+    SEARCH_SCALES; one that the values do not admit gives way to the response itself.
     """
     n, p = features.shape
     if previous is not None and n < GROWTH * previous.chosen_at and n > p + 4 and previous.transform.holds(v):
         form = Form(
             trend=previous.trend,
-            transform=_anchored(previous.transform, v),
+            transform=previous.transform.anchored(v),
             nugget=previous.kriging.nugget,
             correlation=previous.correlation,
         )
         kept = fitted(features, v, form, seed=seed, previous=previous)
-        return replace(kept, chosen_at=previous.chosen_at)
-    chosen = _with_trend(features, v, seed=seed)
+        return replace(kept, chosen_at=previous.chosen_at, likelier_by=previous.likelier_by)
+    transform = IDENTITY if scale == "auto" else named_scale(scale, v, sign)
+    chosen = _with_trend(features, v, transform, seed=seed)
     terms = p + 1 if chosen.trend == "linear" else 1
     if n - terms >= max(SPARE_RUNS, p // 2):
-        chosen = _with_transform(features, v, _smoother(features, v, chosen, seed=seed), seed=seed)
+        chosen = _smoother(features, v, chosen, seed=seed)
+        if scale == "auto":
+            chosen = _with_transform(features, v, chosen, seed=seed)
     if n >= NOISE_RUNS:
         form = Form(
             trend=chosen.trend,
@@ -56,17 +66,19 @@ def chosen_model(
         )
         noisy = fitted(features, v, form, seed=seed, previous=chosen)
         if noisy.kriging.log_likelihood_ > chosen.kriging.log_likelihood_ + NOISE_GAIN:
-            chosen = noisy
+            chosen = replace(noisy, likelier_by=chosen.likelier_by)
     return replace(chosen, chosen_at=n)
 
 
-def _with_trend(features: np.ndarray, v: np.ndarray, *, seed: int) -> SearchModel:
+def _with_trend(
+    features: np.ndarray, v: np.ndarray, transform: OutputTransform | NamedScale, *, seed: int
+) -> SearchModel:
     """The linear trend where the runs can tell one and it predicts better, else the constant."""
     n, p = features.shape
-    constant = fitted(features, v, Form(trend="constant"), seed=seed)
+    constant = fitted(features, v, Form(trend="constant", transform=transform), seed=seed)
     if n < p + 2:
         return constant
-    linear = fitted(features, v, Form(trend="linear"), seed=seed)
+    linear = fitted(features, v, Form(trend="linear", transform=transform), seed=seed)
     if n < p + 1 + _spare_to_compare(p):
         return constant if constant.q2 <= 0.0 else linear
     return constant if prediction_score(constant) > prediction_score(linear) else linear
@@ -74,7 +86,8 @@ def _with_trend(features: np.ndarray, v: np.ndarray, *, seed: int) -> SearchMode
 
 def _with_transform(features: np.ndarray, v: np.ndarray, plain: SearchModel, *, seed: int) -> SearchModel:
     """The transform that makes the values likeliest, where it wins enough over the plain ones."""
-    chosen, bar = plain, _likelihood_of_the_rest(plain, v) + TRANSFORM_GAIN
+    at_first = _likelihood_of_the_rest(plain, v)
+    chosen, bar = plain, at_first + TRANSFORM_GAIN
     for transform in candidates(v)[1:]:
         form = Form(trend=plain.trend, transform=transform, correlation=plain.correlation)
         rival = fitted(features, v, form, seed=seed, previous=plain)
@@ -85,7 +98,7 @@ def _with_transform(features: np.ndarray, v: np.ndarray, plain: SearchModel, *, 
         return plain
     # ranges and smoothness of the plain response say little about those of the transformed one
     cold = fitted(features, v, Form(trend=plain.trend, transform=chosen.transform), seed=seed)
-    return _smoother(features, v, cold, seed=seed)
+    return replace(_smoother(features, v, cold, seed=seed), likelier_by=bar - at_first)
 
 
 def _smoother(features: np.ndarray, v: np.ndarray, model: SearchModel, *, seed: int) -> SearchModel:
@@ -114,6 +127,7 @@ def _likelihood_of_the_rest(model: SearchModel, v: np.ndarray) -> float:
     top = int(np.argmax(v))
     loo = model.kriging.leave_one_out()
     rest = np.delete(v, top)
+    assert isinstance(model.transform, OutputTransform)
     value = model.kriging.log_likelihood_ + model.transform.log_jacobian(rest)
     if np.isfinite(loo.std[top]) and loo.std[top] > 0:
         value += float(np.log(loo.std[top]) + 0.5 * loo.standardised[top] ** 2)
@@ -125,10 +139,3 @@ def prediction_score(model: SearchModel) -> float:
     loo = model.kriging.leave_one_out()
     usable = np.isfinite(loo.std) & (loo.std > 0)
     return float(-(np.log(loo.std[usable]) + 0.5 * loo.standardised[usable] ** 2).sum())
-
-
-def _anchored(transform: OutputTransform, v: np.ndarray) -> OutputTransform:
-    """The transform anchored at the values seen by now."""
-    if transform.kind == "identity" or transform.is_anchored_at_zero:
-        return transform
-    return replace(transform, anchor=float(v.max() if transform.is_towards_max else v.min()))

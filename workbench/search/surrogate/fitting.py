@@ -17,10 +17,16 @@ CAUTION = 0.1  # smallest theta of the cautious model, of the mean theta
 
 
 def fit_search_model(
-    features: np.ndarray, v: np.ndarray, *, previous: SearchModel | None, seed: int
+    features: np.ndarray,
+    v: np.ndarray,
+    *,
+    previous: SearchModel | None,
+    seed: int,
+    scale: str = "auto",
+    sign: float = 1.0,
 ) -> SearchModel:
-    """Fit to features (n, p) and values v (n,) to be maximised, with its cautious twin beside it."""
-    model = chosen_model(features, v, previous=previous, seed=seed)
+    """Fit to features (n, p) and values v = sign y (n,) to be maximised, with its cautious twin beside it."""
+    model = chosen_model(features, v, previous=previous, seed=seed, scale=scale, sign=sign)
     before = None if previous is None else previous.cautious
     return replace(model, cautious=_cautious(features, v, model, before, seed=seed))
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from surrogates import Kriging
+from surrogates.analysis.search_scale import IDENTITY, NamedScale, OutputTransform
 from workbench.search.runs.noticeable_gain import noticeable_gain
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.output_transform import IDENTITY, OutputTransform
 
 __all__ = ["NUGGET", "Form", "fitted"]
 
@@ -32,7 +32,7 @@ class Form:
     """
 
     trend: str
-    transform: OutputTransform = IDENTITY
+    transform: OutputTransform | NamedScale = IDENTITY
     correlation: str = "matern52"
     nugget: float | str = NUGGET
     theta: np.ndarray | None = None

@@ -1,7 +1,7 @@
 """The Kriging behind a worst-case search, and what a search asks of it.
 
 The search maximises v = +y or -y. The model predicts w(v), w a monotone transform (see
-`workbench.search.surrogate.output_transform`), so the maximiser of v and the expected improvement carry over;
+`surrogates.analysis.search_scale`), so the maximiser of v and the expected improvement carry over;
 bounds in units of y go through the inverse transform.
 """
 
@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from surrogates import Kriging
+from surrogates.analysis.search_scale import NamedScale, OutputTransform
 from workbench.search.surrogate.expected_improvement import log_expected_improvement
-from workbench.search.surrogate.output_transform import OutputTransform
 
 __all__ = ["SearchModel"]
 
@@ -23,7 +23,7 @@ class SearchModel:
     """
 
     kriging: Kriging
-    transform: OutputTransform
+    transform: OutputTransform | NamedScale
     trend: str
     best: float  # largest v among the runs
     noticeable: float  # gain of v over `best` that is worth a run
@@ -31,6 +31,7 @@ class SearchModel:
     inflation: float
     q2: float
     n_runs: int
+    likelier_by: float = 0.0  # what the transform gains over none, in log-likelihood, where that chose it
     chosen_at: int = 0  # number of runs when trend, transform and nugget were chosen
     cautious: "SearchModel | None" = None
 

@@ -6,11 +6,11 @@ from math import inf
 import numpy as np
 import pytest
 
+from surrogates.analysis.success import SuccessChance
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.search.evidence.backtested_gap import UNKNOWN, backtested_gap
 from workbench.search.evidence.gap import Gap
 from workbench.search.runs.ledger import Ledger
-from workbench.search.surrogate.success import SuccessChance
 from workbench.search.worst_case import surrogate_worst_case
 from workbench.space.box import Parameter, Space
 

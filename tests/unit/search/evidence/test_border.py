@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from surrogates.analysis.success import SuccessChance
 from workbench.errors import StudyError
 from workbench.search.evidence.border import border_of
 from workbench.search.record import Status
 from workbench.search.runs.ledger import Ledger
-from workbench.search.surrogate.success import SuccessChance
 from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
 

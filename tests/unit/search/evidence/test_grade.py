@@ -42,6 +42,12 @@ def test_an_attack_that_gained_in_its_second_half_does_not_count():
     assert grade_of(OPEN, replace(made, since=made.runs // 2 - 1)) is Grade.SEARCHED
 
 
+def test_an_attack_whose_climbs_end_elsewhere_does_not_count():
+    made = _attack()
+    assert made.arrived >= 2
+    assert grade_of(OPEN, replace(made, arrived=1)) is Grade.SEARCHED
+
+
 @pytest.mark.parametrize(("fails", "grade"), [(False, Grade.PROVED), (True, Grade.SEARCHED)])
 def test_an_attack_that_ran_every_case_proves_unless_one_failed(fails, grade):
     space = Space([Parameter("n", kind="integer", lower=0, upper=9)])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
+from surrogates.analysis.success import SuccessChance
 from workbench import Parameter, Space
 from workbench.search.proposals.best_point import APART, LEAN
 from workbench.search.proposals.known import Known
@@ -14,7 +15,6 @@ from workbench.search.proposals.turns import Turn
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.fitting import believing, fit_search_model
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.success import SuccessChance
 
 WHERE = SearchSpace.of(Space([Parameter("x0", lower=0.0, upper=1.0), Parameter("x1", lower=0.0, upper=1.0)]))
 LINE = np.linspace(0.0, 1.0, 81)

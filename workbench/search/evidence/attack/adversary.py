@@ -4,8 +4,9 @@
                  uncertainty beyond the value is counted
     corner       corners, in equal shares of every combination of unordered levels; all where they fit
     near corner  the same with some coordinates inside
-    change, cliff, pattern, gradient    climbs from the best cases of each stratum, see
-                 `workbench.search.evidence.attack.climbs`
+    change, cliff, pattern, gradient    climbs from the claimed case and from the best cases of each stratum,
+                 see `workbench.search.evidence.attack.climbs`
+    empty place  cases far from all others, once climbs repeat each other
 
 An adversary shares with the search that it attacks neither a surrogate nor a start design nor a stream of
 random numbers; what it runs is a function of its seed, of the budget and of the model's answers. A space
@@ -15,15 +16,15 @@ Falsification of simulated systems lives on such attacks (ARCH-COMP, category fa
 is split was measured by `studies/adversary.py`.
 """
 
-from collections import deque
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Reading, response_reader
-from workbench.search.evidence.attack.climbs import Climb, Step, corner_climb, interior_climb
+from workbench.search.evidence.attack.ascents import Arrivals, Ascents
 from workbench.search.evidence.attack.record import Attack, Attempt
 from workbench.search.evidence.attack.share import counted_share
 from workbench.search.evidence.attack.strata import Strata
@@ -34,9 +35,7 @@ from workbench.space.streams import stream
 
 __all__ = ["DEFAULT_SPLIT", "Split", "attack"]
 
-SIDE_BY_SIDE = 4  # climbs at once: the size of a batch, whatever the number of workers
 NOTICEABLE = 0.01  # of the value or of the range of the values, the smaller
-FRESH, REDRAWS = 8, 20  # near-corners drawn when no case is left to climb from, and how often
 TRIES = 50  # redraws of an independent case that a constraint refuses
 
 
@@ -62,6 +61,7 @@ def attack(
     sense: str = "max",
     response: str | Reading | None = None,
     split: Split = DEFAULT_SPLIT,
+    claimed: Mapping[str, Any] | None = None,
 ) -> Attack:
     """Look for a case beyond `value` over `space` with up to `budget` true runs.
 
@@ -74,6 +74,7 @@ def attack(
         seed: of all random numbers of the attack; its stream is no search's.
         response: the name of the attacked response, or a function of the outputs; not needed for one.
         split: what part of the budget is drawn at random.
+        claimed: the case at which `value` was found: the first climbs begin there.
 
     Raises:
         StudyError: the sense, the value or the budget is of no use, or no case meets the constraints.
@@ -92,6 +93,7 @@ def attack(
     rng = stream(seed, "attack")
     strata = Strata.of(where, rng=rng)
     independent: list[float] = []
+    arrivals = Arrivals()
     if every is not None:
         trials.run(every, ["enumerated"] * len(every))
     else:
@@ -105,107 +107,18 @@ def attack(
         ):
             points = draw(round(part * budget), rng)
             trials.run(points, [kind] * len(points))
-        _Ascents(trials=trials, strata=strata, seed=seed).run()
+        start = None if claimed is None else (where.unit([claimed])[0], trials.sign * value)
+        arrivals = Ascents(trials=trials, strata=strata, seed=seed, claimed=start).run()
     return _record(
-        trials, strata, independent, value=value, sense=sense, seed=seed, is_exhaustive=every is not None
+        trials,
+        strata,
+        independent,
+        value=value,
+        sense=sense,
+        seed=seed,
+        is_exhaustive=every is not None,
+        arrivals=arrivals,
     )
-
-
-@dataclass(slots=True, kw_only=True)
-class _Ascents:
-    """Climbs side by side from the best cases of each stratum, until the budget ends."""
-
-    trials: Trials
-    strata: Strata
-    seed: int
-    begun: int = 0
-    redrawn: int = 0
-    used: set[int] = field(default_factory=set)
-
-    def run(self) -> None:
-        """Climb, and begin another climb whenever one has ended."""
-        active: deque[tuple[Climb, Step]] = deque()
-        starts = self._starts()
-        while self.trials.left > 0:
-            while len(active) < SIDE_BY_SIDE and (begun := self._next(starts)) is not None:
-                active.append(begun)
-            if not active:
-                break
-            values = self.trials.run([step.point for _, step in active], [step.kind for _, step in active])
-            going = list(active)[: len(values)]
-            active.clear()
-            for (climb, _), value in zip(going, values, strict=True):
-                step = self._asked(climb, value)
-                if step is not None:
-                    active.append((climb, step))
-
-    def _next(self, starts: Iterator[Climb]) -> tuple[Climb, Step] | None:
-        """The next climb that has a case to run, with that case; None where nothing is left to climb."""
-        for climb in starts:
-            step = self._asked(climb, None)
-            if step is not None:
-                return climb, step
-        return None
-
-    def _asked(self, climb: Climb, value: float | None) -> Step | None:
-        """Go on with a climb until it asks for a case that was not run; None when it has ended."""
-        try:
-            step = next(climb) if value is None else climb.send(value)
-            while (known := self.trials.known(step.point)) is not None:
-                step = climb.send(known)
-        except StopIteration:
-            return None
-        return step
-
-    def _starts(self) -> Iterator[Climb]:
-        """Climbs from the worst cases of the strata by turns, corner and interior climbs by turns, and from
-        new near-corners when no drawn case is left."""
-        drawn = range(len(self.trials.outcomes))
-        while True:
-            queue = self._queue(drawn)
-            if not queue:
-                drawn = self._more()
-                if not drawn:
-                    return
-                continue
-            for i in queue:
-                self.used.add(i)
-                yield self._climb(i)
-
-    def _more(self) -> range:
-        """Run a few new near-corners; the places of those that were new, none where none is left."""
-        before = len(self.trials.outcomes)
-        for _ in range(REDRAWS):
-            self.redrawn += 1
-            rng = stream(self.seed, "attack again", replicate=self.redrawn)
-            fresh = self.strata.near_corners(FRESH, rng)
-            self.trials.run(fresh, ["near corner"] * len(fresh))
-            if len(self.trials.outcomes) > before:
-                break
-        return range(before, len(self.trials.outcomes))
-
-    def _queue(self, drawn: range) -> list[int]:
-        """The best case of each stratum that no climb has begun at, the strata with the worst ones first."""
-        open_ = [i for i in drawn if i not in self.used and self.trials.values[i] > -np.inf]
-        if not open_:
-            return []
-        index = self.strata.index(np.array([self.trials.points[i] for i in open_]))
-        best: dict[int, int] = {}
-        for i, stratum in zip(open_, index, strict=True):
-            if stratum not in best or self.trials.values[i] > self.trials.values[best[stratum]]:
-                best[int(stratum)] = i
-        return sorted(best.values(), key=lambda i: -self.trials.values[i])
-
-    def _climb(self, i: int) -> Climb:
-        trials = self.trials
-        rng = stream(self.seed, "climb", replicate=self.begun)
-        self.begun += 1
-        start, value = trials.points[i], trials.values[i]
-        if self.begun % 2:
-            return corner_climb(
-                trials.where, start, value, slope=trials.slope, spread=lambda: _spread(trials.values), rng=rng
-            )
-        return interior_climb(trials.where, start, value, slope=trials.slope, rng=rng)
 
 
 def _independent(where: SearchSpace, size: int, rng: np.random.Generator) -> np.ndarray:
@@ -221,12 +134,6 @@ def _independent(where: SearchSpace, size: int, rng: np.random.Generator) -> np.
     return drawn
 
 
-def _spread(values: list[float]) -> float:
-    """The range of the values of runs that gave one."""
-    finite = np.array(values)[np.isfinite(values)]
-    return float(np.ptp(finite)) if len(finite) else 0.0
-
-
 def _record(
     trials: Trials,
     strata: Strata,
@@ -236,6 +143,7 @@ def _record(
     sense: str,
     seed: int,
     is_exhaustive: bool,
+    arrivals: Arrivals,
 ) -> Attack:
     sign, values = trials.sign, np.array(trials.values)
     best = int(np.argmax(values)) if np.isfinite(values).any() else None
@@ -261,6 +169,8 @@ def _record(
         strata=len(strata),
         strata_in_all=strata.count,
         is_exhaustive=is_exhaustive,
+        climbs=arrivals.begun,
+        arrived=arrivals.arrived,
     )
 
 

@@ -9,7 +9,8 @@ many there are at once.
                worst cases of engineering responses stand in corners)
     cliff      bisection between a high case and a much lower, or failing, neighbour: the worst often stands
                at the very edge, on the bad side
-    pattern    Hooke and Jeeves 1961: coordinate steps, halved when none gains, and the whole move repeated
+    pattern    Hooke and Jeeves 1961: coordinate steps, halved when none gains, and the whole move repeated;
+               before they are halved, steps along the way climbed so far and of two coordinates at once
     gradient   along the projected gradient, where the model gives one, with steps doubled and halved
 """
 
@@ -162,6 +163,8 @@ def _pattern(
                     top, best = other, reached
                     break
         if top is before:
+            top, best = yield from _along(where, top, best, top - start, numeric, step)
+        if top is before:
             top, best = yield from _oblique(where, top, best, numeric, step, rng=rng)
         if top is before:
             step /= 2
@@ -171,6 +174,30 @@ def _pattern(
             reached = yield Step("pattern", leap)
             if reached > best:
                 top, best = leap, reached
+    return top, best
+
+
+def _along(
+    where: SearchSpace,
+    top: np.ndarray,
+    best: float,
+    path: np.ndarray,
+    numeric: list[int],
+    step: float,
+) -> Generator[Step, float, tuple[np.ndarray, float]]:
+    """A gain by a step along the way climbed so far, or back: a bent ridge leads on where it came from."""
+    size = float(np.abs(path[numeric]).max()) if len(numeric) else 0.0
+    if size < 1e-9:
+        return top, best
+    for sign in (1.0, -1.0):
+        other = top.copy()
+        other[numeric] = top[numeric] + sign * step * path[numeric] / size
+        other = where.snap(other[None])[0]
+        if np.array_equal(other, top):
+            continue
+        reached = yield Step("pattern", other)
+        if reached > best:
+            return other, reached
     return top, best
 
 

@@ -33,7 +33,8 @@ class Attack:
     the key of its run; None where every run failed. `since`: runs made after the last that was noticeably
     worse than all before, the claim included. `independent`: values of the independent cases, None where
     there is none; `share` of them lie beyond `value`, with the exact 95 % interval, and `failing` gave no
-    value. `strata` of `strata_in_all` combinations of unordered levels were drawn from.
+    value. `arrived` of `climbs` that began at drawn cases, not at the claimed one, met the worst value known
+    to within 2 %. `strata` of `strata_in_all` combinations of unordered levels were drawn from.
     """
 
     value: float
@@ -51,6 +52,8 @@ class Attack:
     strata: int
     strata_in_all: int
     is_exhaustive: bool
+    climbs: int = 0
+    arrived: int = 0
     raised_from: float | None = None
 
     def raised_to(self, value: float) -> "Attack":
@@ -112,7 +115,14 @@ class Attack:
         found = "every run failed" if self.largest is None else f"found nothing beyond {self.value:.6g}"
         if self.is_exhaustive and not self.failures:
             return f"{runs}, all cases that there are, {found}"
-        return f"{runs} {found}{self._share_words}{self._failed}"
+        return f"{runs} {found}{self._share_words}{self._climb_words}{self._failed}"
+
+    @property
+    def _climb_words(self) -> str:
+        if not self.climbs:
+            return ""
+        climbs = "1 climb" if self.climbs == 1 else f"{self.climbs} climbs"
+        return f"; {self.arrived or 'none'} of {climbs} from elsewhere arrived there"
 
     @property
     def _share_words(self) -> str:
@@ -147,6 +157,8 @@ class Attack:
             "run_key": self.run_key,
             "excess": self.excess,
             "since": self.since,
+            "climbs": self.climbs,
+            "arrived": self.arrived,
             "share": self.share.to_dict(),
             "failing": self.failing.to_dict(),
             "failures": self.failures,

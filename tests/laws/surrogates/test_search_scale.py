@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from workbench.search.surrogate.output_transform import candidates
+from surrogates.analysis.search_scale import candidates
 
 ROUNDING = 1e-7  # log and exp of numbers of order one, times a spread
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.search.surrogate.success import SuccessChance
+from surrogates.analysis.success import SuccessChance
 
 
 def _log_loss(chance, ok):

@@ -1,0 +1,124 @@
+"""Inputs that a screening saw and that hardly matter: selected by the likelihood, listed apart from drivers.
+
+With runs enough the likelihood selects every input that acts at all, down to a hundredth of a percent of a
+smooth response's variance. A list of drivers ends at one percent, so inputs below it stand beside the list,
+by the total Sobol' indices of the selected inputs' Kriging with theta taken as known:
+
+    resolved       below by the mean of the index
+    else           below by the upper end of its 95 % band: a model in doubt cannot be asked for a mean
+
+from the weakest up, as long as those listed apart make up no more than a twentieth together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..analysis.measure import Measure, uniform
+from ..analysis.sobol import sobol_indices
+from ..kriging.estimator import Kriging
+
+__all__ = ["MINOR_SHARE", "SelectedShare", "minor_inputs", "selected_shares"]
+
+Array = NDArray[np.float64]
+
+MINOR_SHARE = 0.01  # of the variance: a weaker input is no driver
+MOST_TOGETHER = 0.05  # of it, that a list of drivers may leave out
+DRAWS, FEATURES = 20, 64
+MOST_RUNS = 300  # a share of the variance needs no more
+LEAST_THETA = 1e-8  # on the ranges of the runs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelectedShare:
+    """Total index of one input: `mean`, and the ends of its 95 % band."""
+
+    column: int
+    mean: float
+    lower: float
+    upper: float
+
+
+def selected_shares(
+    x: Array,
+    y: Array,
+    columns: Sequence[int],
+    *,
+    theta: Array,
+    nugget: float,
+    eta: float = 2.0,
+    labels: Sequence[int] = (),
+    measures: Sequence[Measure | None] | None = None,
+    seed: int = 0,
+) -> tuple[SelectedShare, ...]:
+    """Total indices of some columns of runs x (n, d), y (n,), in ascending order of the columns.
+
+    theta (d,), in the coordinates of x, the nugget and eta are those of the screening; `measures` (d,) say
+    what is averaged over, see `surrogates.analysis.measure`; without one a number is uniform on the range of
+    its runs, so that shares do not depend on units.
+    """
+    kept, rng = sorted(int(k) for k in columns), np.random.default_rng(seed)
+    if not kept:
+        return ()
+    rows = np.arange(len(y)) if len(y) <= MOST_RUNS else np.sort(rng.permutation(len(y))[:MOST_RUNS])
+    label = [k in set(labels) for k in kept]
+    width = np.where(label, 1.0, np.ptp(x[:, kept], axis=0))
+    model = Kriging(
+        correlation="gaussian" if eta == 2.0 else "power_exponential",
+        eta=eta,
+        trend="constant",
+        theta=np.maximum(theta[kept], LEAST_THETA / width**eta),
+        nugget=nugget,
+        categorical=[i for i, is_label in enumerate(label) if is_label] or None,
+        intervals="plug-in",
+    ).fit(x[rows][:, kept], y[rows])
+    found = sobol_indices(
+        model,
+        draws=DRAWS,
+        features=FEATURES,
+        thetas=0,
+        measures=[
+            _measure(x[:, k], None if measures is None else measures[k], k in set(labels)) for k in kept
+        ],
+        rng=rng,
+    ).total
+    return tuple(
+        SelectedShare(column=k, mean=float(m), lower=float(low), upper=float(high))
+        for k, m, low, high in zip(kept, found.mean, found.lower, found.upper, strict=True)
+    )
+
+
+def _measure(values: Array, given: Measure | None, is_label: bool) -> Measure | None:
+    if given is not None or is_label:
+        return given
+    return uniform(float(values.min()), float(values.max()))
+
+
+def minor_inputs(
+    shares: Sequence[SelectedShare], together: Sequence[Sequence[int]] = (), *, resolved: bool
+) -> tuple[int, ...]:
+    """The columns to list apart, the strongest first; of a set in `together` all or none.
+
+    >>> pair = enumerate((0.9, 0.006))
+    >>> shares = [SelectedShare(column=k, mean=m, lower=m / 2, upper=2 * m) for k, m in pair]
+    >>> minor_inputs(shares, resolved=True), minor_inputs(shares, resolved=False)
+    ((1,), ())
+    """
+    at = {share.column: share for share in shares}
+    sets = [tuple(k for k in group if k in at) for group in together]
+    grouped = {k for group in sets for k in group}
+    sets = [group for group in sets if group] + [(k,) for k in at if k not in grouped]
+    size = [sum(at[k].mean if resolved else at[k].upper for k in group) for group in sets]
+    # a Kriging that takes the response for noise has no shares
+    if not sets or sum(share.mean for share in shares) < 0.5:
+        return ()
+    found: list[int] = []
+    left = MOST_TOGETHER
+    for i in np.argsort(size, kind="stable"):
+        left -= size[i]
+        if size[i] >= MINOR_SHARE or left < 0.0:
+            break
+        found += sets[i]
+    return tuple(found[::-1])

@@ -1,0 +1,65 @@
+"""Where an adversary's climbs begin, which of them arrive, and what becomes of the rest of the budget."""
+
+import numpy as np
+
+from workbench import Parameter, Space
+from workbench.models.evaluator import FunctionEvaluator
+from workbench.search.evidence.attack.adversary import attack
+
+
+def _cube(d):
+    return Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(d)])
+
+
+def _attack(function, d, **options):
+    given = {"value": 10.0, "budget": 150, "seed": 1, **options}
+    return attack(FunctionEvaluator(function), _cube(d), **given)
+
+
+def test_the_first_climbs_begin_at_the_claimed_case():
+    claimed = {"x0": 0.3, "x1": 0.7, "x2": 0.45}
+    at = np.array([0.3, 0.7, 0.45])
+
+    def hill(x0, x1, x2):
+        return -float(((np.array([x0, x1, x2]) - at) ** 2).sum())
+
+    found = _attack(hill, 3, value=hill(**claimed), claimed=claimed)
+    climbed = [a for a in found.attempts if a.kind in ("change", "pattern")]
+    for kind in ("change", "pattern"):
+        first = next(a for a in climbed if a.kind == kind)
+        assert np.sum(first.point != at) == 1
+    assert not found.is_beaten
+
+
+def test_climbs_to_one_top_arrive_and_climbs_to_many_do_not():
+    one = _attack(lambda x0, x1: x0 + x1, 2)
+    assert one.climbs >= one.arrived >= 2
+    heights = np.random.default_rng(2).random(400)
+
+    def many(x0, x1):  # a peak of its own height in each of 400 fields
+        i, j = min(int(20 * x0), 19), min(int(20 * x1), 19)
+        return float(heights[20 * i + j] * np.sin(20 * np.pi * x0) ** 2 * np.sin(20 * np.pi * x1) ** 2)
+
+    several = _attack(many, 2)
+    assert several.climbs >= 3
+    assert several.arrived < 2
+
+
+def test_a_climb_from_the_claimed_case_is_no_arrival():
+    found = _attack(lambda **x: sum(x.values()), 14, budget=40, claimed={f"x{i}": 1.0 for i in range(14)})
+    assert found.arrived <= found.climbs <= 2  # of the four climbs side by side two began at the claim
+
+
+def test_where_climbs_repeat_each_other_the_budget_fills_empty_places():
+    found = _attack(lambda x0, x1: x0 + x1, 2, budget=200)
+    assert found.kinds["empty place"] >= 32
+    points = np.array([a.point for a in found.attempts])
+    grid = np.array([[i, j] for i in range(41) for j in range(41)]) / 40
+    holes = np.linalg.norm(grid[:, None] - points[None], axis=2).min(axis=1)
+    assert holes.max() < 0.15  # 75 even points of the interior leave holes of 0.2 and more
+
+
+def test_the_record_and_the_sentence_count_arrivals():
+    found = _attack(lambda x0, x1: x0 + x1, 2, value=2.0)
+    assert found.to_dict()["arrived"] == found.arrived
+    assert f"{found.arrived} of {found.climbs} climbs from elsewhere arrived there" in found.sentence

@@ -1,0 +1,48 @@
+"""Attacked values stand against fresh runs of another sampler."""
+
+import numpy as np
+import pytest
+
+from studies.attacked_values import BEATEN, CASES, Case, fresh_best, run
+from workbench import Parameter, Space
+
+SUBSET = ("borehole max", "branin min", "camel min", "friedman5 max")
+
+
+def test_there_are_thirty():
+    assert len(CASES) == 30
+
+
+def test_the_sampler_finds_a_peak_inside_and_a_worse_level():
+    space = Space(
+        [
+            Parameter("a", lower=0.0, upper=1.0),
+            Parameter("b", lower=-2.0, upper=2.0),
+            Parameter("level", kind="categorical", levels=("low", "middle", "high")),
+        ]
+    )
+
+    def peak(a, b, level):
+        if a > 0.9:
+            raise FloatingPointError("no convergence")
+        return -((a - 0.3) ** 2) - (b - 0.7) ** 2 + {"low": 0.0, "middle": 2.0, "high": 1.0}[level]
+
+    case = Case(name="peak", function=peak, space=space)
+    worst, lowest = fresh_best(case, np.array([0.1, 0.1, 0.0]), runs=600, seed=0)
+    assert 1.99 < worst <= 2.0
+    assert lowest < 0.0
+    smallest, _ = fresh_best(
+        Case(name="pit", function=lambda **x: -peak(**x), space=space, sense="min"),
+        np.array([0.1, 0.1, 0.0]),
+        runs=600,
+        seed=0,
+    )
+    assert 1.99 < smallest <= 2.0  # signed: large is bad
+
+
+@pytest.mark.slow
+def test_attacked_values_of_a_subset_are_not_beaten():
+    found = run((0,), names=SUBSET)
+    graded = found["graded"].values > 0
+    assert graded.sum() >= 3
+    assert float(found["excess"].values[graded].max()) <= BEATEN

@@ -1,0 +1,20 @@
+"""Steps are screened right by default where a smooth correlation takes them for waves."""
+
+import pytest
+
+from studies.rough_screening import run
+
+
+def test_three_steps_with_one_seed():
+    found = run((104,), names=("three steps",)).isel(function=0, seed=0, method=1)
+    assert int(found["right"]) == 1
+    assert int(found["wrongly_resolved"]) == 0
+
+
+@pytest.mark.slow
+def test_steps_and_smooth_functions_with_four_seeds():
+    found = run(range(4), names=("three steps", "four steps", "kinks", "welch", "friedman"))
+    right = found["right"].isel(method=1).sum("seed")
+    assert int(right[:3].sum()) >= 10  # of 12
+    assert int(right[3:].sum()) >= 7  # of 8
+    assert int(found["wrongly_resolved"].sum()) == 0

@@ -1,0 +1,191 @@
+"""Climbs side by side, the budget going where it earns.
+
+Climbs begin at the claimed case, which is where a claim is attacked first, and at the worst drawn cases of
+the strata by turns. Every second one climbs corners, the others inside. Once `ENOUGH` of those from drawn
+cases have ended at the worst value known, more of them would only repeat it: the budget then goes into cases
+far from all that were run, in batches, with a climb from the one that stands furthest out of the trend.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.search.evidence.attack.climbs import Climb, Step, corner_climb, interior_climb
+from workbench.search.evidence.attack.empty_places import CANDIDATES, emptiest
+from workbench.search.evidence.attack.strata import Strata
+from workbench.search.evidence.attack.surprise import surprises
+from workbench.search.evidence.attack.trials import Trials
+from workbench.space.streams import stream
+
+__all__ = ["Arrivals", "Ascents"]
+
+SIDE_BY_SIDE = 4  # climbs at once: the size of a batch, whatever the number of workers
+FRESH, REDRAWS = 8, 20  # near-corners drawn when no case is left to climb from, and how often
+ENOUGH = 2  # climbs from drawn cases that end at the worst value before the budget goes elsewhere
+FAR = 16  # cases in empty places before the next climb
+NEAR = 0.02  # of the value or of the range of the values, the smaller: a climb that ends so near has arrived
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arrivals:
+    """Climbs that began at drawn cases, not at the claimed one, and how many `arrived`: within 2 % of the
+    worst known."""
+
+    begun: int = 0
+    arrived: int = 0
+
+
+@dataclass(slots=True, kw_only=True)
+class _Going:
+    """A climb, the next case it wants run, and the worst signed value that it has met."""
+
+    climb: Climb
+    is_from_claim: bool
+    worst: float
+    step: Step | None = None
+
+    def asks(self, trials: Trials, value: float | None) -> bool:
+        """Go on until a case is asked for that was not run; False when the climb has ended."""
+        try:
+            self.step = next(self.climb) if value is None else self._sent(value)
+            while (known := trials.known(self.step.point)) is not None:
+                self.step = self._sent(known)
+        except StopIteration:
+            return False
+        return True
+
+    def _sent(self, value: float) -> Step:
+        self.worst = max(self.worst, value)
+        return self.climb.send(value)
+
+
+@dataclass(slots=True, kw_only=True)
+class Ascents:
+    """Climbs side by side, until the budget ends. `claimed`: the attacked case (d,) and its signed value."""
+
+    trials: Trials
+    strata: Strata
+    seed: int
+    claimed: tuple[np.ndarray, float] | None = None
+    climbs: list[_Going] = field(default_factory=list)
+    redrawn: int = 0
+    used: set[int] = field(default_factory=set)
+    plain: list[int] = field(default_factory=list)
+
+    def run(self) -> Arrivals:
+        """Climb, and begin another climb whenever one has ended."""
+        self.plain = list(range(len(self.trials.outcomes)))
+        active: list[_Going] = []
+        starts = self._starts()
+        while self.trials.left > 0:
+            while len(active) < SIDE_BY_SIDE and (begun := self._next(starts)) is not None:
+                active.append(begun)
+            steps = [going.step for going in active if going.step is not None]
+            if not steps:
+                break
+            values = self.trials.run([step.point for step in steps], [step.kind for step in steps])
+            active = [g for g, v in zip(active, values, strict=False) if g.asks(self.trials, v)]
+        return self.arrivals()
+
+    def arrivals(self) -> Arrivals:
+        """How many climbs from drawn cases have met the worst value known."""
+        drawn = [going.worst for going in self.climbs if not going.is_from_claim]
+        claim = [] if self.claimed is None else [self.claimed[1]]
+        finite = np.array([v for v in (*self.trials.values, *claim) if v > -np.inf])
+        if not len(finite):
+            return Arrivals(begun=len(drawn))
+        near = NEAR * min(float(np.ptp(finite)), float(np.abs(finite).max()))
+        return Arrivals(begun=len(drawn), arrived=sum(bool(w >= finite.max() - near) for w in drawn))
+
+    def _next(self, starts: Iterator[_Going]) -> _Going | None:
+        """The next climb that has a case to run; None where nothing is left to climb."""
+        for going in starts:
+            self.climbs.append(going)
+            if going.asks(self.trials, None):
+                return going
+        return None
+
+    def _starts(self) -> Iterator[_Going]:
+        """Climbs from the claimed case, then from the worst cases of the strata by turns, and from new
+        near-corners when no drawn case is left; from cases in empty places once enough have arrived."""
+        if self.claimed is not None:
+            for _ in range(2):
+                yield self._begun(*self.claimed, is_from_claim=True)
+        places = self.plain
+        while True:
+            queue = self._queue(places)
+            if not queue:
+                places = self._more()
+                if not places:
+                    return
+                continue
+            for i in queue:
+                if self.arrivals().arrived >= ENOUGH:
+                    yield from self._elsewhere()
+                if i not in self.used:
+                    yield self._from(i)
+
+    def _elsewhere(self) -> Iterator[_Going]:
+        """A climb from the case that stands out most, once some more were run in empty places."""
+        trials, where = self.trials, self.strata.where
+        rng = stream(self.seed, "attack empty places", replicate=len(self.climbs))
+        candidates = self.strata.inside(CANDIDATES, rng)
+        if not len(candidates):
+            return
+        features = where.features(candidates)
+        chosen = candidates[emptiest(features, where.features(np.array(trials.points)), FAR)]
+        before = len(trials.outcomes)
+        trials.run(chosen, ["empty place"] * len(chosen))
+        self.plain = [*self.plain, *range(before, len(trials.outcomes))]
+        points = np.array([trials.points[i] for i in self.plain])
+        scores = surprises(where.features(points), np.array([trials.values[i] for i in self.plain]))
+        scores[[i in self.used for i in self.plain]] = -np.inf
+        if np.max(scores) > -np.inf:
+            yield self._from(self.plain[int(np.argmax(scores))])
+
+    def _more(self) -> list[int]:
+        """Run a few new near-corners; the places of those that were new, none where none is left."""
+        before = len(self.trials.outcomes)
+        for _ in range(REDRAWS):
+            self.redrawn += 1
+            rng = stream(self.seed, "attack again", replicate=self.redrawn)
+            fresh = self.strata.near_corners(FRESH, rng)
+            self.trials.run(fresh, ["near corner"] * len(fresh))
+            if len(self.trials.outcomes) > before:
+                break
+        return list(range(before, len(self.trials.outcomes)))
+
+    def _queue(self, places: list[int]) -> list[int]:
+        """The best case of each stratum that no climb has begun at, the strata with the worst ones first."""
+        open_ = [i for i in places if i not in self.used and self.trials.values[i] > -np.inf]
+        if not open_:
+            return []
+        index = self.strata.index(np.array([self.trials.points[i] for i in open_]))
+        best: dict[int, int] = {}
+        for i, stratum in zip(open_, index, strict=True):
+            if stratum not in best or self.trials.values[i] > self.trials.values[best[stratum]]:
+                best[int(stratum)] = i
+        return sorted(best.values(), key=lambda i: -self.trials.values[i])
+
+    def _from(self, i: int) -> _Going:
+        self.used.add(i)
+        return self._begun(self.trials.points[i], self.trials.values[i])
+
+    def _begun(self, start: np.ndarray, value: float, *, is_from_claim: bool = False) -> _Going:
+        """A climb from `start`: every other one of corners, every other one inside."""
+        trials, number = self.trials, len(self.climbs)
+        rng = stream(self.seed, "climb", replicate=number)
+        if number % 2 == 0:
+            climb = corner_climb(
+                trials.where, start, value, slope=trials.slope, spread=lambda: _spread(trials.values), rng=rng
+            )
+        else:
+            climb = interior_climb(trials.where, start, value, slope=trials.slope, rng=rng)
+        return _Going(climb=climb, is_from_claim=is_from_claim, worst=value)
+
+
+def _spread(values: list[float]) -> float:
+    """The range of the values of runs that gave one."""
+    finite = np.array(values)[np.isfinite(values)]
+    return float(np.ptp(finite)) if len(finite) else 0.0
