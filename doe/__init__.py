@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         phi_p,
         rms_correlation,
     )
-    from doe.latin.augment import augment, nested_lhs, search_augmentation
+    from doe.latin.augment import augment, nested_lhs, search_augmentation, search_rearrangement
     from doe.latin.decorrelated import decorrelated_lhs
     from doe.latin.ihs import (
         auto_spacing,
@@ -113,6 +113,7 @@ __all__ = [
     "run_order",
     "search_augmentation",
     "search_lhs",
+    "search_rearrangement",
     "sliced_lhs",
     "sobol",
     "subset",
@@ -122,7 +123,7 @@ __all__ = [
 
 # module -> public names that it defines
 _MODULES = {
-    "latin.augment": ("augment", "nested_lhs", "search_augmentation"),
+    "latin.augment": ("augment", "nested_lhs", "search_augmentation", "search_rearrangement"),
     "classical": (
         "box_behnken",
         "central_composite",

@@ -19,7 +19,7 @@ from doe.latin.swaps import SWAPS, SwapResult, swap_search
 from doe.portable.draws import Draws, splitmix
 from doe.portable.draws import shuffled as shuffled_integers
 
-__all__ = ["augment", "nested_lhs", "search_augmentation"]
+__all__ = ["augment", "nested_lhs", "search_augmentation", "search_rearrangement"]
 
 Floats = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def search_augmentation(
 ) -> SwapResult:
     """As `augment`, with the record of the search."""
     old = unit_points(points)
-    n, d = old.shape
+    d = old.shape[1]
     if m < 1:
         raise ValueError(f"m needs a number of new runs >= 1, got {m}")
     draws = splitmix(rng)
@@ -78,22 +78,35 @@ def search_augmentation(
         levels = np.sort(new, axis=0).T
         ranks = decorrelated(levels, ranks, rounds=ROUNDS, beside=old.T)
         new = np.take_along_axis(levels, ranks.astype(np.int64), axis=1).T
-    array = np.vstack([old, new])
-    order = np.argsort(array, axis=0, kind="stable")
-    entries = np.empty_like(order)
-    np.put_along_axis(entries, order, np.arange(n + m)[:, None], axis=0)
-    columns = Columns(levels=np.ascontiguousarray(np.sort(array, axis=0).T), nominal=np.zeros(d, np.bool_))
-    return swap_search(
-        columns,
-        np.ascontiguousarray(entries.T, dtype=np.int32),
-        criterion=criterion,
-        weights=weights,
-        swaps=SWAPS if swaps is None and seconds is None else swaps,
-        seconds=seconds,
-        p=p,
-        groups=np.array([[n, m]], dtype=np.int64),
-        draws=draws,
-    )
+    return _rearranged(np.vstack([old, new]), m, criterion, weights, swaps, seconds, p, draws)
+
+
+def search_rearrangement(
+    points: ArrayLike,
+    m: int,
+    *,
+    criterion: str | Sequence[str] = "phi_p",
+    weights: Sequence[float] | None = None,
+    swaps: int | None = None,
+    seconds: float | None = None,
+    p: int = 10,
+    rng: np.random.Generator,
+) -> SwapResult:
+    """The last `m` of the points (n + m, d) arranged anew: their values are swapped inside each column.
+
+    The first n stay, and so do the values of every column, whatever they are: strata or levels.
+
+    >>> points = [[0.0, 0.0], [1.0, 1.0], [0.0, 0.2], [1.0, 0.8]]
+    >>> result = search_rearrangement(points, 2, swaps=100, rng=np.random.default_rng(1))
+    >>> result.points[:2].tolist(), sorted(result.points[2:].tolist())
+    ([[0.0, 0.0], [1.0, 1.0]], [[0.0, 0.8], [1.0, 0.2]])
+
+    Raises: ValueError for points outside [0, 1], fewer than m points, and what `optimised_lhs` refuses.
+    """
+    array = unit_points(points)
+    if not 1 <= m <= len(array):
+        raise ValueError(f"m needs a number of runs from 1 to {len(array)}, got {m}")
+    return _rearranged(array, m, criterion, weights, swaps, seconds, p, splitmix(rng))
 
 
 def nested_lhs(
@@ -133,3 +146,32 @@ def _fill(column: Floats, m: int, draws: Draws) -> Floats:
     if len(empty) > m:
         empty = empty[((np.arange(m) + 0.5) * len(empty) / m).astype(np.int64)]
     return np.asarray((shuffled_integers(empty, draws) + 0.5) / n)
+
+
+def _rearranged(
+    array: Floats,
+    m: int,
+    criterion: str | Sequence[str],
+    weights: Sequence[float] | None,
+    swaps: int | None,
+    seconds: float | None,
+    p: int,
+    draws: Draws,
+) -> SwapResult:
+    """Swap search over the last `m` rows."""
+    total, d = array.shape
+    order = np.argsort(array, axis=0, kind="stable")
+    entries = np.empty_like(order)
+    np.put_along_axis(entries, order, np.arange(total)[:, None], axis=0)
+    columns = Columns(levels=np.ascontiguousarray(np.sort(array, axis=0).T), nominal=np.zeros(d, np.bool_))
+    return swap_search(
+        columns,
+        np.ascontiguousarray(entries.T, dtype=np.int32),
+        criterion=criterion,
+        weights=weights,
+        swaps=SWAPS if swaps is None and seconds is None else swaps,
+        seconds=seconds,
+        p=p,
+        groups=np.array([[total - m, m]], dtype=np.int64),
+        draws=draws,
+    )

@@ -1,10 +1,12 @@
 """More runs beside those already made, and blocks that are alike.
 
-Without constraints new runs take the empty strata of the whole, spread by `doe.augment`: a Latin hypercube
-grown to twice its runs is one again. Otherwise they keep the levels balanced over old and new together, meet
-the constraints, and lie where the old ones leave gaps (largest smallest distance; Kennard & Stone 1969), or
-where they tell most about a regression model.
+Without constraints new runs take the empty strata of the whole, spread as `doe.augment` does from several
+starts: a Latin hypercube grown to twice its runs is one again. Otherwise they keep the levels balanced over
+old and new together, meet the constraints, and lie where the old ones leave gaps (largest smallest distance;
+Kennard & Stone 1969), or where they tell most about a regression model.
 """
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -26,9 +28,16 @@ MOST_PASSES = 20
 MOST_SPREAD = 2_000
 # what they are spread by, beside the old ones, with weights; distances alone leave correlations of the whole
 CRITERIA, WEIGHTS = ("phi_p", "cd2", "correlation"), (2.0, 1.0, 2.0)
-# swaps that spread them: a fifth of a second of work, but never fewer than the second
-MOST_SWAPS, FEWEST_SWAPS = 300_000, 20_000
-WORK = 30_000_000  # swaps times runs
+# arrangements that are searched, each from a start of its own; the one of least excess is taken:
+#     max over phi_p and CD2 of (value / best value seen - 1) + CORRELATION * largest correlation
+STARTS, CORRELATION = 24, 1.0
+# swaps of each: half a second of work together, but never fewer than the second
+MOST_SWAPS, FEWEST_SWAPS = 100_000, 20_000
+WORK = 6_000_000  # swaps times runs, of each start
+# share of the swaps that put new runs on levels, before they are arranged there
+PLACING = 5
+# beyond so many runs, whose arrangements differ little, one long search is made
+FEW, LONG = 200, 30_000_000
 
 
 def further_points(
@@ -77,13 +86,47 @@ def _empty_strata(factors: Factors, unit: np.ndarray, runs: int, rng: np.random.
             for level in np.unique(code):
                 on = np.flatnonzero(code == level)
                 old[on, j] = (level + (np.arange(len(on)) + 0.5) / len(on)) / len(levels)
-    swaps = max(FEWEST_SWAPS, min(MOST_SWAPS, WORK // (len(unit) + runs)))
-    grown = doe.augment(old, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps, rng=rng)
-    new: np.ndarray = grown[len(unit) :]
+    n = len(unit) + runs
+    starts = STARTS if n <= FEW else 1
+    swaps = max(FEWEST_SWAPS, min(MOST_SWAPS, (WORK if starts > 1 else LONG) // n))
+    found = []
+    for _ in range(starts):
+        if all(levels is None for levels in factors.levels):
+            found.append(
+                doe.search_augmentation(old, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps, rng=rng)
+            )
+            continue
+        # strata say how many new runs come on each level; how they are arranged is judged on the levels
+        placed = doe.search_augmentation(
+            old, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps // PLACING, rng=rng
+        )
+        whole = np.vstack([unit, _on_levels(factors, placed.points[len(unit) :])])
+        found.append(
+            doe.search_rearrangement(whole, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps, rng=rng)
+        )
+    grown = found[int(np.argmin(_excess([result.values for result in found])))].points
+    return _on_levels(factors, grown[len(unit) :])
+
+
+def _on_levels(factors: Factors, points: np.ndarray) -> np.ndarray:
+    """The points with every levelled coordinate on the level in whose interval it lies."""
+    placed = points.copy()
     for j, levels in enumerate(factors.levels):
         if levels is not None:
-            new[:, j] = levels[np.minimum((new[:, j] * len(levels)).astype(int), len(levels) - 1)]
-    return new
+            placed[:, j] = levels[np.minimum((points[:, j] * len(levels)).astype(int), len(levels) - 1)]
+    return placed
+
+
+def _excess(values: Sequence[Mapping[str, float]]) -> np.ndarray:
+    """How far arrangements lie above the best values seen of phi_p and CD2, the larger share, with the
+    correlation: (k,) of k results."""
+    spread = np.array([[value[name] for name in CRITERIA[:2]] for value in values])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.nan_to_num(spread / spread.min(axis=0) - 1.0, nan=0.0, posinf=0.0)  # runs that coincide
+    worst: np.ndarray = share.max(axis=1) + CORRELATION * np.array(
+        [v.get("correlation", 0.0) for v in values]
+    )
+    return worst
 
 
 def place(values: np.ndarray, levels: np.ndarray) -> np.ndarray:

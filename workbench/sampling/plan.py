@@ -219,9 +219,10 @@ class Design:
         coordinates = {"run": list(self.run_ids), "parameter": list(self.space.names)}
         return xr.Dataset(columns, coords=coordinates, attrs=attributes)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain types for JSON: the `design.json` of a campaign."""
-        physical = [list(row.values()) for row in self.rows()]
+    def to_dict(self, *, physical: list[list[Any]] | None = None) -> dict[str, Any]:
+        """Plain types for JSON: the `design.json` of a campaign. `physical`: the points as given."""
+        if physical is None:
+            physical = [list(row.values()) for row in self.rows()]
         return {
             "algorithm": self.algorithm,
             "options": dict(self.options),

@@ -30,6 +30,18 @@ def test_new_runs_are_placed_for_the_criterion():
         assert placed.swaps == 10_000
 
 
+def test_the_last_rows_are_arranged_anew_and_keep_the_values_of_their_columns():
+    rng = np.random.default_rng(4)
+    points = np.column_stack([rng.random(30), rng.integers(0, 3, 30) / 2.0, rng.integers(0, 2, 30)])
+    result = doe.search_rearrangement(points, 12, swaps=5_000, rng=rng)
+    np.testing.assert_array_equal(result.points[:18], points[:18])
+    np.testing.assert_array_equal(np.sort(result.points[18:], axis=0), np.sort(points[18:], axis=0))
+    assert result.values["phi_p"] < doe.phi_p(points)
+    for m in (0, 31):
+        with pytest.raises(ValueError, match=f"m needs a number of runs from 1 to 30, got {m}"):
+            doe.search_rearrangement(points, m, rng=rng)
+
+
 def test_old_runs_that_share_strata_are_kept_and_gaps_are_filled():
     old = np.array([[0.1, 0.1], [0.12, 0.5], [0.9, 0.52]])
     grown = doe.augment(old, 3, swaps=500, rng=np.random.default_rng(1))
