@@ -26,13 +26,14 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadRow:
-    """What was read from a run, how (response -> definition), and the numbers kept beside it."""
+    """What was read from a run, how (response -> definition), the numbers kept beside it, how it failed."""
 
     key: str
     status: str
     outputs: Mapping[str, float]
     kept: Mapping[str, float]
     definition: Mapping[str, Mapping[str, Any]]
+    error: str = ""
 
 
 def present_reading(store: Store, definition: Mapping[str, Any]) -> None:
@@ -57,7 +58,7 @@ def known_reading(store: Store, definition: Mapping[str, Any]) -> bool:
 def read_otherwise(store: Store, *, model: str, version: str, every: bool = False) -> list[ReadRow]:
     """Finished runs of a model not read in the present way, or `every` one, in the order asked for."""
     found = store.select(
-        "SELECT key, status, outputs, kept, reading.definition FROM evaluation "
+        "SELECT key, status, outputs, kept, reading.definition, error FROM evaluation "
         "LEFT JOIN reading ON reading.id = evaluation.reading "
         "WHERE model = ? AND version = ? AND status IN ('ok', 'failed', 'nonfinite') "
         "AND (? OR evaluation.reading IS NOT ?) ORDER BY evaluation.id",
@@ -70,8 +71,9 @@ def read_otherwise(store: Store, *, model: str, version: str, every: bool = Fals
             outputs=json.loads(outputs) if outputs else {},
             kept=json.loads(kept) if kept else {},
             definition=json.loads(definition) if definition else {},
+            error=error or "",
         )
-        for key, status, outputs, kept, definition in found
+        for key, status, outputs, kept, definition, error in found
     ]
 
 

@@ -6,9 +6,10 @@ stand above (`workbench.stages`) and work on this.
 
 import shutil
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -17,18 +18,21 @@ from workbench.campaign.lock import check_lock, present_version, take_state, wri
 from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress, Silent
 from workbench.campaign.read_rows import former_keys, present_reading, run_again
-from workbench.campaign.rereading import Rereading, kept_archive, reread, take_at_baseline
+from workbench.campaign.rereading import Rereading, keep_archive, reread, take_at_baseline
 from workbench.campaign.store import Store
 from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
 from workbench.campaign.view import StoredRuns, study_version
-from workbench.errors import EvaluationFailed, HoldfastError, Interrupted, StoreError, StudyError
-from workbench.models.evaluation import FAILED, Evaluation
-from workbench.models.evaluator import Outcome
-from workbench.models.histories import Reduction
+from workbench.errors import HoldfastError, Interrupted, StoreError, StudyError
+from workbench.histories.store import HistoryStore
+from workbench.histories.stored import take_former
+from workbench.models.histories import History
 from workbench.models.kept_files import ARCHIVE
 from workbench.models.opening import open_model
-from workbench.models.protocol import Answer, settle
+from workbench.models.protocol import Answer, told_answer
+from workbench.models.stored.evaluation import FAILED, Evaluation
 from workbench.provenance.content import ContentCache
+from workbench.provenance.named import model_files
+from workbench.provenance.reading import readings_now
 from workbench.provenance.state import model_state
 from workbench.study.record import Study
 from workbench.system.atomic import write_text
@@ -67,6 +71,7 @@ class CampaignRuns(StoredRuns):
         self.permissions = Permissions() if permissions is None else permissions
         self._function = function
         self._engine: Engine | None = None
+        self._histories: HistoryStore | None = None
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as exc:
@@ -91,10 +96,12 @@ class CampaignRuns(StoredRuns):
                 write_text(self.folder / "study.toml", study.text)
             write_lock(self.folder, study, self.spec)
             self._rename_former_files()
+            if taken := take_former(self.folder):
+                self.progress.note(f"the histories of {taken} runs moved from histories/ into one database")
             if self.permissions.at_baseline:
-                count = take_at_baseline(self.store, self.folder, study.space, self.spec.version, self.key)
+                count = take_at_baseline(self.store, self.folder, study.space, self.spec, self.key)
                 self.progress.note(f"{count} runs made before a parameter was added count as at its baseline")
-            present_reading(self.store, study.readings)
+            present_reading(self.store, self.readings)
             self.reread()
         except BaseException:
             self.store.close()
@@ -113,18 +120,29 @@ class CampaignRuns(StoredRuns):
         if self._engine is not None:
             self._engine.close()
             self._engine = None
+        if self._histories is not None:
+            self._histories.close()
+            self._histories = None
         self.store.close()
 
     def reread(self, *, every: bool = False) -> Rereading:
         """Read responses again from what stored runs left, where they are read otherwise now.
 
         A campaign does this by itself when it is opened; nothing is run. `every`: of all runs, though they
-        were read in the present way, as after a change in what a reader calls.
+        were read in the present way, as after a change that nobody can see in a reader.
 
         Raises:
             StudyError: a response cannot be read from some runs; nothing has changed then.
         """
-        found = reread(self.store, self.folder, self.spec, self.study.readings, every=every)
+        found = reread(
+            self.store,
+            self.folder,
+            self.spec,
+            self.readings,
+            keep=self._write_histories,
+            every=every,
+            vouched=self.permissions.same_model,
+        )
         if found.missing and (self.permissions.run_again or self.study.model["kind"] == "table"):
             run_again(self.store, found.missing, reason="other reading")
             if self.study.model["kind"] != "table":
@@ -147,10 +165,12 @@ class CampaignRuns(StoredRuns):
         batch: str = "design",
         quiet: bool = False,
         repeat: int = 0,
+        beside: tuple[int, int] = (0, 0),
     ) -> list[Evaluation]:
         """Have these rows run, unless the store knows them; the answers in the order of the rows.
 
-        `quiet`: do not tell the progress of single runs. `repeat` k > 0: their k-th repetitions.
+        `quiet`: do not tell the progress of single runs. `repeat` k > 0: their k-th repetitions. `beside`:
+        answered runs, and runs still to come, that the progress counts as well.
 
         Raises:
             Interrupted: Ctrl-C, or a model that only others can run has rows without an answer.
@@ -159,7 +179,8 @@ class CampaignRuns(StoredRuns):
         keys = self.enqueue(rows, batch=batch, repeat=repeat)
         queued = [key for key, status in self.store.statuses(keys).items() if status == "queued"]
         if queued:
-            self._make(queued, total=len(set(keys)), quiet=quiet)
+            done = len(set(keys)) - len(queued) + beside[0]
+            self._make(queued, done=done, total=done + len(queued) + beside[1], quiet=quiet)
         return self.store.rows(keys=keys)
 
     def enqueue(self, rows: Sequence[Mapping[str, Any]], *, batch: str, repeat: int = 0) -> list[str]:
@@ -187,17 +208,20 @@ class CampaignRuns(StoredRuns):
                     )
         return keys
 
-    def outcomes_of_search(
-        self, rows: Sequence[Mapping[str, Any]], *, purpose: str, repeat: int = 0
-    ) -> list[Outcome]:
-        """`evaluate` in the terms of a search; its progress is the search's to tell."""
-        rows_run = self.evaluate(rows, batch="worst_case", quiet=True, repeat=repeat)
-        return [row.as_outcome() for row in rows_run]
-
     def ask(self, n: int | None = None) -> list[Asked]:
-        """Up to `n` rows that wait for an answer, in the order they were asked for."""
-        waiting = [row for row in self.runs() if row.status == "queued"]
-        return [Asked(row.key, row.inputs) for row in waiting[:n]]
+        """Up to `n` rows that wait for an answer, in the order they were asked for.
+
+        Rows of a former design that lie outside the present bounds wait on, and are not asked for.
+        """
+        waiting = (row for row in self.runs() if row.status == "queued" and self._is_inside(row.inputs))
+        return [Asked(row.key, row.inputs) for row in islice(waiting, n)]
+
+    def _is_inside(self, row: Mapping[str, Any]) -> bool:
+        try:
+            self.study.space.canonical(row)
+        except StudyError:
+            return False
+        return True
 
     def tell(
         self,
@@ -221,7 +245,7 @@ class CampaignRuns(StoredRuns):
             (key,) = self.enqueue([parameters], batch="told")
         elif not self.store.rows(keys=[key]):
             raise StudyError(f"no run {key!r} was asked for in {self.folder.name}")
-        answer = _told_answer(outputs, failure, self.study.reductions)
+        answer = told_answer(outputs, failure, self.study.reductions)
         attempt = self.store.rows(keys=[key])[0].attempt + 1
         self.store.finish(key, answer, attempt=attempt)
         return key
@@ -237,6 +261,10 @@ class CampaignRuns(StoredRuns):
         cache = ContentCache(self.folder / ".content.json")
         wanted = self.study.model.get("state") or {}
         state = model_state(self.spec, wanted, cache=cache)
+        self.readings = readings_now(
+            self.study.readings, self.spec, model_files(self.spec), wanted, cache=cache
+        )
+        cache.write()
         self._knows_states = bool(
             self.store.select("SELECT 1 FROM evaluation WHERE state IS NOT NULL LIMIT 1")
         )
@@ -251,14 +279,14 @@ class CampaignRuns(StoredRuns):
         take_state(self.store, state, self.spec, place=place, same_model=False)
         return ["the model changed: its runs are made anew, the old ones stay beside them"]
 
-    def _make(self, keys: Sequence[str], *, total: int, quiet: bool) -> None:
+    def _make(self, keys: Sequence[str], *, done: int, total: int, quiet: bool) -> None:
         """Run queued rows on the engine of the study."""
         if self.study.model["kind"] == "ask":
             raise Interrupted(
                 f"{len(keys)} runs wait for their results: `holdfast design` lists them, "
                 "`holdfast tell` takes the results, then the same command continues"
             )
-        counts: Counter[str] = Counter({"ok": total - len(keys)} if total > len(keys) else {})
+        counts: Counter[str] = Counter({"ok": done} if done else {})
 
         def watch(rows: Sequence[Evaluation]) -> None:
             counts.update(row.status for row in rows)
@@ -310,20 +338,24 @@ class CampaignRuns(StoredRuns):
         model = self.study.model
         return any(self.study.reductions.values()) or bool(model.get("keep")) or model["kind"] == "command"
 
-    def _keep(self, key: str, answer: Answer) -> None:
-        """Write the time histories of a run, and put the files that it left where they are kept."""
-        if answer.histories:
-            from workbench.campaign.histories import write_histories
+    def _keep(self, answers: Sequence[tuple[str, Answer]]) -> None:
+        """Write the time histories of runs, and put the files that they left where they are kept."""
+        with_histories = [(key, answer.histories) for key, answer in answers if answer.histories]
+        if with_histories:
+            self._write_histories(with_histories)
+        for key, answer in answers:
+            if self.study.model["kind"] == "command" and answer.status == "ok":
+                keep_archive(self.folder, key, self._workdir(key) / ARCHIVE)
 
-            units = {name: "1" for name in answer.histories} | {r.name: r.unit for r in self.study.responses}
-            write_histories(self.folder, key, answer.histories, units)
-        if self.study.model["kind"] == "command" and answer.status == "ok":
-            left = self._workdir(key) / ARCHIVE
-            if left.exists():
-                archive = kept_archive(self.folder, key)
-                archive.parent.mkdir(exist_ok=True)
-                left.replace(archive)
-                left.parent.rmdir()
+    def _write_histories(self, runs: Iterable[tuple[str, Mapping[str, History]]]) -> None:
+        """Write the time histories of runs, with the units of the study."""
+        if self._histories is None:
+            self._histories = HistoryStore.opened(self.folder)
+        units = {response.name: response.unit for response in self.study.responses}
+        self._histories.write(
+            (key, {name: (history, units.get(name, "1")) for name, history in histories.items()})
+            for key, histories in runs
+        )
 
     def opened_engine(self) -> Engine:
         """What runs the model as the study says; whoever opens it closes it."""
@@ -355,17 +387,3 @@ class CampaignRuns(StoredRuns):
             recycle=RECYCLE if self.study.model["kind"] == "fmu" else None,
             scratch=self._scratch,
         )
-
-
-def _told_answer(
-    outputs: Mapping[str, Any] | float | None, failure: str | None, reductions: Mapping[str, Reduction | None]
-) -> Answer:
-    """The answer that somebody tells."""
-    if failure is not None:
-        return Answer(status="failed", error=failure)
-    if outputs is None:
-        raise StudyError("tell needs outputs, or the failure that kept the run from giving any")
-    try:
-        return settle(outputs, reductions)
-    except EvaluationFailed as exc:
-        return Answer(status="failed", error=str(exc))

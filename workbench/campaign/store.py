@@ -7,17 +7,21 @@ way a commit is on the disk before it is acknowledged. The first error of the da
 import json
 import sqlite3
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from sys import intern
+from typing import Any, final
 
 from workbench.campaign.integrity.checksums import check_file, check_store, is_sound
 from workbench.campaign.integrity.stale import release_stale
+from workbench.campaign.store_queries import StoreQueries
 from workbench.campaign.store_schema import SCHEMA, VERSION, migrate, run_key
 from workbench.errors import StoreError
-from workbench.models.evaluation import COLUMNS, Evaluation, evaluation_of
 from workbench.models.protocol import Answer
+from workbench.models.stored.evaluation import COLUMNS, Evaluation, evaluation_of
+from workbench.models.stored.run_chunks import RunChunk, run_chunks
+from workbench.system.collecting import without_collecting
 from workbench.system.database import (
     NETWORK,
     connected,
@@ -25,6 +29,7 @@ from workbench.system.database import (
     file_system,
     opened_for_reading,
     tables,
+    transaction,
 )
 from workbench.system.lease import owner_of_this_process
 from workbench.system.one_writer import WriterLock
@@ -35,9 +40,11 @@ __all__ = ["Store", "run_key"]
 
 SLOPES = "(SELECT slopes FROM gradient WHERE gradient.key = evaluation.key)"
 CHUNK = 500  # keys per statement
+MANY = 50_000  # keys that are looked up one by one
 
 
-class Store:
+@final
+class Store(StoreQueries):
     """The database of a campaign. Open it with `Store.opened`.
 
     reading_now, state_now: numbers of the way of reading and of the model's state that answers belong to
@@ -133,20 +140,14 @@ class Store:
         if self._lock is not None:
             self._lock.check()
         with explained(self.path):
-            self._db.execute("BEGIN IMMEDIATE")
-            self._depth += 1
             try:
-                yield
-                self._db.execute("COMMIT")
-            except BaseException:
-                if self._db.in_transaction:
+                with transaction(self._db):
+                    self._depth += 1
                     try:
-                        self._db.execute("ROLLBACK")
-                    except sqlite3.Error:
-                        pass  # the first error is the one to report
-                raise
+                        yield
+                    finally:
+                        self._depth -= 1
             finally:
-                self._depth -= 1
                 answered, self._answered = self._answered, None
         if answered is not None and self._witness is not None:
             self._witness.saw(*answered)
@@ -254,9 +255,14 @@ class Store:
             )
 
     def rows(
-        self, *, keys: Sequence[str] | None = None, batch: str | None = None, version: str | None = None
+        self,
+        *,
+        keys: Sequence[str] | None = None,
+        batch: str | None = None,
+        model: str | None = None,
+        version: str | None = None,
     ) -> list[Evaluation]:
-        """Rows in the order of `keys`, or all (of a batch, of a model version) in the order asked for."""
+        """Rows in the order of `keys`, or all (of a batch, model or version) in the order asked for."""
         with explained(self.path):
             if keys is not None:
                 found: dict[str, Evaluation] = {}
@@ -269,78 +275,35 @@ class Store:
                     found.update((row.key, row) for row in map(self._sound, cursor))
                 return [found[key] for key in keys if key in found]
             where, values = [], []
-            for column, value in (("batch", batch), ("version", version)):
+            for column, value in (("batch", batch), ("model", model), ("version", version)):
                 if value is not None:
                     where.append(f"{column} = ?")
                     values.append(value)
             clause = f"WHERE {' AND '.join(where)}" if where else ""
             query = f"SELECT {self._columns} FROM evaluation {clause} ORDER BY id"
-            return [self._sound(row) for row in self._db.execute(query, values)]
+            with without_collecting():
+                return [self._sound(row) for row in self._db.execute(query, values)]
 
-    def attempts(self, key: str) -> list[tuple[int, str, str, str]]:
-        """Answers of a run that are not its answer: attempt, status, reason (retried or late), error."""
+    def chunks(self, *, model: str, version: str, names: Collection[str]) -> Iterator[RunChunk]:
+        """Runs of a model and version with these parameters, some thousand at a time."""
         with explained(self.path):
-            query = "SELECT attempt, status, reason, error FROM attempt WHERE key = ? ORDER BY id"
-            return [
-                (n, status, reason, error or "")
-                for n, status, reason, error in self._db.execute(query, (key,))
-            ]
+            yield from run_chunks(self._db, self.path, model=model, version=version, names=names)
 
     def statuses(self, keys: Sequence[str]) -> dict[str, str]:
         """The status of every known key, in the order of `keys`."""
         found: dict[str, str] = {}
         with explained(self.path):
-            for k in range(0, len(keys), CHUNK):
+            if len(keys) > MANY:  # reading all is quicker than looking up so many
+                with without_collecting():
+                    rows = self._db.execute("SELECT key, status FROM evaluation")
+                    found = {key: intern(status) for key, status in rows}
+            for k in range(0, 0 if found else len(keys), CHUNK):
                 part = list(keys[k : k + CHUNK])
                 marks = ", ".join("?" * len(part))
                 found.update(
                     self._db.execute(f"SELECT key, status FROM evaluation WHERE key IN ({marks})", part)
                 )
         return {key: found[key] for key in dict.fromkeys(keys) if key in found}
-
-    def counts(self) -> dict[str, int]:
-        """How many rows have each status."""
-        with explained(self.path):
-            return dict(self._db.execute("SELECT status, COUNT(*) FROM evaluation GROUP BY status"))
-
-    def rows_since(self, moment: float) -> int:
-        """How many rows were finished after `moment`, in seconds since 1970."""
-        with explained(self.path):
-            query = (
-                "SELECT COUNT(*) FROM evaluation WHERE finished > ? AND status NOT IN ('queued', 'running')"
-            )
-            return int(self._db.execute(query, (moment,)).fetchone()[0])
-
-    def last_answer(self) -> float | None:
-        """When the last answer was stored, in seconds since 1970; None without any."""
-        with explained(self.path):
-            query = "SELECT MAX(finished) FROM evaluation WHERE status NOT IN ('queued', 'running')"
-            found: float | None = self._db.execute(query).fetchone()[0]
-            return found
-
-    def latest_failures(self, count: int) -> list[tuple[str, str, str]]:
-        """Key, status and error of the last rows that failed."""
-        with explained(self.path):
-            query = (
-                "SELECT key, status, COALESCE(error, '') FROM evaluation "
-                "WHERE status IN ('failed', 'timeout', 'killed', 'nonfinite') ORDER BY finished DESC LIMIT ?"
-            )
-            return [tuple(row) for row in self._db.execute(query, (count,))]
-
-    def extremes(self) -> dict[str, tuple[float, float]]:
-        """Smallest and largest value of every response."""
-        with explained(self.path):
-            query = (
-                "SELECT j.key, MIN(j.value), MAX(j.value) "
-                "FROM evaluation, json_each(evaluation.outputs) AS j "
-                "WHERE status = 'ok' GROUP BY j.key ORDER BY j.key"
-            )
-            return {name: (low, high) for name, low, high in self._db.execute(query)}
-
-    def check(self) -> list[str]:
-        """What SQLite's own integrity check finds wrong; empty when nothing is."""
-        with explained(self.path):
-            return [text for (text,) in self._db.execute("PRAGMA integrity_check") if text != "ok"]
 
     def _check_version(self, *, migrating: bool = False) -> None:
         (version,) = self._db.execute("PRAGMA user_version").fetchone()
@@ -365,12 +328,6 @@ class Store:
                 "doctor --store` says what else is wrong, `holdfast recover` saves what can be read"
             )
         return evaluation_of(cells)
-
-    def suspects(self) -> set[str]:
-        """Keys of unfinished runs that were under way when a coordinator went."""
-        with explained(self.path):
-            query = "SELECT key FROM evaluation WHERE unanswered > 0 AND status IN ('queued', 'running')"
-            return {key for (key,) in self._db.execute(query)}
 
 
 def _clean(text: str) -> str | None:

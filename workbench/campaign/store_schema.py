@@ -13,7 +13,7 @@ from typing import Any
 
 from workbench.campaign.integrity.checksums import CHECKED, CHECKSUMS
 from workbench.errors import StoreError
-from workbench.models.evaluation import FAILED, UNFINISHED
+from workbench.models.stored.evaluation import FAILED, UNFINISHED
 
 __all__ = ["MIGRATIONS", "SCHEMA", "STATUSES", "VERSION", "kept_name", "migrate", "run_key"]
 

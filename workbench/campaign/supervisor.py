@@ -17,9 +17,9 @@ from typing import Any, Protocol
 
 from workbench.campaign.store import Store
 from workbench.errors import Interrupted, StudyError
-from workbench.models.evaluation import Evaluation
 from workbench.models.opening import open_model
 from workbench.models.protocol import Answer, Model, ModelSpec, call
+from workbench.models.stored.evaluation import Evaluation
 
 __all__ = ["Engine", "InlineEngine", "Policy", "supervise"]
 
@@ -97,14 +97,15 @@ def supervise(
     policy: Policy,
     watcher: Watcher | None = None,
     workdir: Callable[[str], Path] | None = None,
-    keep: Callable[[str, Answer], None] | None = None,
+    keep: Callable[[Sequence[tuple[str, Answer]]], None] | None = None,
 ) -> None:
     """Run the queued rows behind `keys` until each has its final answer in the store.
 
-    `watcher` is told what has been committed, never sooner; `keep` gets every answer before its commit, to
-    write what does not belong into the database. At most the rows under way and those answered within the
-    last 25 ms are repeated when this process is killed. Rows that were under way when a coordinator went run
-    last and alone, so that it is known which one took it: in a process of their own where the rest do not.
+    `watcher` is told what has been committed, never sooner; `keep` gets answers with their keys before their
+    commit, to write what does not belong into the database. At most the rows under way and those answered
+    within the last 25 ms are repeated when this process is killed. Rows that were under way when a
+    coordinator went run last and alone, so that it is known which one took it: in a process of their own
+    where the rest do not.
 
     Raises:
         Interrupted: Ctrl-C; everything answered is stored, the rest is back in the queue.
@@ -159,7 +160,7 @@ class _Wave:
     policy: Policy
     watcher: Watcher | None
     workdir: Callable[[str], Path] | None
-    keep: Callable[[str, Answer], None] | None
+    keep: Callable[[Sequence[tuple[str, Answer]]], None] | None
     rows: Mapping[str, Evaluation]
     waiting: deque[str]
     suspects: frozenset[str]
@@ -210,8 +211,7 @@ class _Wave:
         """Bring the store up to date in one transaction, then tell the watcher."""
         with _signals_held():
             if self.keep is not None:
-                for key, answer, _ in self.answered:
-                    self.keep(key, answer)
+                self.keep([(key, answer) for key, answer, _ in self.answered])
             with self.store.transaction():
                 self.store.start([(key, self.attempts[key]) for key in self.begun if key in self.running])
                 for key, answer, again in self.answered:

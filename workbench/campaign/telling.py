@@ -9,7 +9,7 @@ from typing import Any
 
 from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
-from workbench.models.evaluation import UNFINISHED
+from workbench.models.stored.evaluation import UNFINISHED
 from workbench.models.table import ignored_columns, read_cells
 from workbench.report.lines.tables import format_number, table_lines
 

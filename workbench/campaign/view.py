@@ -7,8 +7,9 @@ It needs the right to read and no more: it works beside a running campaign, in a
 read-only disk.
 """
 
+import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -17,8 +18,9 @@ from typing import Any, Self, final
 from workbench.campaign.lock import present_version
 from workbench.campaign.progress import Progress, Silent
 from workbench.campaign.store import Store, run_key
-from workbench.models.evaluation import FAILED, Evaluation
 from workbench.models.protocol import ModelSpec
+from workbench.models.stored.evaluation import FAILED, Evaluation
+from workbench.models.stored.run_chunks import RunChunk
 from workbench.study.record import Study
 from workbench.system.one_writer import Holder, holder_of, moment
 
@@ -86,11 +88,25 @@ class StoredRuns:
     def runs(self) -> list[Evaluation]:
         """All runs of the present model and space, in the order they were asked for."""
         names = set(self.study.space.names)
-        return [row for row in self.store.rows(version=self.spec.version) if set(row.inputs) == names]
+        rows = self.store.rows(model=self.spec.identity, version=self.spec.version)
+        return [row for row in rows if set(row.inputs) == names]
+
+    def chunks(self) -> Iterator[RunChunk]:
+        """What `runs` gives, some thousand runs at a time and without what only single runs are asked for."""
+        spec = self.spec
+        return self.store.chunks(model=spec.identity, version=spec.version, names=self.study.space.names)
+
+    def statuses(self) -> dict[str, str]:
+        """Key -> status of all runs of the present model, whatever parameters they have."""
+        query = "SELECT key, status FROM evaluation WHERE model = ? AND version = ?"
+        return dict(self.store.select(query, [self.spec.identity, self.spec.version]))
 
     def failures(self) -> dict[str, int]:
         """How many runs failed, by status; those that a constraint skipped are not among them."""
-        return dict(Counter(row.status for row in self.runs() if row.status in FAILED))
+        query = f"SELECT status, inputs FROM evaluation WHERE version = ? AND status IN {FAILED}"
+        found = self.store.select(query, [self.spec.version])
+        names = set(self.study.space.names)
+        return dict(Counter(status for status, inputs in found if set(json.loads(inputs)) == names))
 
 
 @final

@@ -26,9 +26,10 @@ from workbench.system.confined import confined
 from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import end_group
 
-__all__ = ["LOG", "CommandModel", "command_digest"]
+__all__ = ["ENDED_BADLY", "LOG", "CommandModel", "command_digest"]
 
 LOG = "output.log"
+ENDED_BADLY = "ended with exit code"  # in the words of a failure: what such a run left is no result
 BRACED = re.compile(r"\{([A-Za-z_]\w*)\}")
 
 
@@ -119,7 +120,7 @@ class CommandModel:
                     name = Path(arguments[0]).name
                     if code < 0:
                         return Answer(status="killed", error=f"{name} was ended by signal {-code}")
-                    return Answer(status="failed", error=f"{name} ended with exit code {code}")
+                    return Answer(status="failed", error=f"{name} {ENDED_BADLY} {code}")
         return None
 
     def _read(self, workdir: Path) -> Answer:

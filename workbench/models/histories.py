@@ -1,20 +1,51 @@
 """Responses over time, and how one becomes a number: a table of reductions, which the study schema reads."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from workbench.errors import EvaluationFailed
 
 __all__ = ["REDUCTIONS", "History", "Reduction"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class History:
-    """A response over time: two sequences of equal length, `time` rising."""
+    """A response over time: two sequences of equal length, `time` rising; arrays in what a model answered."""
 
-    time: Sequence[float]
-    values: Sequence[float]
+    time: Sequence[float] | np.ndarray
+    values: Sequence[float] | np.ndarray
+
+    @classmethod
+    def of(cls, time: Any, values: Any) -> "History":
+        """Of two sequences of numbers, as read-only arrays of doubles.
+
+        Raises:
+            TypeError, ValueError: one of them is no sequence of numbers.
+        """
+        return cls(_doubles(time), _doubles(values))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the same times and values."""
+        if not isinstance(other, History):
+            return NotImplemented
+        return np.array_equal(self.time, other.time) and np.array_equal(self.values, other.values)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _doubles(sequence: Any) -> np.ndarray:
+    """The numbers as a row of doubles that nobody changes any more."""
+    given = np.asarray(sequence)
+    if given.dtype.kind not in "fiub":  # objects, texts, complex numbers: one by one, as float() takes them
+        given = np.array([float(v) for v in sequence])
+    if given.ndim != 1:
+        raise TypeError(f"a row of numbers is needed, got an array of shape {given.shape}")
+    found = np.array(given, dtype=np.float64)
+    found.flags.writeable = False
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,15 +66,15 @@ class Reduction:
         Raises:
             EvaluationFailed: lengths differ, the history is empty, or `at` lies outside its time.
         """
-        t, y = [float(v) for v in history.time], [float(v) for v in history.values]
-        if len(t) != len(y) or not y:
+        t, y = np.asarray(history.time, dtype=float), np.asarray(history.values, dtype=float)
+        if len(t) != len(y) or not len(y):
             raise EvaluationFailed(f"a history needs times and values alike, got {len(t)} and {len(y)}")
-        if not all(math.isfinite(v) for v in (*t, *y)):
-            return math.nan
-        return REDUCTIONS[self.kind](self, t, y)
+        if not (np.isfinite(t).all() and np.isfinite(y).all()):
+            return float("nan")
+        return float(REDUCTIONS[self.kind](self, t, y))
 
 
-def _at(rule: Reduction, t: list[float], y: list[float]) -> float:
+def _at(rule: Reduction, t: np.ndarray, y: np.ndarray) -> float:
     """The value at a time, between two nodes on the straight line."""
     assert rule.at is not None
     at = rule.at
@@ -51,37 +82,33 @@ def _at(rule: Reduction, t: list[float], y: list[float]) -> float:
         raise EvaluationFailed(
             f"the history runs from {t[0]:g} to {t[-1]:g}, its value at {at:g} does not exist"
         )
-    for k in range(1, len(t)):
-        if at <= t[k]:
-            share = (at - t[k - 1]) / (t[k] - t[k - 1]) if t[k] > t[k - 1] else 1.0
-            return y[k - 1] + share * (y[k] - y[k - 1])
-    return y[-1]
+    if len(t) == 1:
+        return float(y[0])
+    k = max(1, int(np.searchsorted(t, at)))
+    share = (at - t[k - 1]) / (t[k] - t[k - 1]) if t[k] > t[k - 1] else 1.0
+    return float(y[k - 1] + share * (y[k] - y[k - 1]))
 
 
-def _mean(_rule: Reduction, t: list[float], y: list[float]) -> float:
+def _mean(_rule: Reduction, t: np.ndarray, y: np.ndarray) -> float:
     """1/T int y dt."""
-    return _integral(t, y) / (t[-1] - t[0]) if t[-1] > t[0] else y[0]
+    return float(np.trapezoid(y, t) / (t[-1] - t[0]) if t[-1] > t[0] else y[0])
 
 
-def _norm(rule: Reduction, t: list[float], y: list[float]) -> float:
+def _norm(rule: Reduction, t: np.ndarray, y: np.ndarray) -> float:
     """(1/T int |y|^p dt)^(1/p)."""
-    largest = max(abs(v) for v in y)
+    largest = float(np.abs(y).max())
     if largest == 0 or t[-1] <= t[0]:
         return largest
     # scaled by the peak: |y|^p of a large p would overflow
-    inner = _integral(t, [abs(v / largest) ** rule.p for v in y]) / (t[-1] - t[0])
+    with np.errstate(under="ignore"):
+        inner = np.trapezoid(np.abs(y / largest) ** rule.p, t) / (t[-1] - t[0])
     return float(largest * inner ** (1 / rule.p))
 
 
-def _integral(t: list[float], y: list[float]) -> float:
-    """By the trapezoidal rule."""
-    return sum(0.5 * (t[k] - t[k - 1]) * (y[k] + y[k - 1]) for k in range(1, len(t)))
-
-
-REDUCTIONS: dict[str, Callable[[Reduction, list[float], list[float]], float]] = {
-    "max": lambda _rule, _t, y: max(y),
-    "min": lambda _rule, _t, y: min(y),
-    "max_abs": lambda _rule, _t, y: max(abs(v) for v in y),
+REDUCTIONS: dict[str, Callable[[Reduction, np.ndarray, np.ndarray], float]] = {
+    "max": lambda _rule, _t, y: y.max(),
+    "min": lambda _rule, _t, y: y.min(),
+    "max_abs": lambda _rule, _t, y: np.abs(y).max(),
     "final": lambda _rule, _t, y: y[-1],
     "mean": _mean,
     "at": _at,

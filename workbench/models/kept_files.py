@@ -1,7 +1,8 @@
 """Files that a run of a command leaves behind to be read again: one archive per run, of limited size.
 
 `[model] keep` names them, patterns such as "*.csv" allowed; without it they are the files that the responses
-are read from. A run whose files are larger than the limit, compressed, keeps the smallest of them that fit.
+are read from, and all files where a function reads, which names none. A run whose files are larger than the
+limit, compressed, keeps the smallest of them that fit; of files that nobody named all or none.
 """
 
 import io
@@ -21,12 +22,15 @@ ARCHIVE = "kept.zip"
 LIMIT_UNASKED = 100_000  # bytes per run, compressed, of files that nobody asked to keep
 LIMIT_ASKED = 10_000_000
 LARGEST_RATIO = 100  # files that no compression brings under the limit are not even tried
+WHOLE = "/"  # all files, or only those that are named: of a part of them a function might read something else
+RAW = 10  # times the limit that a whole folder may have before it is compressed
 EPOCH = (1980, 1, 1, 0, 0, 0)  # no times: the same files give the same bytes
 
 
 def files_read(rules: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """The files that responses are read from; a reader that is a function names none."""
-    return sorted({rule["file"] for rule in rules.values() if "file" in rule})
+    """The files that responses are read from; a reader that is a function names none and may want any."""
+    named = sorted({rule["file"] for rule in rules.values() if "file" in rule})
+    return [*named, WHOLE] if any("function" in rule for rule in rules.values()) else named
 
 
 def leave_kept(workdir: Path, patterns: Sequence[str], *, limit: int) -> None:
@@ -58,8 +62,17 @@ def _chosen(workdir: Path, patterns: Sequence[str], limit: int) -> list[str]:
         for path in sorted(workdir.rglob("*"))
         if path.is_file() and not path.is_symlink()
     }
-    wanted = [name for name in sizes if any(fnmatch(name, pattern) for pattern in patterns)]
+    if WHOLE in patterns:
+        every = sorted(sizes, key=sizes.__getitem__)
+        if sum(sizes.values()) <= RAW * limit and _fitting(workdir, every, sizes, limit) == every:
+            return every
+    wanted = [name for name in sizes if any(fnmatch(name, p) for p in patterns if p != WHOLE)]
     wanted.sort(key=sizes.__getitem__)
+    return _fitting(workdir, wanted, sizes, limit)
+
+
+def _fitting(workdir: Path, wanted: list[str], sizes: Mapping[str, int], limit: int) -> list[str]:
+    """The first of the wanted files, compressed, that the limit has room for."""
     if sum(sizes[name] for name in wanted) <= limit:
         return wanted
     room, chosen = limit, []

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, SupportsFloat
 
-from workbench.errors import EvaluationFailed
+from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.gradients import checked_gradients, parted
 from workbench.models.histories import History, Reduction
 
-__all__ = ["Answer", "Model", "ModelSpec", "call", "settle"]
+__all__ = ["Answer", "Model", "ModelSpec", "call", "settle", "told_answer"]
 
 LONGEST_ERROR = 4000  # characters of a message that are kept
 MOST_KEPT = 200  # numbers beside the responses of a run
@@ -166,6 +166,24 @@ def settle(raw: Any, responses: Mapping[str, Reduction | None], *, keep: Collect
     return Answer(status="ok", outputs=outputs, histories=histories, kept=beside)
 
 
+def told_answer(
+    outputs: Mapping[str, Any] | float | None, failure: str | None, reductions: Mapping[str, Reduction | None]
+) -> Answer:
+    """The answer that somebody tells: `outputs`, or the `failure` that kept a run from giving any.
+
+    Raises:
+        StudyError: neither.
+    """
+    if failure is not None:
+        return Answer(status="failed", error=failure)
+    if outputs is None:
+        raise StudyError("tell needs outputs, or the failure that kept the run from giving any")
+    try:
+        return settle(outputs, reductions)
+    except EvaluationFailed as exc:
+        return Answer(status="failed", error=str(exc))
+
+
 def _numbers(raw: Any) -> dict[str, float]:
     """The finite numbers among what a model returned, MOST_KEPT at most."""
     given = raw if isinstance(raw, Mapping) else {"": raw}
@@ -202,7 +220,7 @@ def _number(name: str, value: Any) -> float:
 def _history(name: str, value: Any) -> History:
     try:
         time_, values = (value.time, value.values) if isinstance(value, History) else value
-        return History([float(v) for v in time_], [float(v) for v in values])
+        return History.of(time_, values)
     except (TypeError, ValueError):
         raise EvaluationFailed(
             f"response {name!r} came as {_short(value)}; a pair (time, values) is needed"

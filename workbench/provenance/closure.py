@@ -17,20 +17,25 @@ from typing import Any
 
 from workbench.provenance.content import ContentCache, digest_of
 
-__all__ = ["Closure", "closure_of", "file_of"]
+__all__ = ["Closure", "closure_of", "file_of", "without_docstrings"]
 
 HOUSE = frozenset({"workbench", "doe", "surrogates"})  # holdfast's own, known by its version
 LONGEST_NAME = 200
-FILE = re.compile(r"\.(?!py$|toml$)\w{1,8}$")  # texts that may name a file of data
+FILE = re.compile(r"\.(?!py$)\w{1,8}$")  # texts that may name a file of data
 PLACE = re.compile(r"[\w/-]+$")  # and a folder
+STUDY = re.compile(r"^\s*\[study\]", re.MULTILINE)
 INSTALLED = ("site-packages", "dist-packages")
 
 
 @dataclass(slots=True)
 class Closure:
-    """Files by the name they have wherever the folder stands -> digest; packages that they import."""
+    """Files by the name they have wherever the folder stands -> digest; packages that they import.
+
+    places: name of a file of code -> where it stands here.
+    """
 
     code: dict[str, str] = field(default_factory=dict)
+    places: dict[str, Path] = field(default_factory=dict)
     data: dict[str, str] = field(default_factory=dict)
     packages: set[str] = field(default_factory=set)
 
@@ -46,6 +51,7 @@ def closure_of(starts: Sequence[Path], study: Path, cache: ContentCache) -> Clos
             continue
         seen.add(path)
         folders = [study, path.parent]
+        found.places[_name(path, study)] = path
         try:
             content = cache.of(path, parsed)
         except (OSError, SyntaxError, ValueError):
@@ -62,7 +68,7 @@ def closure_of(starts: Sequence[Path], study: Path, cache: ContentCache) -> Clos
         places = [f / d for f in folders for d in content["names"] if PLACE.match(d)] if files else []
         for folder in (*folders, *(place for place in places if place.is_dir())):
             for file in (folder / name for name in files):
-                if file.is_file():
+                if file.is_file() and not (file.suffix == ".toml" and cache.of(file, is_study)):
                     found.data[_name(file.resolve(), study)] = cache.of(file, digest_of)
     return found
 
@@ -73,6 +79,11 @@ def file_of(place: str, study: Path) -> Path | None:
         return study / place
     files = _module_files(place, study / "study.toml", [study])
     return files[-1] if files else None
+
+
+def is_study(path: Path) -> bool:
+    """Whether a file is a study, which is no data of its model."""
+    return STUDY.search(path.read_text(encoding="utf-8", errors="replace")) is not None
 
 
 def parsed(path: Path) -> dict[str, Any]:
@@ -102,14 +113,23 @@ def parsed(path: Path) -> dict[str, Any]:
         elif isinstance(node, ast.Call) and _writes(node):
             texts = (n.value for n in ast.walk(node) if isinstance(n, ast.Constant))
             written.update(text for text in texts if isinstance(text, str))
+    names -= written
+    digest = blake2b(
+        ast.dump(without_docstrings(tree)).encode("utf-8", "surrogatepass"), digest_size=16
+    ).hexdigest()
+    return {"digest": digest, "imports": sorted(imports), "names": sorted(names)}
+
+
+def without_docstrings(tree: ast.Module) -> ast.Module:
+    """The same tree, whose functions, classes and module have no docstrings any more."""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
-        if isinstance(body, list) and isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+        if isinstance(body, list) and isinstance(
+            node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+        ):
             if ast.get_docstring(node, clean=False) is not None:
                 node.body = body[1:]
-    names -= written
-    digest = blake2b(ast.dump(tree).encode("utf-8", "surrogatepass"), digest_size=16).hexdigest()
-    return {"digest": digest, "imports": sorted(imports), "names": sorted(names)}
+    return tree
 
 
 def _is_import_call(node: ast.Call) -> bool:

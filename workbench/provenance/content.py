@@ -1,5 +1,9 @@
-"""Digests of files by content, read once: a file of known size and time is not read again."""
+"""Digests of files by content, read once: a file of known size and times is not read again.
 
+What was written within the last two seconds is: it may be written once more with the same size and time.
+"""
+
+import time
 from collections.abc import Callable
 from hashlib import blake2b
 from pathlib import Path
@@ -8,6 +12,8 @@ from typing import Any
 from workbench.system.atomic import read_json, write_json
 
 __all__ = ["ContentCache", "digest_of"]
+
+SETTLED = 2_000_000_000  # ns; the coarsest clock of a file system
 
 
 class ContentCache:
@@ -20,19 +26,20 @@ class ContentCache:
         self._changed = False
 
     def of(self, file: Path, find: Callable[[Path], Any]) -> Any:
-        """What `find` says of the file, in plain types; asked again only when its size or time changed.
+        """What `find` says of the file, in plain types; asked again when its size or a time of it changed.
 
         Raises:
             OSError: the file cannot be read.
         """
         status = file.stat()
-        name, stamp = f"{find.__name__} {file}", [status.st_size, status.st_mtime_ns]
+        name, stamp = f"{find.__name__} {file}", [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
         known = self._known.get(name)
         if known is not None and known[0] == stamp:
             return known[1]
         finding = find(file)
-        self._known[name] = [stamp, finding]
-        self._changed = True
+        if time.time_ns() - status.st_mtime_ns > SETTLED:
+            self._known[name] = [stamp, finding]
+            self._changed = True
         return finding
 
     def write(self) -> None:

@@ -12,7 +12,6 @@ import platform
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
@@ -22,8 +21,10 @@ from pathlib import Path
 from typing import Any
 
 from workbench.models.protocol import ModelSpec
-from workbench.provenance.closure import closure_of, file_of
+from workbench.provenance.closure import closure_of
 from workbench.provenance.content import ContentCache, digest_of
+from workbench.provenance.named import included_files, model_files, named_files, programs
+from workbench.provenance.reading import digest_without, reader_files
 
 __all__ = ["ModelState", "model_state"]
 
@@ -54,62 +55,29 @@ def model_state(spec: ModelSpec, wanted: Mapping[str, Any], *, cache: ContentCac
     study = Path(spec.folder)
     decides: dict[str, str] = {}
     packages = {"numpy"}
-    starts = [file for place in _functions(spec) if (file := file_of(place, study)) is not None]
-    named = _named_files(spec)
-    starts += [study / name for name in named if name.endswith(".py")]
-    closure = closure_of(starts, study, cache)
+    closure = closure_of(model_files(spec), study, cache)
     packages |= closure.packages
+    readings = reader_files(spec)
+    packages |= closure_of(list(readings), study, cache).packages
+    for path, readers in readings.items():  # an edited reader is another reading, no other model
+        for name in (n for n, place in closure.places.items() if place == path):
+            closure.code[name] = digest_without(path, readers, cache)
     decides |= {f"code {name}": digest for name, digest in closure.code.items()}
     decides |= {f"data {name}": digest for name, digest in closure.data.items()}
-    for name in named:
+    for name in named_files(spec):
         if not name.endswith(".py"):
             decides[f"file {name}"] = _digest(study / name, cache)
-    for pattern in wanted.get("include", ()):
-        for file in sorted(study.glob(pattern)):
-            if file.is_file():
-                decides[f"file {file.relative_to(study).as_posix()}"] = _digest(file, cache)
-    for program in _programs(spec):
-        decides |= _program(program, cache)
+    for file in included_files(study, wanted.get("include", ())):
+        decides[f"file {file.relative_to(study).as_posix()}"] = _digest(file, cache)
+    for program in programs(spec):
+        if program.suffix != ".py":  # those are code
+            decides |= _program(program, cache)
     for name in wanted.get("environment", ()):
         decides[f"environment {name}"] = os.environ.get(name, "")
     out = wanted.get("exclude", ())
     decides = {k: v for k, v in decides.items() if not any(fnmatch(k.partition(" ")[2], p) for p in out)}
     cache.write()
     return ModelState(decides=dict(sorted(decides.items())), circumstances=_circumstances(packages, study))
-
-
-def _functions(spec: ModelSpec) -> list[str]:
-    """Modules of the functions that are the model."""
-    given = [spec.options.get(key) for key in ("function", "gradient")] if spec.kind == "python" else []
-    return list(dict.fromkeys(reference.rpartition(":")[0] for reference in given if reference))
-
-
-def _named_files(spec: ModelSpec) -> list[str]:
-    """Files beside the study that the model's table names."""
-    if spec.kind == "fmu":
-        return [spec.options["file"]]
-    if spec.kind != "command":
-        return []
-    names = [table["from"] for table in spec.options.get("templates", ())]
-    names += spec.options.get("files", ())
-    for command in _commands(spec):
-        names += [a.removeprefix("{study}/") for a in command[1:] if a.startswith("{study}/")]
-    return list(dict.fromkeys(names))
-
-
-def _commands(spec: ModelSpec) -> list[list[str]]:
-    command = spec.options.get("command", []) if spec.kind == "command" else []
-    return [command] if command and isinstance(command[0], str) else list(command)
-
-
-def _programs(spec: ModelSpec) -> list[Path]:
-    """The programs of the commands, where they are found; this interpreter is known by its version."""
-    found = []
-    for command in _commands(spec):
-        name = shutil.which(command[0].replace("{study}", spec.folder)) if command[0] != "{python}" else None
-        if name is not None and Path(name).resolve() != Path(sys.executable).resolve():
-            found.append(Path(name).resolve())
-    return found
 
 
 def _program(path: Path, cache: ContentCache) -> dict[str, str]:

@@ -13,11 +13,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, final
 
-from workbench.campaign.exports import dataset, frame
-from workbench.campaign.histories import read_histories
+import numpy as np
+
 from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress
+from workbench.campaign.results.exports import dataset, frame
 from workbench.campaign.runs import CampaignRuns
+from workbench.histories.stack import stacked
+from workbench.histories.stored import history_dataset
 from workbench.space.box import Response, Space
 from workbench.stages.run_all import run_all
 from workbench.study.loading import load_study
@@ -111,4 +114,24 @@ class Campaign(CampaignRuns):
 
     def history(self, key: str) -> "xr.Dataset":
         """The time histories of a run."""
-        return read_histories(self.folder, key)
+        return history_dataset(self.folder, key)
+
+    def histories(self, name: str, *, time: "Sequence[float] | np.ndarray | None" = None) -> "xr.Dataset":
+        """The time histories `name` of all runs with a value, over `run` and `time`; read when asked for.
+
+        The parameters of the runs are coordinates. Where a run ended before the others, NaN follows. Runs on
+        different times need the `time` that is wanted: values are then on the straight line between samples,
+        NaN outside the time of a run.
+
+        Raises:
+            StudyError: there is no such history; the runs stand on different times and no `time` is given.
+        """
+        from workbench.histories.lazy import lazy_dataset
+
+        runs = {row.key: row for row in self.runs() if row.status == "ok"}
+        times = None if time is None else np.asarray(time, dtype=float)
+        stack = stacked(self.folder, name, list(runs), times=times)
+        parameters = dataset([runs[key] for key in stack.keys], self.study.space, (), name=self.study.name)
+        found = lazy_dataset(stack)
+        clash = [str(n) for n in parameters.data_vars if n in found.variables]
+        return found.assign_coords(parameters.drop_vars(clash).variables).assign_attrs(parameters.attrs)

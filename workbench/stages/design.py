@@ -4,19 +4,21 @@ The points come from a kind of design, from a file, or from a table of runs made
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.campaign.runs import Asked, CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
-from workbench.models.evaluation import UNFINISHED
+from workbench.models.stored.evaluation import UNFINISHED
 from workbench.models.table import TableModel, ignored_columns, read_cells, read_table
 from workbench.report.lines.design import design_lines
 from workbench.sampling.change import DesignChange, design_change, growth_model
+from workbench.sampling.stored import LARGE, design_keys
 from workbench.stages.work import Work
 from workbench.study.record import Study
-from workbench.system.atomic import read_json, write_json
+from workbench.system.atomic import read_json, read_json_without, write_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,6 +32,8 @@ __all__ = [
     "evaluate",
     "queue_design",
 ]
+
+AT_ONCE = 20_000  # rows of a design that are held in memory as runs
 
 
 def design_table(study: Study) -> dict[str, Any]:
@@ -49,23 +53,25 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         made, rows = (
             _design_of_kind(campaign, table) if change is None else _grown_design(campaign, table, change)
         )
-    document = {
-        **made.to_dict(),
-        # as given: a table's value would not survive the way to the unit cube and back to the last bit
-        "physical": [[row[name] for name in study.space.names] for row in rows],
-        "run_keys": [campaign.key(study.space.canonical(row)) for row in rows],
-    }
+    # as given: a table's value would not survive the way to the unit cube and back to the last bit
+    physical = [[row[name] for name in study.space.names] for row in rows]
+    keys: list[str] = []
+    for begin in range(0, len(rows), AT_ONCE):
+        keys += map(campaign.key, study.space.canonical_rows(rows[begin : begin + AT_ONCE]))
+    count = len(rows)
+    del rows
+    document = {**made.to_dict(physical=physical), "run_keys": keys}
     ignored = _ignored_columns(study, table)
     if ignored:
         document["ignored_columns"] = ignored
-    write_json(campaign.folder / "design.json", document)
+    write_json(campaign.folder / "design.json", document, compact=count > AT_ONCE)
     campaign.progress.stage(
-        "design", f"{len(rows)} runs of {study.space.dimension} parameters ({made.algorithm})"
+        "design", f"{count} runs of {study.space.dimension} parameters ({made.algorithm})"
     )
     return document
 
 
-def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     return campaign.spec.version if campaign.study.model["kind"] == "table" else ""
 
 
@@ -94,17 +100,34 @@ def queue_design(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[As
 
 def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
     """Run the model at every point of the design; runs that are stored are not repeated."""
-    document = read_json(campaign.folder / "design.json")
-    if document is None:
+    keys = design_keys(campaign.folder / "design.json")
+    if keys is None:
         raise StudyError(
             "there is no design to evaluate; give the study a [design] table or run `holdfast design`"
         )
-    rows, keys = _rows(campaign, document), document["run_keys"]
-    known = sum(status not in UNFINISHED for status in campaign.store.statuses(keys).values())
-    campaign.progress.stage("evaluate", f"{len(rows)} runs, {known} of them known")
+    statuses = campaign.store.statuses(keys)
+    known = sum(status not in UNFINISHED for status in statuses.values())
+    campaign.progress.stage("evaluate", f"{len(keys)} runs, {known} of them known")
     if known < len(set(keys)):
-        campaign.evaluate(rows, batch="table" if campaign.study.model["kind"] == "table" else "design")
-    return {"runs": len(keys), "counts": dict(Counter(campaign.store.statuses(keys).values()))}
+        document = read_json_without(campaign.folder / "design.json", ("unit", "run_ids"), above=LARGE)
+        _make(campaign, document, {key for key, status in statuses.items() if status not in UNFINISHED})
+        statuses = campaign.store.statuses(keys)
+    return {"runs": len(keys), "counts": dict(Counter(statuses.values()))}
+
+
+def _make(campaign: CampaignRuns, document: Mapping[str, Any], known: Collection[str]) -> None:
+    """Have those rows of a design run that have no answer: of very many, some after the other."""
+    kind = campaign.study.model["kind"]
+    batch = "table" if kind == "table" else "design"
+    if kind == "ask" or len(document["run_keys"]) <= AT_ONCE:
+        campaign.evaluate(_rows(campaign, document), batch=batch)
+        return
+    left = [k for k, key in enumerate(document["run_keys"]) if key not in known]
+    done = len(document["run_keys"]) - len(left)
+    for begin in range(0, len(left), AT_ONCE):
+        some = [document["physical"][k] for k in left[begin : begin + AT_ONCE]]
+        rows = _rows(campaign, {**document, "physical": some})
+        campaign.evaluate(rows, batch=batch, beside=(done + begin, len(left) - begin - len(rows)))
 
 
 def _ignored_columns(study: Study, table: Mapping[str, Any]) -> list[str]:
@@ -191,7 +214,7 @@ def _change(campaign: CampaignRuns, table: Mapping[str, Any]) -> DesignChange | 
         campaign.study.space,
         table,
         document,
-        answered_runs(document, campaign.store.statuses, campaign.key),
+        answered_runs(document, campaign.statuses(), campaign.key),
         seed=campaign.study.seed,
         at_baseline=campaign.permissions.at_baseline,
     )
@@ -202,16 +225,15 @@ def _change(campaign: CampaignRuns, table: Mapping[str, Any]) -> DesignChange | 
 
 def answered_runs(
     document: Mapping[str, Any],
-    statuses: Callable[[Sequence[str]], Mapping[str, str]],
+    statuses: Mapping[str, str],
     key: Callable[[Mapping[str, Any]], str],
 ) -> list[bool]:
-    """For every run of a design whether it has an answer by the present model."""
+    """For every run of a design whether it has an answer by the present model, whose `statuses` are given."""
     names = [parameter["name"] for parameter in document["parameters"]]
     keys = [key(dict(zip(names, point, strict=True))) for point in document["physical"]]
     written = document["run_keys"]  # by an older schema perhaps, from the same rows
-    found = statuses([*keys, *written])
     return [
-        any(found.get(name, "queued") not in UNFINISHED for name in pair)
+        any(statuses.get(name, "queued") not in UNFINISHED for name in pair)
         for pair in zip(keys, written, strict=True)
     ]
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutProblem
 from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
 from workbench.engine.layout.outcome.purify import purify
@@ -24,6 +25,7 @@ from workbench.engine.layout.outcome.result import HistoryEntry
 from workbench.engine.layout.whole_members import whole_members
 from workbench.errors import Interrupted, StudyError
 from workbench.report.lines.layout import layout_lines
+from workbench.robust_layout.bill import layout_bill, write_bill
 from workbench.robust_layout.document import check_gradient, finite, layout_document
 from workbench.robust_layout.loading import load_problem
 from workbench.stages.work import Work
@@ -53,6 +55,8 @@ def run_layout(
     progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Optimise a layout in a campaign's folder and write `layout.json`; returns the document.
+
+    The bill of materials of a moving system stands beside it, as JSON and CSV.
 
     Args:
         problem: "module:function" or a problem itself.    options: keywords for the function.
@@ -100,6 +104,7 @@ def run_layout(
         full, result, name=name, method=method, history=kept.history, start_value=start_value, check=check,
         clean=clean, baselines=_baselines(full), whole=found,
     )  # fmt: skip
+    write_bill(folder, layout_bill(full, result.density))
     write_json(folder / "layout.json", document)
     (folder / PARTIAL).unlink(missing_ok=True)
     return document
@@ -194,11 +199,11 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     return run_layout(campaign.folder, options=options, study_folder=campaign.study.folder, **keywords)
 
 
-def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     return json.dumps(_worst_case(campaign, table), sort_keys=True)
 
 
-def _worst_case(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:
+def _worst_case(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:
     """The parameters of the worst case found, when the table asks for it and it is there."""
     found = read_json(campaign.folder / "worst_case.json") if table.get("scenarios") else None
     return None if found is None else dict(found["parameters"])

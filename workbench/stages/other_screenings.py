@@ -16,6 +16,7 @@ from surrogates import (
     morris_effects,
     morris_points,
 )
+from workbench.campaign.results.functionals import with_functionals
 from workbench.campaign.runs import CampaignRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
@@ -63,9 +64,9 @@ def other_screening(
     method = method or str(table.get("method", "default"))
     if method not in OTHER_METHODS:
         raise StudyError(f"screening method needs one of {', '.join(OTHER_METHODS)}, got {method!r}")
-    wanted = campaign.study.response(table["response"] if response is None else response)
+    wanted = campaign.study.target(table["response"] if response is None else response)
     if method in METHODS:
-        stored = [row.as_outcome() for row in screening_runs(campaign)]
+        stored = [row.as_outcome() for row in screening_runs(campaign, names=[wanted.name])]
         return screen(
             stored,
             campaign.study.space,
@@ -78,7 +79,7 @@ def other_screening(
     if method == "rivals":
         return _rivals(campaign, wanted)
     if method in INDICES:
-        outcomes = [row.as_outcome() for row in screening_runs(campaign)]
+        outcomes = [row.as_outcome() for row in screening_runs(campaign, names=[wanted.name])]
         x, y, left_out = _usable(campaign, outcomes, wanted.name)
         space = campaign.study.space
         found = indices_document(method, x, y, space, wanted, seed=campaign.study.seed)
@@ -111,7 +112,7 @@ def _value(run: Outcome, response: str) -> float:
 
 
 def _rivals(campaign: CampaignRuns, response: Response) -> dict[str, Any]:
-    outcomes = [row.as_outcome() for row in screening_runs(campaign)]
+    outcomes = [row.as_outcome() for row in screening_runs(campaign, names=[response.name])]
     x, y, left_out = _usable(campaign, outcomes, response.name)
     if len(y) < 5:
         raise NotEnoughRuns(f"rivals need at least 5 runs with a value of {response.name!r}, got {len(y)}")
@@ -146,7 +147,8 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
         raise StudyError("Morris needs runs of its own, and a table cannot be run: take --method rivals")
     d, names = study.space.dimension, study.space.names
     points = morris_points(d, trajectories, rng=stream(study.seed, "morris"))
-    made = [row.as_outcome() for row in campaign.evaluate(study.space.rows(points), batch="morris")]
+    run = campaign.evaluate(study.space.rows(points), batch="morris")
+    made = [row.as_outcome() for row in with_functionals(campaign, run, [response.name])]
     values = np.array([_value(run, response.name) for run in made]).reshape(trajectories, d + 1)
     whole = np.isfinite(values).all(axis=1)  # a trajectory with a failed run gives no effects
     if not whole.any():
@@ -170,7 +172,8 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
     }
     if not hybrid:
         return document
-    x, y, _ = _usable(campaign, [row.as_outcome() for row in screening_runs(campaign)], response.name)
+    stored = screening_runs(campaign, names=[response.name])
+    x, y, _ = _usable(campaign, [row.as_outcome() for row in stored], response.name)
     both = hybrid_screening(
         points[rows],
         values[whole].ravel(),

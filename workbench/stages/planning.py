@@ -1,104 +1,177 @@
-"""What a study would do next: stages, runs to make, runs already made, time at the pace so far."""
+"""What a study would do next: stages, runs to make, runs already made, and how long that takes."""
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
+from math import ceil
 from pathlib import Path
+from statistics import median
 from typing import Any
 
-from workbench.campaign.lock import present_version
 from workbench.campaign.read_rows import known_reading
 from workbench.campaign.rereading import KEPT, looked_at
-from workbench.campaign.store import Store, run_key
-from workbench.campaign.view import as_of
+from workbench.campaign.store import Store
+from workbench.campaign.view import CampaignView
 from workbench.errors import StudyError
-from workbench.models.evaluation import UNFINISHED
+from workbench.models.stored.evaluation import UNFINISHED
+from workbench.provenance.content import ContentCache
+from workbench.provenance.named import model_files
+from workbench.provenance.reading import readings_now
 from workbench.sampling.change import design_change
 from workbench.stages.design import answered_runs
+from workbench.stages.run_all import stage_digest
 from workbench.stages.table import STAGES, asked_stages
+from workbench.stages.up_to_date import current_document
 from workbench.study.record import Study
 from workbench.system.atomic import read_json
 
-__all__ = ["plan_lines", "plan_study"]
+__all__ = ["duration", "plan_lines", "plan_study"]
 
 # batches whose runs are those of the study's model
 TIMED = tuple(stage.name for stage in STAGES if stage.runs_model)
 
 
 def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
-    """Per stage the runs it may make; runs stored by status; seconds per run; seconds left at most."""
+    """Per stage the runs it may make and the time they take; runs stored by status; seconds per run.
+
+    The time is a forecast: runs still to be made times the median duration of the stored ones, over as many
+    workers as a stage keeps busy. Searches count with their whole budget. `seconds_left_at_most` is None as
+    long as no run of a kind that is needed has been timed.
+    """
     place = folder or study.campaign_folder
-    counts: Counter[str] = Counter()
-    walls: list[float] = []
-    looked: dict[str, Any] = {}
-    if (place / "runs.sqlite").exists():
-        store = Store.reading(place / "runs.sqlite")
-        try:
-            rows = store.rows()
-            now = as_of(store)
-            looked = {"as_of": {**now.to_dict(), "sentence": now.sentence}}
-        finally:
-            store.close()
-        counts.update(row.status for row in rows)
-        walls = [row.wall for row in rows if row.wall is not None and row.batch in TIMED]
-    runs = {
-        stage.name: stage.work.planned_runs(study, place)
-        for stage in asked_stages(study)
-        if stage.work.planned_runs is not None
-        and not (stage.runs_model and study.model["kind"] == "table")  # its runs are all there
-    }
-    done = sum(n for status, n in counts.items() if status not in UNFINISHED)
-    pace = sum(walls) / len(walls) if walls else None
-    most = sum(n for n in runs.values() if n)
-    left = None if pace is None else max(most - done, 0) * pace / study.evaluate.get("workers", 1)
-    return {
-        **(_served(study, place) if counts else {}),
-        **looked,
+    document: dict[str, Any] = {
         "folder": str(place),
         "stages": [*(stage.name for stage in asked_stages(study)), "report"],
-        "runs": runs,
-        "stored": dict(counts),
-        "seconds_per_run": pace,
-        "seconds_left_at_most": left,
+        "runs": {
+            stage.name: stage.work.planned_runs(study, place)
+            for stage in asked_stages(study)
+            if stage.work.planned_runs is not None
+            and not (stage.runs_model and study.model["kind"] == "table")  # its runs are all there
+        },
+        "stored": {},
+        "others": 0,
+        "seconds_per_run": None,
         "workers": study.evaluate.get("workers", 1),
     }
+    if not (place / "runs.sqlite").exists():
+        return _timed(document, study, dict(document["runs"]), _Pace(place))
+    with CampaignView.opened(study, folder=place) as view:
+        rows = view.runs()
+        now = view.as_of
+        document["as_of"] = {**now.to_dict(), "sentence": now.sentence}
+        document["stored"] = dict(Counter(row.status for row in rows))
+        document["others"] = sum(view.store.counts().values()) - len(rows)
+        if rows:
+            document |= _served(view)
+        left = _runs_left(view, document)
+    pace = _Pace(place, [row.wall for row in rows if row.wall is not None and row.batch in TIMED])
+    document["seconds_per_run"] = pace.of("design")
+    return _timed(document, study, left, pace)
 
 
-def _served(study: Study, place: Path) -> dict[str, Any]:
-    """What stored runs serve for: the design, the responses, and the room that their files take."""
-    found: dict[str, Any] = {}
-    if study.model["kind"] == "table":
-        return found
-    spec = study.spec(version=str(study.model["version"]))
-    store = Store.reading(place / "runs.sqlite")
+class _Pace:
+    """Seconds per run: the median of the stored runs of the study's model, and of those of layouts."""
+
+    def __init__(self, place: Path, walls: Sequence[float] = ()) -> None:
+        self._model = median(walls) if walls else None
+        self._layouts = _layout_pace(place)
+
+    def of(self, stage: str) -> float | None:
+        """None where no run has been timed yet."""
+        return self._layouts if stage == "robust_layout" else self._model
+
+
+def _layout_pace(place: Path) -> float | None:
+    database = place / "layouts.sqlite"
+    if not database.exists():
+        return None
+    store = Store.reading(database)
     try:
-        spec = study.spec(version=present_version(store, spec.version))
-        design = read_json(place / "design.json")
-        if study.design is not None and design is not None and study.design["kind"] != "table":
-            answered = answered_runs(
-                design, store.statuses, lambda row: run_key(spec.identity, spec.version, row)
-            )
-            try:
-                change = design_change(
-                    study.space, study.design, design, answered, seed=study.seed, at_baseline=False
-                )
-                if change is not None:
-                    found["design"] = {
-                        "serve": len(change.kept),
-                        "new": change.new,
-                        "left_out": dict(change.left_out),
-                        "sentence": change.sentence,
-                    }
-            except StudyError as exc:
-                found["refused"] = str(exc)
-        if known_reading(store, study.readings):
-            reading = looked_at(store, place, spec, study.readings)[1]
-            found["reading"] = {
-                "read_again": reading.read,
-                "cannot_be_read": len(reading.missing),
-                "response": reading.response,
-                "reason": reading.reason,
-            }
+        walls = [row.wall for row in store.rows() if row.wall is not None]
     finally:
         store.close()
+    return median(walls) if walls else None
+
+
+def _runs_left(view: CampaignView, document: Mapping[str, Any]) -> dict[str, int | None]:
+    """Runs that each stage has still to make, at most; None where nobody can tell."""
+    left: dict[str, int | None] = dict(document["runs"])
+    is_whole = True
+    for stage in asked_stages(view.study):
+        is_current = current_document(view, stage, stage_digest(view, stage)) is not None
+        if stage.name == "design" and "design" in left:
+            left["design"] = _design_left(view, document, is_current=is_current)
+            is_whole = left["design"] == 0
+        elif stage.name in left and is_whole and is_current:
+            left[stage.name] = 0
+    return left
+
+
+def _design_left(view: CampaignView, document: Mapping[str, Any], *, is_current: bool) -> int | None:
+    """Rows of the design without an answer: of the one that is there, or of the one that it becomes."""
+    design = read_json(view.folder / "design.json")
+    change = document.get("design")
+    if design is None or (change is None and not is_current):
+        runs: int | None = (view.study.design or {}).get("runs")
+        return runs
+    if change is not None:
+        return int(change["new"] + change["waiting"])
+    statuses = view.store.statuses(design["run_keys"])
+    return sum(statuses.get(key, "queued") in UNFINISHED for key in dict.fromkeys(design["run_keys"]))
+
+
+def _timed(
+    document: dict[str, Any], study: Study, left: Mapping[str, int | None], pace: _Pace
+) -> dict[str, Any]:
+    """The document with runs left and seconds per stage, and the whole."""
+    workers = document["workers"]
+    time: dict[str, dict[str, Any]] = {}
+    for name, runs in left.items():
+        at_once = min(workers, (study.worst_case or {}).get("batch", 1)) if name == "worst_case" else workers
+        seconds = pace.of(name)
+        whole = None if runs is None or seconds is None else ceil(runs / at_once) * seconds
+        time[name] = {"runs": runs, "at_once": at_once, "seconds": 0.0 if runs == 0 else whole}
+    every = [stage["seconds"] for stage in time.values()]
+    known = None if None in every else sum(every)
+    return {**document, "time": time, "seconds_left_at_most": known}
+
+
+def _served(view: CampaignView) -> dict[str, Any]:
+    """What stored runs serve for: the design, the responses, and the room that their files take."""
+    found: dict[str, Any] = {}
+    study, place, spec, store = view.study, view.folder, view.spec, view.store
+    if study.model["kind"] == "table":
+        return found
+    design = read_json(place / "design.json")
+    if study.design is not None and design is not None and study.design["kind"] != "table":
+        answered = answered_runs(design, view.statuses(), view.key)
+        try:
+            change = design_change(
+                study.space, study.design, design, answered, seed=study.seed, at_baseline=False
+            )
+            if change is not None:
+                found["design"] = {
+                    "serve": len(change.kept),
+                    "new": change.new,
+                    "waiting": sum(
+                        run in change.kept and not has_answer
+                        for run, has_answer in zip(design["run_ids"], answered, strict=True)
+                    ),
+                    "left_out": dict(change.left_out),
+                    "sentence": change.sentence,
+                }
+        except StudyError as exc:
+            found["refused"] = str(exc)
+    cache = ContentCache(place / ".content.json")
+    wanted = study.model.get("state") or {}
+    readings = readings_now(study.readings, spec, model_files(spec), wanted, cache=cache)
+    if known_reading(store, readings):
+        reading = looked_at(store, place, spec, readings)
+        found["reading"] = {
+            "read_again": reading.read,
+            "cannot_be_read": len(reading.missing),
+            "response": reading.response,
+            "reason": reading.reason,
+        }
     sizes = [path.stat().st_size for path in (place / KEPT).glob("*.zip")]
     if sizes:
         found["kept"] = {"runs": len(sizes), "bytes_per_run": sum(sizes) / len(sizes)}
@@ -136,11 +209,43 @@ def plan_lines(document: dict[str, Any]) -> list[str]:
         count = "as many runs as the kind has" if n is None else f"up to {n} runs"
         runs.append(f"{name.replace('_', ' ')}: {count}")
     stored = ", ".join(f"{n} {status}" for status, n in document["stored"].items()) or "none"
-    lines = [f"stages: {', '.join(document['stages'])}", *runs, f"stored in {document['folder']}: {stored}"]
+    others = f"; {document['others']} of other models, versions or parameters" if document["others"] else ""
+    lines = [f"stages: {', '.join(document['stages'])}", *runs]
+    lines.append(f"stored in {document['folder']}: {stored}{others}")
     lines += [document["as_of"]["sentence"]] if "as_of" in document else []
     lines += _served_lines(document)
-    pace, workers = document["seconds_per_run"], document["workers"]
-    if pace is None:
-        return [*lines, "no run has been timed yet"]
-    left = f"at most {document['seconds_left_at_most']:.3g} s left with {workers} workers"
-    return [*lines, f"{pace:.3g} s per run so far; {left}"]
+    return [*lines, *_time_lines(document)]
+
+
+def _time_lines(document: dict[str, Any]) -> list[str]:
+    """How long what is left takes, stage by stage."""
+    lines = []
+    for name, stage in document["time"].items():
+        runs, seconds, word = stage["runs"], stage["seconds"], name.replace("_", " ")
+        if runs == 0:
+            lines.append(f"time of {word}: none, all its runs are there")
+        elif seconds is None:
+            why = "until the first run" if runs is not None else "until its kind has drawn its points"
+            lines.append(f"time of {word}: unknown {why}")
+        else:
+            at_once = f", {stage['at_once']} at once" if stage["at_once"] > 1 else ""
+            most = "" if name == "design" else "at most "
+            lines.append(f"time of {word}: {most}{duration(seconds)} ({runs} runs{at_once})")
+    pace, left = document["seconds_per_run"], document["seconds_left_at_most"]
+    if pace is not None:
+        lines.append(f"a run takes {pace:.3g} s, the median of those that are stored")
+    if left is not None and len(document["time"]) > 1:
+        lines.append(f"together at most {duration(left)}")
+    return lines
+
+
+def duration(seconds: float) -> str:
+    """Seconds in words that a person plans by.
+
+    >>> duration(0.25), duration(95), duration(4000), duration(200_000)
+    ('0.25 s', '95 s', '67 min', '2.3 days')
+    """
+    for unit, size, most in (("s", 1.0, 120.0), ("min", 60.0, 120.0), ("h", 3600.0, 48.0)):
+        if seconds < most * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{seconds / 86400.0:.2g} days"

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.report.lines.robust import robust_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
@@ -66,7 +67,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
-def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     return "common scenarios"  # a document that compared designs in different scenarios is not up to date
 
 

@@ -1,8 +1,9 @@
 """The stage `robust_layout` of a study: the robust loop, what it is worth, and the documents of the report.
 
-Writes, in this order: `layout.json` (the robust layout), `robust.json` (layouts beside each other at the same
-points of the uncertainty), `screening_after.json` (which parameters matter once it is in), `motion.json` (the
-nominal-only and the robust layout in the worst case of the former) and `robust_layout.json` with the rest.
+Writes, in this order: `bill_of_materials.json` and `.csv`, `layout.json` (the robust layout), `robust.json`
+(layouts beside each other at the same points of the uncertainty), `screening_after.json` (which parameters
+matter once it is in), `motion.json` (the nominal-only and the robust layout in the worst case of the former)
+and `robust_layout.json` with the rest.
 """
 
 import json
@@ -11,12 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.models.python import source_digest
 from workbench.report.claims import refuse_contradictions, robust_layout_claims
 from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
+from workbench.robust_layout.bill import robust_bill, write_bill
 from workbench.robust_layout.loop import find_robust_layout
 from workbench.robust_layout.loop_documents import COMPARED, best_layout_document, loop_document
 from workbench.robust_layout.model import LayoutModel, load_layout_model
@@ -75,6 +78,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
             start = [*found.cases, broken]
         assert found is not None
         found.rounds = rounds
+        bill = robust_bill(model, found.cases, found.layouts[found.robust])
+        write_bill(campaign.folder, bill)
         write_json(campaign.folder / "layout.json", best_layout_document(model, found))
         write_json(campaign.folder / "robust.json", {**compared.to_dict(), "response": model.response})
         screened = _screened(campaign, model, found, runs)
@@ -100,7 +105,7 @@ def _known(document: Mapping[str, Any]) -> list[tuple[str, float]]:
     return [(f"in case {k}", v) for k, v in enumerate(values) if v is not None]
 
 
-def _model_identity(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _model_identity(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     """What makes a run of the layout model what it is: function, its source, options, version."""
     digest = source_digest(table["model"], campaign.study.folder)
     return json.dumps([table["model"], digest, dict(table["options"]), campaign.spec.version], sort_keys=True)
@@ -132,7 +137,7 @@ def _worst_cases(campaign: CampaignRuns, table: Mapping[str, Any]) -> list[dict[
     return [] if found is None else [found]
 
 
-def _worst_case(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:
+def _worst_case(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:
     wanted = table.get("start") == "worst_case"
     found = read_json(campaign.folder / "worst_case.json") if wanted else None
     return None if found is None else dict(found["parameters"])
@@ -230,7 +235,7 @@ def _motion(campaign: CampaignRuns, model: LayoutModel, found: RobustLayout) -> 
     return case
 
 
-def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     given = [_model_identity(campaign, table), _worst_case(campaign, table)]
     return json.dumps(given, sort_keys=True)
 

@@ -8,29 +8,51 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from workbench.campaign.exports import write_all
+from workbench.campaign.results.exports import write_all
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
+from workbench.sampling.stored import MOST_ROWS, ROWS, design_head
 from workbench.stages.design import design_table, evaluate
 from workbench.stages.table import STAGES, Stage, asked_stages, stage_named
-from workbench.stages.up_to_date import current_document, fingerprint, record_fingerprint
+from workbench.stages.up_to_date import (
+    current_document,
+    fingerprint,
+    record_fingerprint,
+    record_settled,
+    settled,
+)
 
-__all__ = ["report", "run_all", "run_lines", "run_stage"]
+__all__ = ["report", "run_all", "run_lines", "run_stage", "stage_digest"]
 
 
 def run_all(campaign: CampaignRuns) -> dict[str, Any]:
     """All stages of the study in order; their documents by name, and the path of the report."""
+    known = settled(campaign)
+    if known is not None:
+        campaign.progress.stage("report", "up to date, like every stage before it")
+        return known
     found: dict[str, Any] = {}
     if campaign.study.has_points:
-        found["design"] = run_stage(campaign, "design")
+        found["design"] = _design(campaign)
         found["evaluate"] = evaluate(campaign)
     for stage in asked_stages(campaign.study):
         if stage.name != "design":
             found[stage.name] = _unless_current(campaign, stage)
     found["report"] = str(report(campaign))
     found["failures"] = campaign.failures()
+    record_settled(campaign, found)
     return found
+
+
+def _design(campaign: CampaignRuns) -> dict[str, Any]:
+    """The document of the design; of a very large one without its points, which stand in `design.json`."""
+    stage = stage_named("design")
+    stored = current_document(campaign, stage, stage_digest(campaign, stage), read=design_head)
+    document = run_stage(campaign, "design") if stored is None else stored
+    if document["n"] <= MOST_ROWS:
+        return document
+    return {name: value for name, value in document.items() if name not in ROWS} | {"rows_in": "design.json"}
 
 
 def run_stage(campaign: CampaignRuns, name: str) -> dict[str, Any]:
@@ -40,9 +62,9 @@ def run_stage(campaign: CampaignRuns, name: str) -> dict[str, Any]:
         StudyError: the study has no table for it, or the table does not fit the study.
     """
     stage = stage_named(name)
-    digest = _digest(campaign, stage)
+    digest = stage_digest(campaign, stage)
     if name == "design":
-        stored = current_document(campaign, name, stage.document, digest)
+        stored = current_document(campaign, stage, digest)
         if stored is not None:
             return stored
     return _run(campaign, stage, digest)
@@ -62,16 +84,19 @@ def report(campaign: StoredRuns, *, folder: Path | None = None) -> Path:
 
     `folder`: where they are written, the campaign's own by default.
     """
+    from workbench.report.page.run_list import RunList
     from workbench.report.writing import write_report  # draws: matplotlib is loaded when it is needed
 
     campaign.progress.stage("report", "")
-    write_all(campaign, folder=folder)
-    return write_report(campaign.folder, into=folder)
+    spec, names = campaign.spec, campaign.study.space.names
+    runs = RunList(campaign.store.path, model=(spec.identity, spec.version, *sorted(names)))
+    write_all(campaign, folder=folder, beside=runs.take)  # read once: exports and report see the same
+    return write_report(campaign.folder, into=folder, runs=runs)
 
 
 def _unless_current(campaign: CampaignRuns, stage: Stage) -> dict[str, Any]:
-    digest = _digest(campaign, stage)
-    stored = current_document(campaign, stage.name, stage.document, digest)
+    digest = stage_digest(campaign, stage)
+    stored = current_document(campaign, stage, digest)
     if stored is None:
         return _run(campaign, stage, digest)
     campaign.progress.stage(stage.name, "up to date")
@@ -84,12 +109,13 @@ def _run(campaign: CampaignRuns, stage: Stage, digest: str) -> dict[str, Any]:
     return document
 
 
-def _digest(campaign: CampaignRuns, stage: Stage) -> str:
+def stage_digest(campaign: StoredRuns, stage: Stage) -> str:
+    """A digest of all that decides the document of a stage."""
     table = _table(campaign, stage)
     return fingerprint(campaign, table, stage.work.inputs(campaign, table))
 
 
-def _table(campaign: CampaignRuns, stage: Stage) -> Mapping[str, Any]:
+def _table(campaign: StoredRuns, stage: Stage) -> Mapping[str, Any]:
     if stage.name == "design":
         return design_table(campaign.study)
     table: Mapping[str, Any] | None = getattr(campaign.study, stage.name)

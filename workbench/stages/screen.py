@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.campaign.results.functionals import functional_notes
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
 from workbench.report.lines.screening import screening_lines
@@ -21,7 +22,7 @@ def screening_document(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[s
     from workbench.screening.kriging import screen
 
     study = campaign.study
-    response = study.response(table["response"])
+    response = study.target(table["response"])
     stored = runs_with_values(screening_runs(campaign), response.name)
     runs = thinned_runs(campaign, stored, response.name, most=MOST_RUNS)
     used = sum(row.status == "ok" for row in runs)
@@ -32,9 +33,10 @@ def screening_document(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[s
         response,
         method=table["method"],
         transform=table["transform"],
+        regimes=table.get("regimes", "auto"),
         seed=study.seed,
         **chosen(table),
-    ).to_dict()
+    ).to_dict() | functional_notes(campaign, [response.name])
 
 
 def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -43,7 +45,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
-def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     return runs_as_text(campaign)
 
 

@@ -2,12 +2,14 @@
 
 import json
 from collections import Counter
+from collections.abc import Iterable
 
-from workbench.campaign.failures import what_is_missing
-from workbench.campaign.thinning import spread_runs
+from workbench.campaign.results.failures import what_is_missing
+from workbench.campaign.results.functionals import with_functionals
+from workbench.campaign.results.thinning import spread_runs
 from workbench.campaign.view import StoredRuns
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.models.evaluation import UNFINISHED, Evaluation
+from workbench.models.stored.evaluation import UNFINISHED, Evaluation
 from workbench.space.streams import stream
 from workbench.system.atomic import read_json
 
@@ -16,12 +18,16 @@ __all__ = ["runs_as_text", "runs_with_values", "screening_runs", "thinned_runs"]
 FEWEST_RUNS = 3
 
 
-def screening_runs(campaign: StoredRuns) -> list[Evaluation]:
-    """What screening and the worst case start from: the design and what was told, never a search's runs."""
+def screening_runs(campaign: StoredRuns, *, names: Iterable[str] = ()) -> list[Evaluation]:
+    """What screening and the worst case start from: the design and what was told, never a search's runs.
+
+    What the study reads off histories is among their outputs, and so are functionals of these `names`.
+    """
     document = read_json(campaign.folder / "design.json") or {"run_keys": []}
     keys = dict.fromkeys(document["run_keys"])
     keys |= dict.fromkeys(row.key for row in campaign.runs() if row.batch == "told")
-    return [row for row in campaign.store.rows(keys=list(keys)) if row.status not in UNFINISHED]
+    rows = [row for row in campaign.store.rows(keys=list(keys)) if row.status not in UNFINISHED]
+    return with_functionals(campaign, rows, names)
 
 
 def runs_as_text(campaign: StoredRuns) -> str:

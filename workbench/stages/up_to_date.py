@@ -1,22 +1,32 @@
 """Is the document of a stage still that of the study and its runs? Digests of what went into it.
 
-They are kept in `stages.json` in the campaign's folder, one per stage.
+They are kept in `stages.json` in the campaign's folder, one per stage. Of a study whose every stage is done,
+`.settled.json` says in what state of study, store and files: as long as all are in it there is nothing to do,
+and that is known without reading a run.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from hashlib import blake2b
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.store import Store
+from workbench.campaign.view import StoredRuns
+from workbench.models.stored.evaluation import UNFINISHED
+from workbench.stages.table import Stage
 from workbench.system.atomic import read_json, write_json
+from workbench.system.witness import has_log
 
-__all__ = ["current_document", "fingerprint", "record_fingerprint"]
+__all__ = ["current_document", "fingerprint", "record_fingerprint", "record_settled", "settled"]
 
 FINGERPRINTS = "stages.json"
+SETTLED = ".settled.json"
 
 
-def fingerprint(campaign: CampaignRuns, table: Mapping[str, Any], inputs: str) -> str:
+def fingerprint(campaign: StoredRuns, table: Mapping[str, Any], inputs: str) -> str:
     """A digest of everything that a stage's document depends on.
 
     Args:
@@ -29,14 +39,80 @@ def fingerprint(campaign: CampaignRuns, table: Mapping[str, Any], inputs: str) -
     return blake2b(json.dumps(parts, sort_keys=True).encode(), digest_size=16).hexdigest()
 
 
-def current_document(campaign: CampaignRuns, stage: str, document: str, digest: str) -> dict[str, Any] | None:
-    """The stored `<document>.json` of a stage when its inputs had this digest; else None."""
-    found = read_json(campaign.folder / f"{document}.json")
+def current_document(
+    campaign: StoredRuns, stage: Stage, digest: str, *, read: Callable[[Path], Any] = read_json
+) -> dict[str, Any] | None:
+    """The stored document of a stage, as `read` gives it, when its inputs had this digest; else None."""
     known = read_json(campaign.folder / FINGERPRINTS) or {}
-    return dict(found) if found is not None and known.get(stage) == digest else None
+    if known.get(stage.name) != digest:
+        return None
+    found = read(campaign.folder / f"{stage.document}.json")
+    return None if found is None else dict(found)
 
 
-def record_fingerprint(campaign: CampaignRuns, stage: str, digest: str) -> None:
+def record_fingerprint(campaign: StoredRuns, stage: str, digest: str) -> None:
     """Remember from what a stage's document was made."""
     known = read_json(campaign.folder / FINGERPRINTS) or {}
     write_json(campaign.folder / FINGERPRINTS, {**known, stage: digest})
+
+
+def settled(campaign: CampaignRuns) -> dict[str, Any] | None:
+    """What `record_settled` was given when nothing has changed since, else None."""
+    known = read_json(campaign.folder / SETTLED)
+    if known is None or _store_state(campaign.store) != known["store"]:
+        return None
+    if _study_state(campaign) != known["study"] or _files(campaign.folder) != known["files"]:
+        return None
+    found: dict[str, Any] = known["found"]
+    return found
+
+
+def record_settled(campaign: CampaignRuns, found: Mapping[str, Any]) -> None:
+    """Remember that every stage is done, and what they found; not while runs wait for an answer."""
+    campaign.store.select("PRAGMA wal_checkpoint(TRUNCATE)")  # the log joins the file
+    store = _store_state(campaign.store)
+    if store is not None:
+        files = _files(campaign.folder)
+        known = {"store": store, "study": _study_state(campaign), "files": files, "found": dict(found)}
+        write_json(campaign.folder / SETTLED, known)
+
+
+def _store_state(store: Store) -> list[int] | None:
+    """Size and time of the file, which every change changes; None while runs wait, or are in the log."""
+    if any(store.counts().get(status) for status in UNFINISHED) or has_log(store.path):
+        return None
+    found = store.path.stat()
+    return [found.st_size, found.st_mtime_ns]
+
+
+def _study_state(campaign: CampaignRuns) -> str:
+    """A digest of what decides what stages make of the same runs: study, model's state, reading, version."""
+    try:
+        ours = version("holdfast")
+    except PackageNotFoundError:
+        ours = "unknown"
+    store, lock = campaign.store, campaign.folder / "study.lock.json"
+    written = lock.read_text() if lock.exists() else ""
+    parts = [
+        campaign.study.text,
+        campaign.study.hash,
+        campaign.spec.version,
+        store.reading_now,
+        store.state_now,
+    ]
+    return blake2b(json.dumps([*parts, ours, written]).encode(), digest_size=16).hexdigest()
+
+
+def _files(folder: Path) -> dict[str, list[int]]:
+    """Size and time of documents, exports and the report's files."""
+    documents = [
+        path for path in folder.glob("*.json") if path.name != "study.lock.json" and path.name[0] != "."
+    ]
+    exports = [
+        *folder.glob("*.nc"),
+        *folder.glob("*.csv"),
+        *folder.glob("report.*"),
+        *folder.glob("tables/*"),
+    ]
+    states = ((path, path.stat()) for path in sorted({*documents, *exports}))
+    return {str(path.relative_to(folder)): [state.st_size, state.st_mtime_ns] for path, state in states}

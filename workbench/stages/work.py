@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from workbench.campaign.runs import CampaignRuns
+    from workbench.campaign.view import StoredRuns
     from workbench.study.record import Study
 
 __all__ = ["Work"]
@@ -27,7 +28,7 @@ class Work:
     """
 
     run: "Callable[[CampaignRuns, Table], dict[str, Any]]"
-    inputs: "Callable[[CampaignRuns, Table], str]"
+    inputs: "Callable[[StoredRuns, Table], str]"
     lines: Callable[[Document], list[str]]
     planned_runs: "Callable[[Study, Path], int | None] | None" = None
     check: "Callable[[Study], None] | None" = None

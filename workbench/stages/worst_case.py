@@ -6,19 +6,27 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from workbench.campaign.results.functionals import (
+    functional_notes,
+    known_outcomes,
+    searching,
+    with_functionals,
+)
 from workbench.campaign.runs import CampaignRuns
+from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
-from workbench.models.evaluation import Evaluation
 from workbench.models.evaluator import Outcome, response_reader
 from workbench.models.python import load_function
+from workbench.models.stored.evaluation import Evaluation
 from workbench.models.table import TableModel
 from workbench.report.claims import refuse_contradictions, worst_case_claims
+from workbench.report.lines.statements import regime_of
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
 from workbench.stages.work import Work
 from workbench.study.record import Study
 from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target, targets
-from workbench.system.atomic import write_json
+from workbench.system.atomic import read_json, write_json
 
 if TYPE_CHECKING:
     from workbench.search.arguments import Arguments
@@ -27,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["WORK"]
 
+SHARED = ("tolerance", "attack", "noise", "failures", "transform")  # by one search and by several
 MOST_RUNS = 300  # with a value that a search starts from; of more, those that spread most
 
 
@@ -44,7 +53,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     campaign.progress.stage("worst_case", f"{sought} from {len(runs)} runs")
     given = _rows_of_table(campaign) if is_table else []
     document = _document(campaign, table, wanted, [row.as_outcome() for row in runs], given)
-    known = [*(row.as_outcome() for row in campaign.runs()), *given]
+    known = [*known_outcomes(campaign), *given]
     for claim, target in zip(worst_case_claims(document), wanted, strict=True):
         refuse_contradictions(claim, _values(campaign.study, target, known))
     write_json(campaign.folder / "worst_case.json", document)
@@ -94,7 +103,7 @@ def _reading(target: Target, runs: Sequence[Outcome]) -> list[Outcome]:
     return [run for run in runs if run.status == "ok" and all(n in run.outputs for n in target.reads)]
 
 
-def _inputs(campaign: CampaignRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     return runs_as_text(campaign)
 
 
@@ -129,7 +138,8 @@ def _document(
     `given`: the rows of a table; with the runs of the store no worst case lies below them.
     """
     if campaign.study.model["kind"] == "table":
-        found = [_predicted(campaign, target, _read_anew(start, given, target)) for target in wanted]
+        scale = table.get("transform", "auto")
+        found = [_predicted(campaign, target, _read_anew(start, given, target), scale) for target in wanted]
     elif len(wanted) == 1:
         found = [_searched(campaign, table, wanted[0], start)]
     else:
@@ -138,7 +148,7 @@ def _document(
     quantile = _quantile(campaign, table, wanted[0], found[0]) if "quantile" in table else None
     from workbench.search.known_runs import with_known_runs
 
-    known = [*(row.as_outcome() for row in campaign.runs()), *given]
+    known = [*known_outcomes(campaign), *given]
     found = [
         with_known_runs(
             result, campaign.study.space, _asked(campaign, table, target), _reading(target, known)
@@ -146,11 +156,16 @@ def _document(
         for result, target in zip(found, wanted, strict=True)
     ]
     first, *others = (
-        result.named(target.name, target.unit).to_dict() | dict(target.notes)
+        result.named(target.name, target.unit).to_dict()
+        | dict(target.notes)
+        | functional_notes(campaign, target.reads)
         for result, target in zip(found, wanted, strict=True)
     )
     if quantile is not None:
         first["quantile"] = quantile
+    screening = read_json(campaign.folder / "screening.json")
+    if screening is not None and screening["response"] == first["response"]:
+        first["regime"] = regime_of(float(first["value"]), screening) or None
     return first | ({"others": others} if others else {})
 
 
@@ -160,7 +175,7 @@ def _read_anew(start: Sequence[Outcome], given: Sequence[Outcome], target: Targe
     return [whole.get(run.key, run) for run in start]
 
 
-def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome]) -> "WorstCase":
+def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome], scale: str) -> "WorstCase":
     from workbench.search.worst_case import surrogate_worst_case
 
     return surrogate_worst_case(
@@ -169,6 +184,7 @@ def _predicted(campaign: CampaignRuns, target: Target, start: Sequence[Outcome])
         response=target.reading,
         sense=target.sense,
         seed=campaign.study.seed,
+        transform=scale,
     )
 
 
@@ -179,7 +195,7 @@ def _searched(
 
     _tell_idle_workers(campaign, table)
     result = search_worst_case(
-        campaign.outcomes_of_search,
+        searching(campaign),
         campaign.study.space,
         _asked(campaign, table, target),
         start=start,
@@ -195,9 +211,7 @@ def _asked(campaign: CampaignRuns, table: Mapping[str, Any], target: Target) -> 
     """What the search of a target is asked for; of a table of runs without a budget."""
     from workbench.search.arguments import Arguments
 
-    options = {
-        key: table[key] for key in ("tolerance", "lipschitz", "attack", "noise", "failures") if key in table
-    }
+    options = {key: table[key] for key in (*SHARED, "lipschitz") if key in table}
     if "enclosure" in table:
         options["enclosure"] = _enclosure(campaign, table)
     return Arguments(
@@ -225,9 +239,9 @@ def _all_searched(
         seed=campaign.study.seed,
         start=start,
         workers=int(table.get("batch", 1)),
-        evaluator=campaign.outcomes_of_search,
+        evaluator=searching(campaign),
         progress=lambda name: _listener(campaign, table, by_name[name]),
-        **{key: table[key] for key in ("tolerance", "attack", "noise", "failures") if key in table},
+        **{key: table[key] for key in SHARED if key in table},
     )
     return [found[target.name] for target in wanted]
 
@@ -249,9 +263,9 @@ def _quantile(
         sense=target.sense,
         budget=table.get("quantile_budget", QUANTILE_BUDGET),
         seed=campaign.study.seed,
-        start=[row.as_outcome() for row in known],
+        start=[row.as_outcome() for row in with_functionals(campaign, known)],
         workers=int(table.get("batch", 1)),
-        evaluator=campaign.outcomes_of_search,
+        evaluator=searching(campaign),
     )
     plain = replace(found, response=target.name).to_dict()
     del plain["sentence"]  # it knows nothing of the runs of the search, nor of the unit

@@ -74,7 +74,8 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
     responses, reductions, reads = [], {}, {}
     for k, table in enumerate(schema.response):
         with placed(text, where, ("response", k)):
-            responses.append(Response(table.name, table.unit, label=table.label))
+            names = None if table.regimes is None else (table.regimes[0], table.regimes[1])
+            responses.append(Response(table.name, table.unit, label=table.label, regimes=names))
             if table.name in reductions or table.name in space.names:
                 raise StudyError(f"response {table.name!r} is given twice or has the name of a parameter")
             reductions[table.name] = _reduction(table)
@@ -125,11 +126,11 @@ def _check_stages(study: Study, text: str, where: str) -> None:
     if study.screen is not None:
         with placed(text, where, ("screen",)):
             check_selection(study.space.names, **chosen(study.screen))
-    for stage in ("screen", "robust"):
+    for stage, named in (("screen", study.target), ("robust", study.response)):
         table = getattr(study, stage)
         if table is not None:
             with placed(text, where, (stage, "response")):
-                study.response(table["response"])
+                named(table["response"])
     if study.worst_case is not None:
         for key, check in CHECKS.items():
             with placed(text, where, ("worst_case", key)):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StudyError
+from workbench.models.functionals import Functional, functional_of
 from workbench.models.histories import Reduction
 from workbench.models.kept_files import LIMIT_ASKED, LIMIT_UNASKED, files_read
 from workbench.models.protocol import ModelSpec
@@ -71,6 +72,40 @@ class Study:
                 return response
         raise StudyError(
             f"no response {name!r}; the responses are {', '.join(r.name for r in self.responses)}"
+        )
+
+    def functional(self, name: str) -> Functional | None:
+        """How a name is read off a history that runs keep; None for a response, and for any other name."""
+        found = None if name in self.reductions else functional_of(name)
+        return found if found is not None and found.history in self.kept_histories else None
+
+    @property
+    def kept_histories(self) -> tuple[str, ...]:
+        """Names of time histories: of responses with a reduction, and what a function returns beside them."""
+        reduced = [name for name, reduction in self.reductions.items() if reduction is not None]
+        beside = self.model.get("keep") or () if self.model["kind"] == "python" else ()
+        return tuple(dict.fromkeys((*reduced, *beside)))
+
+    @property
+    def functional_names(self) -> tuple[str, ...]:
+        """What the screening and the worst case read off histories."""
+        table = self.worst_case or {}
+        named = [(self.screen or {}).get("response"), table.get("response")]
+        named += [name for key in ("responses", "weights", "within") for name in table.get(key) or ()]
+        return tuple(dict.fromkeys(n for n in named if n is not None and self.functional(n) is not None))
+
+    def target(self, name: str) -> Response:
+        """The response of that name, or what its words say of a history, such as "pc1 of force"."""
+        functional = self.functional(name)
+        if functional is not None:
+            units = {response.name: response.unit for response in self.responses}
+            return Response(functional.name, units.get(functional.history, "1"))
+        wanted = functional_of(name)
+        if wanted is None or name in self.reductions:
+            return self.response(name)
+        kept = ", ".join(self.kept_histories) or "none; a response with `reduce` is one"
+        raise StudyError(
+            f"{name!r} reads the time history {wanted.history!r}, which runs do not keep; kept are: {kept}"
         )
 
     def spec(self, *, version: str) -> ModelSpec:

@@ -167,7 +167,8 @@ ReadTable: Any = _optional(
 
 
 class ResponseTable(Table):
-    """`[[response]]`: `reduce` says how a time history becomes a number."""
+    """`[[response]]`: `reduce` says how a time history becomes a number; `regimes` names the lower
+    and the upper one of a response that switches."""
 
     name: Text
     unit: Text = "1"
@@ -176,6 +177,7 @@ class ResponseTable(Table):
     at: float | None = None
     p: Annotated[float, Field(ge=1)] | None = None
     read: ReadTable | None = None
+    regimes: Annotated[list[Text], Field(min_length=2, max_length=2)] | None = None
 
 
 def _option(option: Any) -> Any:
@@ -205,11 +207,13 @@ class EvaluateTable(Table):
 
 class ScreenTable(Table):
     """`[screen]`; `transform` "ranks" is for responses that jump; `groups` of parameters are selected
-    together, and `n_selected` of them whatever the likelihood says."""
+    together, and `n_selected` of them whatever the likelihood says; `regimes` says whether two of them are
+    looked for."""
 
     response: Text
     method: Text = "default"
     transform: Literal["none", "auto", "log", "ranks", "box-cox", "yeo-johnson"] = "none"
+    regimes: Literal["auto", "off"] = "auto"
     n_selected: Count | None = None
     groups: list[Annotated[list[Text], Field(min_length=2)]] | None = None
 
@@ -220,7 +224,7 @@ class WorstCaseTable(Table):
     runs the search proposes at once, whoever runs them; `enclosure` names a function that bounds the response
     over a box; `attack` is how many runs an adversary gets beside the budget; `noise` says whether the model
     gives another value when it is run again, which is found out where nobody says; `failures`
-    "worst" counts a failed run as worse than any value."""
+    "worst" counts a failed run as worse than any value; `transform` is the scale on which it is modelled."""
 
     response: Text | None = None
     responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None
@@ -238,6 +242,7 @@ class WorstCaseTable(Table):
     attack: Annotated[int, Field(ge=0)] | None = None
     noise: bool | None = None
     failures: Literal["avoid", "worst"] | None = None
+    transform: Literal["auto", "none", "log", "box-cox", "yeo-johnson"] | None = None
 
 
 class LayoutTable(Table):

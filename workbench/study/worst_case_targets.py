@@ -42,20 +42,22 @@ def targets(study: Study) -> list[Target]:
     table = study.worst_case or {}
     sense = table.get("sense", "max")
     if "responses" in table:
+        found = [(study.target(name), side) for name, side in table["responses"].items()]
         return [
-            Target(name=name, unit=study.response(name).unit, sense=side, reading=name, reads=(name,))
-            for name, side in table["responses"].items()
+            Target(name=one.name, unit=one.unit, sense=side, reading=one.name, reads=(one.name,))
+            for one, side in found
         ]
     if "weights" in table:
-        weights = dict(table["weights"])
+        weights = {study.target(name).name: weight for name, weight in table["weights"].items()}
         return [
             Target(
                 name=_sum_name(weights), unit="1", sense=sense, reading=weighted(weights),
                 reads=tuple(weights), notes={"weights": weights},
             )
         ]  # fmt: skip
-    response = study.response(table["response"])
-    limits = {name: (low, high) for name, (low, high) in table.get("within", {}).items()}
+    response = study.target(table["response"])
+    within_table = table.get("within", {}).items()
+    limits = {study.target(name).name: (low, high) for name, (low, high) in within_table}
     return [
         Target(
             name=response.name,
@@ -90,12 +92,12 @@ def _check_choice(study: Study, table: Mapping[str, Any]) -> None:
             f"weights = {{ y = 1.0, z = 0.5 }}, got {' and '.join(given) or 'none'}"
         )  # fmt: skip
     if "response" in table:
-        study.response(table["response"])
+        study.target(table["response"])
 
 
 def _check_responses(study: Study, table: Mapping[str, Any]) -> None:
     for name in table.get("responses", ()):
-        study.response(name)
+        study.target(name)
     stray = [key for key in ("sense", *OF_ONE) if key in table]
     if "responses" in table and stray:
         cure = {"sense": "it gives every response its own"}.get(stray[0], "search that response alone")
@@ -104,7 +106,7 @@ def _check_responses(study: Study, table: Mapping[str, Any]) -> None:
 
 def _check_weights(study: Study, table: Mapping[str, Any]) -> None:
     for name, weight in table.get("weights", {}).items():
-        study.response(name)
+        study.target(name)
         if weight == 0:
             raise StudyError(f"[worst_case] weights.{name} needs a number other than 0, got 0. Leave it out")
 
@@ -113,7 +115,7 @@ def _check_within(study: Study, table: Mapping[str, Any]) -> None:
     if "within" in table and "response" not in table:
         raise StudyError("[worst_case] within goes with response, the one whose worst is searched")
     for name, (low, high) in table.get("within", {}).items():
-        study.response(name)
+        study.target(name)
         if low is None and high is None:
             raise StudyError(f"[worst_case] within.{name} leaves both sides open. Leave it out")
         if low is not None and high is not None and low > high:
@@ -151,6 +153,14 @@ def _check_noise(study: Study, table: Mapping[str, Any]) -> None:
         )
 
 
+def _check_transform(study: Study, table: Mapping[str, Any]) -> None:
+    if table.get("noise") and table.get("transform", "auto") not in ("auto", "none"):
+        raise StudyError(
+            f"[worst_case] transform = {table['transform']!r} does not go with noise = true: the mean is "
+            "searched, which is that of the response itself. Leave one out"
+        )
+
+
 # by the key at whose line a refusal is placed
 CHECKS = {
     "response": _check_choice,
@@ -159,4 +169,5 @@ CHECKS = {
     "within": _check_within,
     "quantile": _check_quantile,
     "noise": _check_noise,
+    "transform": _check_transform,
 }

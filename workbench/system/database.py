@@ -26,6 +26,7 @@ __all__ = [
     "opened_for_reading",
     "row_checksum",
     "tables",
+    "transaction",
 ]
 
 # file systems on which a write-ahead log is not safe
@@ -52,6 +53,20 @@ def file_system(folder: Path) -> str:
         if place.startswith(point) and len(point) >= len(best):
             best, kind = point, name
     return kind
+
+
+@contextmanager
+def transaction(db: sqlite3.Connection) -> Iterator[None]:
+    """All writes inside are on the disk at the end, or none; the first error is the one that is raised."""
+    db.execute("BEGIN IMMEDIATE")
+    try:
+        yield
+        db.execute("COMMIT")
+    except BaseException:
+        if db.in_transaction:
+            with suppress(sqlite3.Error):
+                db.execute("ROLLBACK")
+        raise
 
 
 def connected(path: Path) -> sqlite3.Connection:

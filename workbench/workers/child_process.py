@@ -1,6 +1,5 @@
 """One worker process: its pipes, its log, the run it is at, how much memory it takes and how it ended."""
 
-import json
 import os
 import signal
 import subprocess
@@ -16,7 +15,7 @@ from workbench.models.command import LOG
 from workbench.models.protocol import ModelSpec
 from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import MARK
-from workbench.workers.worker import pack
+from workbench.workers.messages import opened, pack
 
 __all__ = ["WorkerProcess", "start_process"]
 
@@ -68,7 +67,7 @@ class WorkerProcess:
             size = int.from_bytes(self.buffer[:8], "big")
             if len(self.buffer) < 8 + size:
                 break
-            found.append(json.loads(bytes(self.buffer[8 : 8 + size])))
+            found.append(opened(bytes(self.buffer[8 : 8 + size])))
             del self.buffer[: 8 + size]
         return found
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.protocol import Answer, ModelSpec
-from workbench.workers.worker import answer_from_dict, answer_to_dict
+from workbench.workers.messages import answer_from_dict, answer_to_dict
 
 __all__ = ["DaskEngine", "run_on_worker"]
 

@@ -23,7 +23,7 @@ from workbench.models.protocol import Answer, ModelSpec
 from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import Watchdog, end_group, end_marked
 from workbench.workers.child_process import WorkerProcess, start_process
-from workbench.workers.worker import answer_from_dict
+from workbench.workers.messages import answer_from_dict
 
 __all__ = ["ProcessPool", "usable_processors"]
 

@@ -1,67 +1,25 @@
 """The other end of the process pool: opens the model once, answers rows until its pipe closes.
 
-Messages are JSON behind a length of eight bytes, over two pipes of their own, so that a model may print
-whatever it likes: standard output and error go to a log, of which the coordinator keeps the tail when a run
-fails. Nothing is pickled. The process leads its own group and dies with its coordinator.
+Messages go over two pipes of their own (see `messages.py`), so that a model may print whatever it likes:
+standard output and error go to a log, of which the coordinator keeps the tail when a run fails. Nothing is
+pickled. The process leads its own group and dies with its coordinator.
 """
 
-import json
 import os
 import resource
 import socket
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from workbench.errors import StudyError
-from workbench.models.histories import History
 from workbench.models.opening import open_model
-from workbench.models.protocol import (
-    Answer,
-    ModelSpec,
-    call,
-)
+from workbench.models.protocol import ModelSpec, call
 from workbench.system.process_tree import die_with_parent
+from workbench.workers.messages import answer_to_dict, pack, receive
 
-__all__ = ["answer_from_dict", "answer_to_dict", "main", "pack", "receive"]
-
-
-def pack(message: Any) -> bytes:
-    """A message as it travels."""
-    body = json.dumps(message, allow_nan=False, separators=(",", ":")).encode()
-    return len(body).to_bytes(8, "big") + body
-
-
-def receive(pipe: BinaryIO) -> Any:
-    """The next message, None at the end of the pipe."""
-    head = pipe.read(8)
-    if len(head) < 8:
-        return None
-    return json.loads(pipe.read(int.from_bytes(head, "big")))
-
-
-def answer_to_dict(answer: Answer) -> dict[str, Any]:
-    """Plain types."""
-    return {
-        "status": answer.status,
-        "outputs": dict(answer.outputs),
-        "gradients": {name: dict(by) for name, by in answer.gradients.items()},
-        "histories": {name: [list(h.time), list(h.values)] for name, h in answer.histories.items()}
-        if answer.status == "ok"
-        else {},
-        "kept": dict(answer.kept),
-        "error": answer.error,
-        "log": answer.log,
-        "wall": answer.wall,
-        "cpu": answer.cpu,
-        "host": answer.host,
-    }
-
-
-def answer_from_dict(data: dict[str, Any]) -> Answer:
-    """The answer of a mapping as `answer_to_dict` writes it."""
-    return Answer(**{**data, "histories": {name: History(*pair) for name, pair in data["histories"].items()}})
+__all__ = ["main"]
 
 
 def limit_memory(bytes_more: int) -> None:

@@ -2,6 +2,8 @@
 
     python kill_driver.py folder count engine [kill-before-the-k-th-operation [database or files]]
 
+engine: inline, processes, or histories (inline, a model whose answers are histories).
+
 Every acknowledged row is appended to `folder/acknowledged` in one write, after its commit.
 """
 
@@ -25,6 +27,11 @@ def model(a, b):
     if int(1e6 * a) % 10 == 3:
         raise ValueError("one in ten has no value")
     return a / 3 + b * b
+
+
+def history_model(a, b):
+    time.sleep(0.001)
+    return {"y": ([k / 600 for k in range(600)], [a * k + b * k * k for k in range(600)])}
 
 
 def rows(count):
@@ -104,12 +111,16 @@ def main(folder, count, engine, kill_after="0", what="database"):
         campaign = Campaign.of(model, SPACE, folder=folder)
     else:
         study = folder / "s.toml"
-        place = Path(__file__).parent
+        place, function = Path(__file__).parent, "history_model" if engine == "histories" else "model"
         study.write_text(
-            f'[study]\nname = "s"\n[model]\nkind = "python"\nfunction = "{place}/kill_driver.py:model"\n'
+            f'[study]\nname = "s"\n[model]\nkind = "python"\nfunction = "{place}/kill_driver.py:{function}"\n'
             '[[parameter]]\nname = "a"\nlower = 0\nupper = 1\n'
             '[[parameter]]\nname = "b"\nlower = 0\nupper = 1\n'
-            '[[response]]\nname = "y"\n[evaluate]\nworkers = 2\n'
+            + (
+                '[[response]]\nname = "y"\nreduce = "max"\n[evaluate]\nengine = "inline"\n'
+                if engine == "histories"
+                else '[[response]]\nname = "y"\n[evaluate]\nworkers = 2\n'
+            )
         )
         campaign = Campaign.from_file(study, folder=folder)
     with campaign:

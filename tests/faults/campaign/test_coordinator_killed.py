@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from workbench.histories.store import HistoryStore
 from workbench.system.process_tree import marked_processes
 
 DRIVER = Path(__file__).with_name("kill_driver.py")
@@ -113,6 +114,41 @@ def left_behind(folder):
     return found
 
 
+def assert_histories(folder):
+    """Every run that has its answer has its history, whole, and no more is in the file."""
+    with HistoryStore.reading(folder) as store:
+        assert store.wrong() == []
+        found = {e.key: store.history(e) for e in store.entries(name="y")}
+    rows = [row for row in results(folder) if row[1] == "ok"]
+    assert len(rows) == len(results(folder))
+    assert found.keys() == {key for key, *_ in rows}
+    for key, _, inputs, outputs, _ in rows:
+        a, b = json.loads(inputs).values()
+        assert found[key].values.tolist() == [a * k + b * k * k for k in range(600)]
+        assert max(found[key].values) == json.loads(outputs)["y"]
+
+
+def kill_before_some_with_histories(operations, tmp_path, count, what):
+    reached = kill_before_every(operations, tmp_path, count, what, engine="histories")
+    for folder in tmp_path.iterdir():
+        assert_histories(folder)
+    return reached
+
+
+@pytest.mark.parametrize(("what", "step"), [("database", 37), ("files", 43)])
+def test_a_kill_leaves_no_answer_without_its_history(tmp_path, what, step):
+    assert kill_before_some_with_histories(range(3, 400, step), tmp_path, 6, what) is not None
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("what", ["database", "files"])
+def test_a_kill_before_every_operation_leaves_no_answer_without_its_history(tmp_path, what):
+    last = kill_before_some_with_histories(range(1, 2000), tmp_path, 12, what)
+    assert last is not None
+    assert last > 30
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_two_hundred_kills_lose_nothing(tmp_path):
@@ -122,17 +158,17 @@ def test_two_hundred_kills_lose_nothing(tmp_path):
     assert results(tmp_path / "killed") == whole
 
 
-def kill_before_every(operations, tmp_path, count, what="database"):
-    whole = uninterrupted(tmp_path / "whole", count)
+def kill_before_every(operations, tmp_path, count, what="database", engine="inline"):
+    whole = uninterrupted(tmp_path / "whole", count, engine)
     for k in operations:
         folder = tmp_path / f"k{k}"
-        process = drive(folder, count, "inline", kill_after=k, what=what)
+        process = drive(folder, count, engine, kill_after=k, what=what)
         code = process.wait(60)
         process.stderr.close()
         if code == 0:
             return k
         assert code == -signal.SIGKILL
-        process = drive(folder, count, "inline")
+        process = drive(folder, count, engine)
         assert process.wait(60) == 0, process.stderr.read().decode()
         process.stderr.close()
         assert_acknowledged(folder)

@@ -1,6 +1,7 @@
 """A run is a simulation and a reading: other readings of stored runs cost no run."""
 
 import sqlite3
+import sys
 import zipfile
 from pathlib import Path
 
@@ -8,8 +9,12 @@ import pytest
 
 from workbench.campaign.permissions import Permissions
 from workbench.campaign.rereading import kept_archive
+from workbench.campaign.rescue.merging import merged
+from workbench.campaign.view import CampaignView
 from workbench.errors import StudyError
 from workbench.stages.campaign import Campaign
+from workbench.study.loading import load_study
+from workbench.terminal.showing import run_document, run_lines
 
 HEAD = """
 [study]
@@ -96,6 +101,39 @@ def test_another_reducer_reads_the_stored_history(python):
     assert python.runs == 3
 
 
+def test_histories_are_shown_joined_and_taken_along(python):
+    response = 'name = "h"\nunit = "N"\nreduce = "max"'
+    python.values(response)
+    folder = python.folder / "s.holdfast"
+    with CampaignView.opened(load_study(python.folder / "s.toml")) as view:
+        found = run_document(view, "2")
+    assert found["histories"] == {"h": {"unit": "N", "samples": 3, "from": 0.0, "to": 2.0}}
+    assert "  h [N]: 3 samples from 0 to 2" in run_lines(found)
+    text = (python.folder / "s.toml").read_text()
+    with Campaign.from_file(python.folder / "s.toml", folder=python.folder / "other") as campaign:
+        assert merged(campaign, folder).joined == 3
+        assert campaign.history(campaign.runs()[1].key)["h"].values.tolist() == [0.5, -1.5, 0.5]
+    more = '[[parameter]]\nname = "b"\nlower = 0\nupper = 1\nbaseline = 0.5\n'
+    (python.folder / "s.toml").write_text(text.replace("[evaluate]", f"{more}[evaluate]"))
+    allowed = Permissions(at_baseline=True, same_model=True)
+    with Campaign.from_file(python.folder / "s.toml", permissions=allowed) as campaign:
+        runs = [row for row in campaign.runs() if row.inputs == {"a": 1.0, "b": 0.5}]
+        assert [campaign.history(row.key)["h"].values.tolist() for row in runs] == [[1.0, -3.0, 1.0]]
+
+
+def test_a_history_that_is_damaged_is_not_read(python):
+    python.values('name = "h"\nreduce = "max"')
+    db = sqlite3.connect(python.folder / "s.holdfast" / "histories.sqlite")
+    db.execute("DELETE FROM part")
+    db.commit()
+    db.close()
+    with pytest.raises(
+        StudyError, match=r"'h' cannot be read from 3 .* is damaged: part 0 of 'h' .* missing"
+    ):
+        python.values('name = "h"\nreduce = "min"')
+    assert python.values('name = "h"\nreduce = "max"')[1] == {"h": 0.5}
+
+
 def test_a_history_becomes_a_response_where_it_was_kept(python):
     python.values('name = "y"')
     words = (
@@ -151,16 +189,129 @@ def test_nothing_is_kept_where_nothing_is_asked_for(command):
         command.values(END, ENERGY, more="keep = []\n")
 
 
-def test_a_reader_that_changed_inside_is_followed_on_request(command):
-    (command.folder / "post.py").write_text(
-        "def peak(work): return float((work / 'log.txt').read_text()[6:9])"
-    )
-    peak = 'name = "peak"\nread = { kind = "python", function = "post.py:peak" }'
-    assert command.values(peak, more='keep = ["log.txt"]\n')[2] == {"peak": 3.0}
+PEAK = 'name = "peak"\nread = { kind = "python", function = "post.py:peak" }'
+POST = "import factor_of_post\ndef peak(work):\n"
+POST += "    return factor_of_post.F * float((work / 'log.txt').read_text()[6:10])\n"
+
+
+@pytest.fixture
+def reader(command, monkeypatch):
+    """Writes a reader, and forgets the module behind it as a new process would."""
+
+    def write(post=POST, factor=1.0):
+        monkeypatch.delitem(sys.modules, "factor_of_post", raising=False)
+        (command.folder / "post.py").write_text(post)
+        (command.folder / "factor_of_post.py").write_text(f"F = {factor}\n")
+
+    monkeypatch.syspath_prepend(command.folder)
+    write()
+    return write
+
+
+def test_an_edited_reader_reads_stored_runs_again(command, reader):
+    assert command.values(PEAK)[2] == {"peak": 3.0}
+    reader(POST.replace("return ", "return 10 + "))
+    assert command.values(PEAK)[2] == {"peak": 13.0}
+    reader(factor=-1.0)
+    assert command.values(PEAK)[2] == {"peak": -3.0}
+    reader()
     with Campaign.from_file(command.folder / "s.toml") as campaign:
         found = campaign.reread(every=True)
+        assert [row.outputs["peak"] for row in campaign.runs()] == [0.75, 1.5, 3.0]
     assert (found.read, found.looked_at) == (3, 3)
     assert command.runs == 3
+
+
+def test_an_edited_reader_of_histories_replaces_them(command, reader):
+    history = PEAK + '\nreduce = "max"'
+    reader("def peak(work):\n    return [0, 1], [1, 2]\n")
+    assert command.values(history)[0] == {"peak": 2.0}
+    reader("def peak(work):\n    return [0, 1], [5, 7]\n")
+    assert command.values(history)[0] == {"peak": 7.0}
+    with Campaign.from_file(command.folder / "s.toml") as campaign:
+        stored = campaign.history(campaign.key(ROWS[0]))
+        assert stored["peak"].values.tolist() == [5.0, 7.0]
+    assert command.values(history.replace("max", "min"))[0] == {"peak": 5.0}
+    assert command.runs == 3
+
+
+def test_an_edited_reader_without_files_is_refused_with_the_number_of_runs(command, reader):
+    nothing = "keep = []\n"
+    command.values(PEAK, more=nothing)
+    reader(POST.replace("return ", "return 1 * "))
+    words = (
+        r"'peak' cannot be read from 3 stored runs of s.holdfast: the code of its reader post.py:peak "
+        r"changed, and its files were not kept. --same-model keeps what was read .*--run-again makes these 3"
+    )
+    with pytest.raises(StudyError, match=words):
+        command.values(PEAK, more=nothing)
+    vouched = Permissions(same_model=True)
+    assert command.values(PEAK, more=nothing, permissions=vouched)[2] == {"peak": 3.0}
+    assert command.values(PEAK, more=nothing)[2] == {"peak": 3.0}, "once said, it is known"
+    assert command.runs == 3
+    reader(factor=2.0)
+    again = Permissions(run_again=True)
+    assert command.values(PEAK, more=nothing, permissions=again)[2] == {"peak": 6.0}
+    assert command.runs == 6
+
+
+def test_a_reader_that_fails_is_refused_and_changes_nothing(command, reader):
+    command.values(PEAK)
+    reader("def peak(work):\n    return {}['force']\n")
+    with pytest.raises(StudyError, match=r"'peak' cannot be read from 3 .*: KeyError: 'force'. --run-again"):
+        command.values(PEAK)
+    reader("def other(work):\n    return 1.0\n")
+    with pytest.raises(StudyError, match=r"'peak' cannot be read from 3 .*post.py has no 'peak'"):
+        command.values(PEAK)
+    reader()
+    assert command.values(PEAK)[2] == {"peak": 3.0}
+
+
+def test_runs_that_a_reader_failed_at_are_read_when_it_is_mended(command, reader):
+    reader("def peak(work):\n    raise ZeroDivisionError('a slip')\n")
+    assert command.values(PEAK) == [{}, {}, {}]
+    reader()
+    assert command.values(PEAK) == [{"peak": 0.75}, {"peak": 1.5}, {"peak": 3.0}]
+    assert command.runs == 3
+
+
+def test_what_a_failed_command_left_is_never_read(command):
+    with (command.folder / "solver.py").open("a") as file:
+        file.write("sys.exit(1 if a > 0.4 else 0)\n")
+    assert command.values(END) == [{"end": 0.75}, {}, {}]
+    assert command.values(END, ENERGY) == [{"end": 0.75, "energy": 1.75}, {}, {}]
+
+
+def test_another_reader_of_histories_leaves_none_of_the_former(command):
+    command.values(FORCE.format(column="f"))
+    assert command.values(FORCE.format(column="g"))[1] == {"force": 0.0}
+    assert command.values(FORCE.format(column="g").replace("max", "min"))[1] == {"force": -499.0}
+    with Campaign.from_file(command.folder / "s.toml") as campaign:
+        stored = campaign.history(campaign.key(ROWS[1]))
+        assert stored["force"].values[-1] == -499.0
+
+
+def test_stores_that_did_not_know_the_code_of_readers_are_taken_as_they_are(command, reader, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr("workbench.campaign.runs.readings_now", lambda readings, *_, **__: readings)
+        command.values(PEAK, more="keep = []\n")
+    assert command.values(PEAK, more="keep = []\n")[2] == {"peak": 3.0}
+    reader(factor=2.0)
+    with pytest.raises(StudyError, match="cannot be read from 3 stored runs"):
+        command.values(PEAK, more="keep = []\n")
+
+
+def test_files_that_only_a_function_reads_are_kept_whole_or_not_at_all(command, reader):
+    command.values(END, PEAK, rows=ROWS[:1])
+    (archive,) = (command.folder / "s.holdfast" / "kept").iterdir()
+    with zipfile.ZipFile(archive) as content:
+        assert set(content.namelist()) == {"calls.txt", "log.txt", "out.csv", "output.log"}
+    with (command.folder / "solver.py").open("a") as file:
+        file.write("import random\nopen('big', 'wb').write(random.randbytes(200_000))\n")
+    command.values(END, PEAK, rows=ROWS[:1], more='version = "2"\n')
+    (other,) = (path for path in (command.folder / "s.holdfast" / "kept").iterdir() if path != archive)
+    with zipfile.ZipFile(other) as content:
+        assert content.namelist() == ["log.txt"]
 
 
 def test_the_files_of_a_version_3_store_follow_its_runs(tmp_path):

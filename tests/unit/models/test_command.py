@@ -10,7 +10,7 @@ import pytest
 
 import studies
 from studies.adams_loop import solver
-from workbench.campaign.failures import failure_document
+from workbench.campaign.results.failures import failure_document
 from workbench.errors import StudyError
 from workbench.models.template import compiled
 from workbench.stages.campaign import Campaign

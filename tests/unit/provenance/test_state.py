@@ -1,5 +1,6 @@
 """The state of a model: what is noticed, what is no change, and what a person may answer."""
 
+import os
 import shutil
 import subprocess
 
@@ -109,6 +110,8 @@ def test_excluded_files_are_no_part_of_the_state(place):
 
 
 def test_files_are_read_once(place, tmp_path, monkeypatch):
+    for name in FILES:
+        os.utime(place / name, (1e9, 1e9))
     before = state(place, tmp_path / "cache.json")
 
     def read(path):

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from workbench.campaign.failures import failure_document, failure_lines, where_runs_fail
+from workbench.campaign.results.failures import failure_document, failure_lines, where_runs_fail
 from workbench.errors import StoreError, StudyError
 from workbench.report.lines.robust import robust_lines
 from workbench.space.box import Parameter, Space
@@ -289,7 +289,7 @@ def test_a_campaign_is_watched_from_outside(tmp_path):
 def test_exports_are_whole_files(tmp_path):
     import xarray as xr
 
-    from workbench.campaign.exports import write_all
+    from workbench.campaign.results.exports import write_all
 
     with open_study(tmp_path, code=FAILS) as campaign:
         campaign.evaluate([{"k": 1.0, "u": 1 / 3}, {"k": 4.0, "u": 0.5}])

@@ -68,6 +68,7 @@ def test_the_mean_is_on_page_and_terminal_and_its_runs_are_stored(tmp_path):
         ("attack = 50", r"noise = true does not go with attack, which takes every run for exact\. Leave one"),
         ("lipschitz = 2.0", "noise = true does not go with lipschitz"),
         ("quantile = 0.9", "noise = true does not go with quantile"),
+        ('transform = "log"', "transform = 'log' does not go with noise = true: the mean is searched"),
     ],
 )
 def test_what_takes_runs_for_exact_is_refused(tmp_path, more, message):

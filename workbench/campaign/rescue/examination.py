@@ -9,11 +9,12 @@ from workbench.campaign.integrity.checksums import CHECKED, check_store, wrong_r
 from workbench.campaign.rescue.stock import stock_of
 from workbench.campaign.store_schema import VERSION
 from workbench.errors import StoreError
+from workbench.histories.store import FILE, HistoryStore
 from workbench.system.database import explained, opened_for_reading, tables
 from workbench.system.one_writer import holder_of
 from workbench.system.witness import file_state, has_log, witness_says
 
-__all__ = ["DATABASES", "Check", "Examination", "examined"]
+__all__ = ["DATABASES", "Check", "Examination", "examined", "examined_histories"]
 
 DATABASES = ("runs.sqlite", "layouts.sqlite")  # of a campaign's folder
 SHOWN = 3
@@ -78,6 +79,26 @@ def examined(path: Path) -> Examination:
     if not all(check.ok for check in checks):
         checks.append(_stock(path))
     return Examination(path=path, checks=tuple(checks))
+
+
+def examined_histories(folder: Path) -> Examination | None:
+    """Look at every time history of the campaign in `folder`; None where there are none."""
+    path = folder / FILE
+    try:
+        store = HistoryStore.reading(folder)
+        if store is None:
+            return None
+        with store:
+            wrong, counts = store.wrong(), store.names()
+    except StoreError as exc:
+        return Examination(path=path, checks=(Check(name="histories", ok=False, text=str(exc)),))
+    if wrong:
+        more = f" and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
+        check = Check(name="histories", ok=False, text="; ".join(wrong[:SHOWN]) + more)
+    else:
+        said = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        check = Check(name="histories", ok=True, text=f"as they were stored: {said or 'none'}")
+    return Examination(path=path, checks=(check,))
 
 
 def _file(path: Path, said: dict[str, Any]) -> Check:

@@ -15,12 +15,13 @@ from workbench.campaign.integrity.checksums import CHECKED
 from workbench.campaign.rescue.examination import examined
 from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StoreError, StudyError
-from workbench.models.evaluation import UNFINISHED
+from workbench.histories.stored import copy_histories
+from workbench.models.stored.evaluation import UNFINISHED
 from workbench.system.database import explained, opened_for_reading
 
 __all__ = ["Merging", "merged", "merging_lines"]
 
-FILES = (("histories", ".nc"), ("kept", ".zip"))  # what a run left
+KEPT = "kept"  # files that runs left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,9 +209,9 @@ def _reading(store: Any, definition: str | None) -> int | None:
 
 def _copy_files(keys: list[str], source: Path, target: Path) -> None:
     """What the runs left; before the commit, so that no run is without its files."""
-    for place, suffix in FILES:
-        for key in keys:
-            file = source / place / f"{key}{suffix}"
-            if file.exists():
-                (target / place).mkdir(exist_ok=True)
-                shutil.copyfile(file, target / place / file.name)
+    copy_histories(source, target, [(key, key) for key in keys])
+    for key in keys:
+        file = source / KEPT / f"{key}.zip"
+        if file.exists():
+            (target / KEPT).mkdir(exist_ok=True)
+            shutil.copyfile(file, target / KEPT / file.name)

@@ -19,7 +19,7 @@ from workbench.campaign.rescue.examination import DATABASES, Examination, examin
 from workbench.campaign.rescue.stock import Exported, Stock, exported_rows, stock_of
 from workbench.campaign.store_schema import SCHEMA, VERSION
 from workbench.errors import StoreError
-from workbench.models.evaluation import UNFINISHED
+from workbench.models.stored.evaluation import UNFINISHED
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 from workbench.system.database import connected, explained

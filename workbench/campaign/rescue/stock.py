@@ -15,7 +15,7 @@ from workbench.campaign.integrity.checksums import CHECKED, REALS
 from workbench.campaign.rescue.pages import Pages, Record
 from workbench.campaign.store_schema import STATUSES, run_key
 from workbench.errors import StudyError
-from workbench.models.evaluation import FAILED
+from workbench.models.stored.evaluation import FAILED
 from workbench.space.box import Space
 from workbench.system.database import row_checksum
 from workbench.system.spreadsheet import plain_cell

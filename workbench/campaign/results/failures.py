@@ -5,17 +5,16 @@ its score is Youden's J, share of failures beyond the cut minus share of good ru
 them, 0 says nothing). Words are cut by level.
 """
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from workbench.models.evaluation import FAILED, Evaluation
+from workbench.models.stored.evaluation import FAILED, Evaluation, alike, cause_of
 from workbench.space.box import Space
 
-__all__ = ["Cut", "cause_of", "failure_document", "failure_lines", "what_is_missing", "where_runs_fail"]
+__all__ = ["Cut", "failure_document", "failure_lines", "what_is_missing", "where_runs_fail"]
 
 WORDS = {
     "failed": "failed",
@@ -26,15 +25,6 @@ WORDS = {
 CLEAR = 0.5  # Youden's J from which a cut is worth telling
 FEWEST = 3  # failures below which no place is named
 SHOWN = 20
-LONGEST = 120  # characters of a cause
-KEPT_IN = " (kept in "  # what the failure of a command ends with
-NUMBER = re.compile(r"0x[0-9a-f]+|(?<![A-Za-z])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?", re.IGNORECASE)
-COMPLAINT = re.compile(
-    r"\b(?:error|fatal|fail|failed|failure|cannot|could not|abort(?:ed|ing)?|exception|"
-    r"diverge[sd]?|divergence|singular|no(?:t)? converge\w*|no convergence|panic|segmentation fault|"
-    r"illegal|invalid)\b",
-    re.IGNORECASE,
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +69,7 @@ def failure_document(runs: Sequence[Evaluation], space: Space) -> dict[str, Any]
     bad = [r for r in runs if r.status in FAILED]
     return {
         "counts": dict(Counter(r.status for r in runs)),
-        "errors": _causes(bad),
+        "errors": {cause: len(runs) for cause, runs in alike(bad)},
         "runs": [
             {"id": r.id, "key": r.key, "status": r.status, "attempt": r.attempt, "error": r.error,
              "log": r.log, "parameters": dict(r.inputs)}
@@ -170,34 +160,3 @@ def _beyond(value: Any, side: str, threshold: Any) -> bool:
     if side == "is":
         return bool(value == threshold)
     return bool(value > threshold) if side == "above" else bool(value < threshold)
-
-
-def _causes(runs: Sequence[Evaluation]) -> dict[str, int]:
-    """How many runs failed alike, most first: what differs in its numbers alone is one cause, told by one."""
-    counts: Counter[str] = Counter()
-    told: dict[str, str] = {}
-    for run in runs:
-        cause = cause_of(run.error, run.log)
-        alike = NUMBER.sub("#", cause)
-        counts[alike] += 1
-        told.setdefault(alike, cause)
-    return {told[alike]: count for alike, count in counts.most_common()}
-
-
-def cause_of(error: str, log: str) -> str:
-    """Why a run failed, in a line: of a command the last line of its log that speaks of an error.
-
-    >>> log = "step 1\\n*** ERROR: no convergence\\nbye"
-    >>> cause_of("solver ended with exit code 3 (kept in work/3fa9)", log)
-    'solver ended with exit code 3: *** ERROR: no convergence'
-    >>> cause_of("ValueError: negative load", "Traceback ...")
-    'ValueError: negative load'
-    """
-    first = _first_line(error)
-    plain, kept, _ = first.partition(KEPT_IN)
-    lines = [line.strip() for line in log.splitlines() if COMPLAINT.search(line)] if kept else []
-    return f"{plain}: {lines[-1]}"[:LONGEST] if lines else plain
-
-
-def _first_line(text: str) -> str:
-    return text.splitlines()[0][:LONGEST] if text else "no message"

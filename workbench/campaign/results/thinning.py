@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import doe
-from workbench.models.evaluation import Evaluation
+from workbench.models.stored.evaluation import Evaluation
 from workbench.space.box import Space
 
 __all__ = ["spread_runs"]

@@ -1,26 +1,32 @@
-"""Runs as xarray Datasets, pandas frames and files (netCDF, CSV, parquet), which are written whole."""
+"""Runs as xarray Datasets, pandas frames and files (netCDF, CSV, parquet), which are written whole.
+
+CSV and netCDF are written in one pass over the stored runs, of which some thousand are held at a time.
+"""
 
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.campaign.results.netcdf import RunColumns
 from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
-from workbench.models.evaluation import Evaluation
+from workbench.histories.netcdf import write_histories
+from workbench.models.stored.evaluation import Evaluation
+from workbench.models.stored.run_chunks import RunChunk
 from workbench.space.box import Response, Space
-from workbench.system.atomic import write_text, write_whole
+from workbench.system.atomic import write_whole
 from workbench.system.spreadsheet import spreadsheet_cell
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["dataset", "frame", "write_all", "write_csv", "write_netcdf", "write_parquet"]
+__all__ = ["csv_pieces", "dataset", "frame", "write_all", "write_parquet"]
 
 
 def dataset(
@@ -77,50 +83,71 @@ def frame(runs: Sequence[Evaluation], space: Space, responses: Sequence[Response
 
 
 def write_all(
-    campaign: StoredRuns, *, folder: Path | None = None, parquet: bool = False, raw: bool = False
+    campaign: StoredRuns,
+    *,
+    folder: Path | None = None,
+    parquet: bool = False,
+    histories: bool = False,
+    raw: bool = False,
+    beside: Callable[[RunChunk], None] | None = None,
 ) -> list[Path]:
-    """`runs.csv`, `results.nc` and, if asked for, `runs.parquet`; their paths.
+    """`runs.csv`, `results.nc` and, if asked for, `runs.parquet` and `histories.nc`; their paths.
 
-    `folder`: where they are written, the campaign's own by default.    `raw`: see `write_csv`.
+    `folder`: where they are written, the campaign's own by default.    `raw`: a text that a spreadsheet
+    would take for a formula stays as it is; else it gets an apostrophe in front.    `beside`: is given the
+    runs as they pass.
     """
-    study, runs = campaign.study, campaign.runs()
+    study = campaign.study
     place = campaign.folder if folder is None else folder
     paths = [place / "runs.csv", place / "results.nc"]
-    write_csv(paths[0], runs, study.space, study.responses, raw=raw)
-    write_netcdf(paths[1], dataset(runs, study.space, study.responses, name=study.name))
+    columns = RunColumns(study.space, study.responses, name=study.name)
+    keys: list[str] = []
+
+    def chunks() -> Iterator[RunChunk]:
+        for chunk in campaign.chunks():
+            columns.take(chunk)
+            if histories:
+                keys.extend(chunk.keys)
+            if beside is not None:
+                beside(chunk)
+            yield chunk
+
+    write_whole(paths[0], csv_pieces(chunks(), study.space, study.responses, raw=raw))
+    columns.write(paths[1])
     if parquet:
         paths.append(place / "runs.parquet")
-        write_parquet(paths[-1], frame(runs, study.space, study.responses))
+        write_parquet(paths[-1], frame(campaign.runs(), study.space, study.responses))
+    if histories:
+        paths.append(place / "histories.nc")
+        write_histories(paths[-1], campaign.folder, keys)
     return paths
 
 
-def write_csv(
-    path: Path,
-    runs: Sequence[Evaluation],
-    space: Space,
-    responses: Sequence[Response],
-    *,
-    raw: bool = False,
-) -> None:
-    """Runs as CSV in full precision; units stand in results.nc, a second header line would break readers.
-
-    A text that a spreadsheet would take for a formula gets an apostrophe in front, unless `raw`.
-    """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
+def csv_pieces(
+    chunks: Iterable[RunChunk], space: Space, responses: Sequence[Response], *, raw: bool
+) -> Iterator[bytes]:
+    """Runs as CSV in full precision; units stand in results.nc, a second header line would break readers."""
     names = [r.name for r in responses]
-    writer.writerow(["key", "status", "batch", *space.names, *names, "error"])
-    for r in runs:
-        values = [r.inputs[n] for n in space.names] + [r.outputs.get(n, "") for n in names]
-        cells = [r.key, r.status, r.batch, *values, r.error]
-        writer.writerow(cells if raw else map(spreadsheet_cell, cells))
-    write_text(path, out.getvalue())
+    words = [not p.is_numeric for p in space.parameters]
+    yield _csv([["key", "status", "batch", *space.names, *names, "error"]])
+    for chunk in chunks:
+        given = [[inputs[name] for inputs in chunk.inputs] for name in space.names]
+        found = [[outputs.get(name, "") for outputs in chunk.outputs] for name in names]
+        errors: Sequence[str] = chunk.errors
+        if not raw:  # of columns that hold texts
+            given = [
+                [spreadsheet_cell(v) for v in values] if is_word else values
+                for values, is_word in zip(given, words, strict=True)
+            ]
+            errors = [spreadsheet_cell(error) for error in errors]
+        columns = [chunk.keys, chunk.statuses, chunk.batches, *given, *found, errors]
+        yield _csv(zip(*columns, strict=True))
 
 
-def write_netcdf(path: Path, data: "xr.Dataset") -> None:
-    """A Dataset as netCDF 3 (64-bit offset), which every netCDF library reads; bytes follow the data."""
-    content = data.to_netcdf(None, format="NETCDF3_64BIT", engine="scipy")
-    write_whole(path, bytes(content))
+def _csv(rows: Iterable[Sequence[Any]]) -> bytes:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue().encode()
 
 
 def write_parquet(path: Path, table: "pd.DataFrame") -> None:

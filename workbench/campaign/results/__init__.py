@@ -1,0 +1,1 @@
+"""What is made of stored runs: exports, why and where runs fail, functionals of histories, some of many."""
