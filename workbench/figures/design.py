@@ -6,6 +6,7 @@ import numpy as np
 
 import doe
 from workbench.errors import StudyError
+from workbench.figures.parts import any_label
 from workbench.sampling.plan import Design
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def _label(design: Design, name: str) -> str:
     return text if p.unit in ("1", "") else f"{text} [{p.unit}]"
 
 
+@any_label
 def plot_pair(design: Design, x: str, y: str, *, ax: "Axes | None" = None) -> "Axes":
     """Runs over two parameters in physical values; up to 60 runs, lines mark the strata of an LHS."""
     ax = _axes(ax)
@@ -54,6 +56,7 @@ def plot_pair(design: Design, x: str, y: str, *, ax: "Axes | None" = None) -> "A
     return ax
 
 
+@any_label
 def plot_pairs(design: Design, *, ax: "Axes | None" = None) -> "Axes":
     """Unit coordinates of all pairs of parameters, as a triangle of small squares in one frame.
 
@@ -92,6 +95,7 @@ def plot_pairs(design: Design, *, ax: "Axes | None" = None) -> "Axes":
     return ax
 
 
+@any_label
 def plot_correlations(design: Design, *, ax: "Axes | None" = None) -> "Axes":
     """Correlation of every pair of parameters in the unit cube, as a map from -1 to 1."""
     ax = _axes(ax)
@@ -122,6 +126,7 @@ def plot_correlations(design: Design, *, ax: "Axes | None" = None) -> "Axes":
     return ax
 
 
+@any_label
 def plot_distances(design: Design, *, seed: int = 0, ax: "Axes | None" = None) -> "Axes":
     """Histogram of the distance of every run to its nearest neighbour, beside a random Latin hypercube's."""
     ax = _axes(ax)
@@ -140,6 +145,7 @@ def plot_distances(design: Design, *, seed: int = 0, ax: "Axes | None" = None) -
     return ax
 
 
+@any_label
 def plot_design(design: Design) -> "Figure":
     """All pairs (of at most 12 parameters), the correlation map and the distances in one figure."""
     from matplotlib import style

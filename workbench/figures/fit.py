@@ -10,6 +10,7 @@ from workbench.figures.parts import (
     GREY,
     NORMAL_95,
     VERMILLION,
+    any_label,
     axis_label,
     current_axes,
 )
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["plot_predicted", "plot_quantiles", "plot_standardised"]
 
 
+@any_label
 def plot_predicted(
     leave_one_out: Mapping[str, Any], *, label: str = "response", unit: str = "1", ax: "Axes | None" = None
 ) -> "Axes":
@@ -43,6 +45,7 @@ def plot_predicted(
     return ax
 
 
+@any_label
 def plot_standardised(leave_one_out: Mapping[str, Any], *, ax: "Axes | None" = None) -> "Axes":
     """Leave-one-out errors in standard deviations over the prediction: no pattern, few beyond 2."""
     ax = current_axes(ax)
@@ -57,6 +60,7 @@ def plot_standardised(leave_one_out: Mapping[str, Any], *, ax: "Axes | None" = N
     return ax
 
 
+@any_label
 def plot_quantiles(leave_one_out: Mapping[str, Any], *, ax: "Axes | None" = None) -> "Axes":
     """Ordered standardised errors against those of a normal law: on the line, the stated bars are right."""
     from statistics import NormalDist

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.engine import Trajectory
-from workbench.figures.parts import BLUE, GREY, VERMILLION, axis_label, current_axes
+from workbench.figures.parts import BLUE, GREY, VERMILLION, any_label, axis_label, current_axes
 from workbench.motion.frames import frame_at
 from workbench.motion.trajectories import tied_points
 
@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 STYLES = ("-", "--", "-.", ":")  # told apart without colour
 
 
+@any_label
 def plot_histories(
     series: dict[str, Any], times: Any, *, label: str = "value", unit: str = "1", ax: "Axes | None" = None
 ) -> "Axes":
@@ -36,6 +37,7 @@ def plot_histories(
     return ax
 
 
+@any_label
 def plot_storyboard(trajectory: Trajectory, times: Sequence[float], *, ax: "Axes | None" = None) -> "Axes":
     """The bodies at some times, side by side, with members as thick as their density; y up, one scale.
 

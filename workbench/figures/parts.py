@@ -1,6 +1,8 @@
 """What the figures share: colours that the colour-blind tell apart, labels with units, the current axes."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from workbench.space.units import raised
 
@@ -8,7 +10,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["axis_label", "current_axes", "text_where_no_math", "whole_numbers"]
+__all__ = ["any_label", "axis_label", "current_axes", "text_where_no_math", "whole_numbers"]
+
+P = ParamSpec("P")
+Drawn = TypeVar("Drawn", "Axes", "Figure")
 
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"
 GREY, PALE = "#8a939d", "#c9d0d8"
@@ -31,6 +36,20 @@ def current_axes(ax: "Axes | None") -> "Axes":
     from matplotlib import pyplot as plt
 
     return plt.gca()
+
+
+def any_label(plot: Callable[P, Drawn]) -> Callable[P, Drawn]:
+    """A function that draws, whose labels may be any text: those that are no valid mathtext stay text."""
+
+    @wraps(plot)
+    def drawn(*given: P.args, **named: P.kwargs) -> Drawn:
+        found = plot(*given, **named)
+        figure = found.get_figure(root=True)
+        if figure is not None:
+            text_where_no_math(figure)
+        return found
+
+    return drawn
 
 
 def text_where_no_math(figure: "Figure") -> None:

@@ -11,6 +11,7 @@ from workbench.figures.parts import (
     ORANGE,
     PALE,
     VERMILLION,
+    any_label,
     axis_label,
     current_axes,
 )
@@ -21,17 +22,22 @@ if TYPE_CHECKING:
 __all__ = ["beats", "plot_failures", "plot_percentiles", "plot_response"]
 
 
+@any_label
 def plot_response(
     values: Sequence[float | None],
     *,
     stages: Sequence[str],
+    numbers: Sequence[int] | None = None,
     label: str = "response",
     unit: str = "1",
     ax: "Axes | None" = None,
 ) -> "Axes":
-    """Every run's response in the order run, by stage; a failed run is a cross on the axis."""
+    """Every run's response in the order run, by stage; a failed run is a cross on the axis.
+
+    `numbers`: of the runs, where these are some of many.
+    """
     ax = current_axes(ax)
-    number = np.arange(1, len(values) + 1)
+    number = np.arange(1, len(values) + 1) if numbers is None else np.array(numbers)
     y = np.array([np.nan if v is None else v for v in values], dtype=float)
     for stage, marker in zip(dict.fromkeys(stages), "osD^vP*X<>" * len(stages), strict=False):
         of_stage = np.array([s == stage for s in stages]) & np.isfinite(y)
@@ -48,6 +54,7 @@ def plot_response(
     return ax
 
 
+@any_label
 def plot_failures(
     parameters: Sequence[str], *, passed: np.ndarray, failed: np.ndarray, ax: "Axes | None" = None
 ) -> "Axes":
@@ -81,6 +88,7 @@ def beats(quality: Mapping[str, Any]) -> float | None:
     return float(below) if quality["better"] == "high" else 100.0 - float(below)
 
 
+@any_label
 def plot_percentiles(quality: Mapping[str, Mapping[str, Any]], *, ax: "Axes | None" = None) -> "Axes":
     """Bars of the share of random Latin hypercubes that a design is better than, per quality."""
     ax = current_axes(ax)

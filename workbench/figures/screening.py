@@ -13,6 +13,7 @@ from workbench.figures.parts import (
     GREY,
     PALE,
     VERMILLION,
+    any_label,
     axis_label,
     current_axes,
 )
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["plot_likelihood_path", "plot_main_effect", "plot_theta", "plot_waterfall"]
 
 
+@any_label
 def plot_waterfall(
     path: Sequence[Mapping[str, Any]], *, threshold: float | None = None, ax: "Axes | None" = None
 ) -> "Axes":
@@ -72,6 +74,7 @@ def _step_label(step: Mapping[str, Any]) -> str:
     return text if step.get("accepted", True) else f"({text})"
 
 
+@any_label
 def plot_likelihood_path(
     path: Sequence[Mapping[str, Any]], *, threshold: float | None = None, ax: "Axes | None" = None
 ) -> "Axes":
@@ -94,6 +97,7 @@ def plot_likelihood_path(
     return ax
 
 
+@any_label
 def plot_theta(
     theta: Mapping[str, float],
     *,
@@ -130,6 +134,7 @@ def plot_theta(
     return ax
 
 
+@any_label
 def plot_main_effect(
     effect: Mapping[str, Sequence[float]],
     *,

@@ -17,6 +17,7 @@ from workbench.figures.parts import (
     PALE,
     PURPLE,
     VERMILLION,
+    any_label,
     axis_label,
     current_axes,
     whole_numbers,
@@ -49,6 +50,7 @@ OTHER_MARKERS = "Pp*hX<>"
 MOST_LEVELS = 7  # of an input that are told one by one on its axis
 
 
+@any_label
 def plot_search(
     history: Sequence[Mapping[str, Any]],
     *,
@@ -84,6 +86,7 @@ def plot_search(
     return ax
 
 
+@any_label
 def plot_gap_to_bound(
     looks: Sequence[Mapping[str, Any]],
     *,
@@ -116,6 +119,7 @@ def plot_gap_to_bound(
     return ax
 
 
+@any_label
 def plot_gap_share(looks: Sequence[Mapping[str, Any]], *, ax: "Axes | None" = None) -> "Axes":
     """The stated gap as percent of the range of the values seen by then; a gap of nothing is a triangle."""
     ax = current_axes(ax)
@@ -147,6 +151,7 @@ def _looks(ax: "Axes", looks: Sequence[Mapping[str, Any]], value: str) -> None:
             )  # fmt: skip
 
 
+@any_label
 def plot_surprise(
     history: Sequence[Mapping[str, Any]],
     *,
@@ -170,6 +175,7 @@ def plot_surprise(
     return ax
 
 
+@any_label
 def plot_profile(
     profile: Mapping[str, Sequence[Any]],
     *,
@@ -212,6 +218,7 @@ def plot_profile(
     return ax
 
 
+@any_label
 def plot_parallel(
     unit_points: np.ndarray,
     *,
@@ -252,6 +259,7 @@ def plot_parallel(
     return ax
 
 
+@any_label
 def plot_baselines(
     found: Mapping[str, float], *, label: str = "response", unit: str = "1", ax: "Axes | None" = None
 ) -> "Axes":

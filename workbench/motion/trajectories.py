@@ -13,9 +13,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from workbench.engine import Trajectory
+from workbench.engine import Trajectory, TreeTrajectory
 from workbench.errors import StudyError
 from workbench.motion.frames import Body, Member, MotionRun, planar_poses
+from workbench.motion.trees import tree_dataset, tree_frames
 
 __all__ = ["dataset", "frames", "tied_points"]
 
@@ -26,16 +27,18 @@ _LEAST = 0.04  # m, smallest edge of a drawn box
 _KINDS = {"Airbag": "airbag", "Retractor": "retractor"}  # all other laws are drawn as belts
 
 
-def _names(trajectory: Trajectory) -> list[str]:
+def _names(trajectory: Trajectory | TreeTrajectory) -> list[str]:
+    if isinstance(trajectory, TreeTrajectory):
+        return [body.name for body in trajectory.system.bodies]
     system = trajectory.system
     return [body.name for body in (*system.free, *system.prescribed)]
 
 
-def dataset(trajectory: Trajectory) -> xr.Dataset:
+def dataset(trajectory: Trajectory | TreeTrajectory) -> xr.Dataset:
     """Motion by time, body and axis; joint forces and residuals; energies.
 
     Dimensions: time (s), body (free bodies), axis (x, y, angle), row (of the joints). Units of the axis
-    "angle" are rad where those of x and y are m.
+    "angle" are rad where those of x and y are m. Runs of trees: `trees.tree_dataset`.
 
     >>> from workbench.engine import Body, Member, Spring, System, simulate
     >>> mass = Body(name="mass", mass=1.0, inertia=1.0, velocity=(0.5, 0.0, 0.0), gravity=False)
@@ -44,6 +47,8 @@ def dataset(trajectory: Trajectory) -> xr.Dataset:
     >>> float(ds.position.sel(body="mass", axis="x", time=1.0).round(4))
     -0.0033
     """
+    if isinstance(trajectory, TreeTrajectory):
+        return tree_dataset(trajectory)
     r = trajectory
     free = [body.name for body in r.system.free]
     moving = ("time", "body", "axis")
@@ -80,7 +85,7 @@ def tied_points(trajectory: Trajectory) -> dict[str, Array]:
 
 
 def frames(
-    trajectory: Trajectory,
+    trajectory: Trajectory | TreeTrajectory,
     *,
     label: str = "run",
     count: int = 60,
@@ -105,6 +110,9 @@ def frames(
     if strangers:
         raise StudyError(f"roles name {strangers[0]!r}; bodies of the run are {', '.join(names)}")
     nodes = np.unique(np.linspace(0, len(trajectory.times) - 1, count).round().astype(int))
+    if isinstance(trajectory, TreeTrajectory):
+        run = tree_frames(trajectory, nodes, label=label, roles=roles or {}, thinnest=thinnest)
+        return trajectory.times[nodes], run
     places = np.stack([trajectory.of(name)[nodes] for name in names], axis=1)
     bodies = []
     for name, points in tied_points(trajectory).items():

@@ -8,13 +8,17 @@ it. Refused are
     a loop called closed whose own record of runs goes beyond its tolerance
     a green verdict with reasons against it
     a result that loses to a layout it was compared with
+    a worst value called attacked that its own attack went beyond, or did not test as the grade asks
+    a counted share whose interval is not that of its own numerator and denominator
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from workbench.errors import HoldfastError
+from workbench.search.evidence.attack.share import counted_share
+from workbench.search.evidence.grade import ARRIVED
 
 __all__ = ["Claim", "Contradiction", "refuse_contradictions", "robust_layout_claims", "worst_case_claims"]
 
@@ -63,9 +67,38 @@ def worst_case_claims(document: Mapping[str, Any]) -> list[Claim]:
                 kind="mean" if part.get("mean") is not None else "run" if part["confirmed"] else "prediction",
                 run_key=str(part.get("run_key") or ""),
                 bound=(part.get("gap") or {}).get("upper"),  # of a smallest value the lower one
+                against=(*_against_grade(part), *_against_shares(part)),
             )
         )
     return found
+
+
+def _against_grade(part: Mapping[str, Any]) -> Iterator[str]:
+    """What speaks against a worst value being called attacked."""
+    attack = part.get("attack")
+    if part.get("grade") != "attacked":
+        return
+    if attack is None or not attack["runs"]:
+        yield "it is called attacked without a run of an attack"
+    elif attack["excess"] > ROUNDING * abs(part["value"]) and part.get("mean") is None:
+        yield f"it is called attacked although its attack found {attack['largest']:.6g}"
+    elif attack["arrived"] < ARRIVED:
+        yield f"it is called attacked although {attack['arrived']} of {attack['climbs']} climbs arrived there"
+
+
+def _against_shares(document: Any, name: str = "") -> Iterator[str]:
+    """Counted shares anywhere in a document whose interval is not that of their counts."""
+    if not isinstance(document, Mapping):
+        return
+    if {"hits", "draws", "low", "high"} <= document.keys():
+        counted = counted_share(document["hits"], document["draws"])
+        if max(abs(counted.low - document["low"]), abs(counted.high - document["high"])) > ROUNDING:
+            yield (
+                f"its {name} says {document['low']:.3g} to {document['high']:.3g} where {counted.hits} of "
+                f"{counted.draws} make {counted.low:.3g} to {counted.high:.3g}"
+            )
+    for key, part in document.items():
+        yield from _against_shares(part, f"{name} {key}".strip())
 
 
 def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
@@ -81,6 +114,7 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
         lowest = max((v for v in kept["values"] if v is not None), default=float("inf"))
         if lowest < document["bound"] * (1 - ROUNDING):
             against.append(f"the layout '{name}' is better over the cases known, {lowest:.6g}")
+    against.extend(_against_shares(attack, "attack"))
     return [
         Claim(
             subject="the worst case of the robust layout", value=float(document["worst"]),

@@ -6,15 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StoreError
+from workbench.report.histories.section import histories_section
+from workbench.report.layout.bill import bill_section
+from workbench.report.layout.section import layout_section
 from workbench.report.page.blocks import Figure, Section, Table
 from workbench.report.page.content import Content, Missing
 from workbench.report.page.folder import CampaignFolder
+from workbench.report.page.run_list import RunList
 from workbench.report.sections.answers import answer_cards, question
 from workbench.report.sections.design import design_section
 from workbench.report.sections.effects import effects_section
 from workbench.report.sections.findings import findings_section
 from workbench.report.sections.fit import fit_section
-from workbench.report.sections.layout import layout_section
 from workbench.report.sections.motion import motion_section
 from workbench.report.sections.profiler import profiler_section
 from workbench.report.sections.reproduce import reproduce_section
@@ -63,6 +66,10 @@ ENTRIES = (
         title="The layout", make=layout_section, document="layout", table="layout", command="holdfast layout"
     ),
     Entry(
+        title="The bill of materials", make=bill_section, document="bill_of_materials",
+        command="holdfast layout",
+    ),
+    Entry(
         title="Layout and worst case in turn", make=robust_layout_section, document="robust_layout",
         table="robust_layout", command="holdfast robust-layout",
     ),
@@ -91,6 +98,7 @@ ENTRIES = (
         title="Try other values", make=profiler_section, document="screening", always=True,
         command="holdfast screen",
     ),
+    Entry(title="Over time", make=histories_section, document=None, command="holdfast run"),
     Entry(title="What ran", make=runs_section, document=None, always=True, command="holdfast run"),
     Entry(title="The design", make=design_section, document="design", always=True, command="holdfast design"),
 )  # fmt: skip
@@ -99,14 +107,14 @@ ENTRIES = (
 DOCUMENTS = tuple(dict.fromkeys(entry.document for entry in ENTRIES if entry.document is not None))
 
 
-def page_content(folder: Path) -> Content:
-    """What the page shows of a campaign's folder.
+def page_content(folder: Path, *, runs: RunList | None = None) -> Content:
+    """What the page shows of a campaign's folder; `runs`: see `CampaignFolder.opened`.
 
     Raises:
         StudyError: `folder` is not a campaign's folder.
         StoreError: a document cannot be read, or a section cannot be made from it.
     """
-    campaign = CampaignFolder.opened(folder, documents=DOCUMENTS)
+    campaign = CampaignFolder.opened(folder, documents=DOCUMENTS, runs=runs)
     sections: list[Section] = []
     missing = []
     asked = campaign.lock.get("resolved", {})

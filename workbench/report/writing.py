@@ -16,15 +16,17 @@ from workbench.report.contents import page_content
 from workbench.report.page.blocks import Section
 from workbench.report.page.html import html_text
 from workbench.report.page.markdown import csv_text, markdown_text
+from workbench.report.page.run_list import RunList
 from workbench.system.atomic import write_text
 
 __all__ = ["report_numbers", "write_report"]
 
 
-def write_report(folder: Path, *, into: Path | None = None) -> Path:
+def write_report(folder: Path, *, into: Path | None = None, runs: RunList | None = None) -> Path:
     """Write `report.html`, `report.md` and `tables/*.csv` from what the folder holds.
 
-    `into`: the folder they are written into, by default the same.
+    `into`: the folder they are written into, by default the same.    `runs`: the runs of the folder as they
+    were read just now; without them they are read.
 
     Returns:
         the path of `report.html`.
@@ -34,7 +36,7 @@ def write_report(folder: Path, *, into: Path | None = None) -> Path:
         StoreError: a document cannot be read, or the disk cannot be written.
     """
     folder = Path(folder)
-    content = page_content(folder)
+    content = page_content(folder, runs=runs)
     place = folder if into is None else Path(into)
     _write_tables(place / "tables", content.sections)
     write_text(place / "report.md", markdown_text(content))

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TextIO
 
-from workbench.models.evaluation import FAILED
+from workbench.models.stored.evaluation import FAILED
 from workbench.report.lines.tables import format_number, unit_suffix
 
 __all__ = ["PlainProgress", "RichProgress", "progress_for"]

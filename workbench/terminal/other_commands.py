@@ -90,7 +90,7 @@ def plan(
 @commands.command()
 def failures(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
     """Which runs gave no value, why, and where in the input space they sit."""
-    from workbench.campaign.failures import failure_document, failure_lines
+    from workbench.campaign.results.failures import failure_document, failure_lines
 
     with viewed_campaign(study, folder) as view:
         document = {**failure_document(view.runs(), view.study.space), "as_of": view.as_of.to_dict()}
@@ -103,17 +103,20 @@ def export(
     folder: Folder = None,
     output: Output = None,
     parquet: Annotated[bool, typer.Option(help="Also write runs.parquet (needs pyarrow).")] = False,
+    histories: Annotated[
+        bool, typer.Option("--histories", help="Also write the time histories of all runs, histories.nc.")
+    ] = False,
     raw: Annotated[
         bool, typer.Option("--raw", help="Leave texts that a spreadsheet takes for formulas as they are.")
     ] = False,
     json_: Json = False,
 ) -> None:
     """Write all runs as CSV and netCDF."""
-    from workbench.campaign.exports import write_all
+    from workbench.campaign.results.exports import write_all
 
     with viewed_campaign(study, folder) as view:
         place = writable_place(view.folder, output)
-        paths = write_all(view, folder=place, parquet=parquet, raw=raw)
+        paths = write_all(view, folder=place, parquet=parquet, histories=histories, raw=raw)
     finish([str(p) for p in paths], [str(p) for p in paths], as_json=json_)
 
 
@@ -172,12 +175,14 @@ def doctor(
 ) -> None:
     """Check this installation: versions, packages of the same name, workers, disk."""
     if store is not None:
-        from workbench.campaign.rescue.examination import DATABASES, examined
+        from workbench.campaign.rescue.examination import DATABASES, examined, examined_histories
         from workbench.study.loading import load_study
 
         place = store if store.is_dir() else load_study(store).campaign_folder
         states = [examined(place / name) for name in DATABASES if (place / name).exists()]
         states = states or [examined(place / DATABASES[0])]
+        histories = examined_histories(place)
+        states += [] if histories is None else [histories]
         lines = [line for state in states for line in state.lines()]
         finish([state.to_dict() for state in states], lines, as_json=json_)
         if not all(state.is_sound for state in states):

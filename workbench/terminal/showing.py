@@ -4,11 +4,12 @@ from typing import Any
 
 from workbench.campaign.view import CampaignView
 from workbench.errors import StudyError
+from workbench.histories.stored import StoredHistories
 from workbench.system.one_writer import moment
 
 __all__ = ["run_document", "run_lines"]
 
-KEPT = (("histories", ".nc"), ("kept", ".zip"), ("work", ""))  # places of what a run left, by its key
+KEPT = (("kept", ".zip"), ("work", ""))  # places of what a run left, by its key
 
 
 def run_document(view: CampaignView, name: str) -> dict[str, Any]:
@@ -37,6 +38,7 @@ def run_document(view: CampaignView, name: str) -> dict[str, Any]:
         "batch": row.batch,
         "parameters": dict(row.inputs),
         "responses": dict(row.outputs),
+        "histories": _histories_of(view, key),
         "error": row.error,
         "log": row.log,
         "started": None if row.started is None else moment(row.started),
@@ -59,6 +61,10 @@ def run_lines(document: dict[str, Any]) -> list[str]:
     lines = [f"run {document['id']} ({document['key']}): {document['status']}, {document['batch']}"]
     for name in ("parameters", "responses"):
         lines += [f"  {k} = {v!r}" for k, v in document[name].items()]
+    lines += [
+        f"  {name} [{h['unit']}]: {h['samples']} samples from {h['from']:g} to {h['to']:g}"
+        for name, h in document["histories"].items()
+    ]
     if document["error"]:
         lines += [f"  {line}" for line in document["error"].splitlines()]
     if document["finished"] is not None:
@@ -71,6 +77,21 @@ def run_lines(document: dict[str, Any]) -> list[str]:
         f"attempt {a['attempt']} {a['status']} ({a['reason']}): {a['error']}" for a in document["attempts"]
     ]
     return [*lines, *document["files"], *document["log"].splitlines()]
+
+
+def _histories_of(view: CampaignView, key: str) -> dict[str, dict[str, Any]]:
+    """What is stored of the time histories of a run, by name."""
+    with StoredHistories(view.folder) as stored:
+        return {
+            name: {
+                "unit": unit,
+                "samples": len(history.time),
+                "from": float(history.time[0]),
+                "to": float(history.time[-1]),
+            }
+            for name, (history, unit) in stored.of(key).items()
+            if len(history.time)
+        }
 
 
 def _state_of(view: CampaignView, key: str) -> str:

@@ -55,8 +55,7 @@ def run(
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
         found = campaign.run()
-        failures = campaign.failures()
-    finish(found, run_lines(found), as_json=json_, failures=failures)
+    finish(found, run_lines(found), as_json=json_, failures=found["failures"])
 
 
 @commands.command(help=stage_named("design").help)

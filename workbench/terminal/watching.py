@@ -8,7 +8,7 @@ from typing import Any
 from workbench.campaign.store import Store
 from workbench.campaign.store_schema import STATUSES
 from workbench.campaign.view import as_of
-from workbench.models.evaluation import UNFINISHED
+from workbench.models.stored.evaluation import UNFINISHED
 from workbench.system.atomic import write_text
 
 __all__ = ["page", "state", "state_lines", "write_page"]

@@ -1,9 +1,14 @@
 """The figures of a campaign show what the documents say, with units, and draw where they are told."""
 
+import importlib
+import inspect
+import pkgutil
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+import workbench.figures
 import workbench.figures.all as door
 from workbench.figures import (
     fit as fit_plots,
@@ -140,3 +145,29 @@ def test_a_label_that_is_mathtext_stays_mathematics():
     text_where_no_math(figure)
     assert ax.xaxis.label.get_parse_math()
     assert not ax.yaxis.label.get_parse_math()
+
+
+PLOTS = [
+    (module.name, name)
+    for module in pkgutil.iter_modules(workbench.figures.__path__)
+    for name, value in vars(importlib.import_module(f"workbench.figures.{module.name}")).items()
+    if name.startswith("plot_") and inspect.isfunction(value)
+]
+
+
+@pytest.mark.parametrize(("module", "name"), PLOTS)
+def test_every_plot_takes_any_label(module, name):
+    plot = getattr(importlib.import_module(f"workbench.figures.{module}"), name)
+    assert plot.__wrapped__.__name__ == name
+
+
+@pytest.mark.parametrize("label", ["cost in $ or $_", "$\\frac{1}$ N"])
+def test_a_plot_with_a_label_that_is_no_mathtext_can_be_saved(label, tmp_path):
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    one, two = figure.subplots(2)
+    assert run_plots.plot_response([1.0, None, 2.0], stages=[label] * 3, label=label, ax=one) is one
+    run_plots.plot_failures([label], passed=np.zeros((2, 1)), failed=np.ones((1, 1)), ax=two)
+    figure.savefig(tmp_path / "plot.svg")
+    assert (tmp_path / "plot.svg").stat().st_size > 0

@@ -9,6 +9,7 @@ from workbench.report.claims import (
     robust_layout_claims,
     worst_case_claims,
 )
+from workbench.search.evidence.attack.share import counted_share
 
 WORST = {"response": "y", "unit": "m", "sense": "max", "value": 2.0, "confirmed": True, "run_key": "b"}
 LOOP = {
@@ -39,6 +40,41 @@ def test_a_bound_on_the_wrong_side_is_refused(sense, wrong):
         refuse_contradictions(claim(sense=sense, gap={"upper": wrong}), [])
 
 
+ATTACKED = {
+    "grade": "attacked",
+    "attack": {
+        "runs": 300, "excess": 0.0, "largest": 1.9, "climbs": 5, "arrived": 3,
+        "share": counted_share(0, 75).to_dict(), "failing": counted_share(2, 75).to_dict(),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (None, "called attacked without a run of an attack"),
+        ({"runs": 0}, "called attacked without a run of an attack"),
+        ({"excess": 0.2, "largest": 2.2}, "called attacked although its attack found 2.2"),
+        ({"arrived": 1}, "called attacked although 1 of 5 climbs arrived there"),
+        (
+            {"share": {**counted_share(0, 75).to_dict(), "high": 0.01}},
+            "its attack share says 0 to 0.01 where 0 of 75 make 0 to 0.0392",
+        ),
+        ({"failing": {**counted_share(2, 75).to_dict(), "hits": 3}}, "its attack failing says"),
+    ],
+)
+def test_what_an_attacked_worst_case_may_not_say(changes, said):
+    refuse_contradictions(claim(**ATTACKED), [])
+    attack = None if changes is None else {**ATTACKED["attack"], **changes}
+    wrong = claim(grade="attacked", attack=attack)
+    with pytest.raises(Contradiction, match=said):
+        refuse_contradictions(wrong, [])
+
+
+def test_a_searched_worst_case_may_have_an_attack_that_does_not_count():
+    refuse_contradictions(claim(grade="searched", attack={**ATTACKED["attack"], "arrived": 0}), [])
+
+
 def test_every_response_of_a_search_makes_a_claim():
     document = {**WORST, "others": [{**WORST, "response": "z", "confirmed": False, "sense": "min"}]}
     first, second = worst_case_claims(document)
@@ -56,6 +92,7 @@ def test_rounding_is_no_contradiction():
     [
         ({"attack": None}, "called closed without an attack that it withstood"),
         ({"worst": 1.03}, "called closed without an attack that it withstood"),
+        ({"attack": {"share": {"hits": 1, "draws": 9, "low": 0.0, "high": 0.1}}}, "its attack share says"),
         ({"reasons": ["starts disagree"]}, "its verdict is green although starts disagree"),
         ({"layouts": {"uniform": {"values": [0.9, 0.8]}}}, "the layout 'uniform' is better over the cases"),
     ],

@@ -13,6 +13,7 @@ from tests.browser import needs_browser, visit
 from tests.sample_campaign import PATH, RUNS, SELECTED, write_sample
 from workbench.errors import StoreError, StudyError
 from workbench.report.writing import report_numbers, write_report
+from workbench.system.database import connected
 
 WORST_RUN = "002e" * 8
 
@@ -242,6 +243,18 @@ def test_a_document_that_lacks_a_key(tmp_path):
         write_report(folder)
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_documents_about_other_parameters_are_left_out(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast")
+    lock = json.loads((folder / "study.lock.json").read_text())
+    lock["resolved"]["parameter"][0]["name"] = "renamed"
+    (folder / "study.lock.json").write_text(json.dumps(lock))
+    write_report(folder)
+    page = (folder / "report.md").read_text()
+    assert "*The worst case*: not there; `holdfast worst-case` writes it." in page
+    assert "*Which parameters matter*: not there" in page
+
+
 def test_a_database_that_is_none(tmp_path):
     folder = write_sample(tmp_path / "s.holdfast")
     (folder / "runs.sqlite").write_bytes(b"not a database, but long enough to be looked at" * 50)
@@ -258,6 +271,27 @@ def test_failures_are_counted_and_placed(folder):
             "ZeroDivisionError: division by zero", "no result after 5 s", "response 'y' is nan",
         }  # fmt: skip
     assert np.isfinite([[float(row[name]) for name in list(row)[3:]] for row in table]).all()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_failures_of_a_command_are_grouped_by_the_words_of_its_solver(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast")
+    db = connected(folder / "runs.sqlite")
+    words = "solver ended with exit code 3 (kept in work/{}ab)"
+    db.executemany(
+        "UPDATE evaluation SET status = 'failed', outputs = NULL, error = ?, log = ? WHERE id = ?",
+        [
+            (words.format(k), f"step {k}\n*** ERROR: no convergence at t = 0.{k} s\nbye", 4 + k)
+            for k in range(3)
+        ],
+    )
+    db.commit()
+    db.close()
+    write_report(folder)
+    with (folder / "tables" / "failure-messages.csv").open() as file:
+        first = next(csv.DictReader(file))
+    assert (first["status"], first["runs"], first["first run"]) == ("failed", "3", "4")
+    assert first["message"] == "solver ended with exit code 3: *** ERROR: no convergence at t = 0.0 s"
 
 
 @pytest.mark.browser

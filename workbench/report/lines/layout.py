@@ -21,6 +21,11 @@ def layout_lines(document: Mapping[str, Any]) -> list[str]:
         price = format_number(document["shadow_prices"].get(budget["name"]), 4)
         used, limit = format_number(budget["used"]), format_number(budget["limit"])
         text.append(f"  {budget['name']}: {used} of {limit} used, shadow price {price}")
+    for limit in document.get("limits") or ():
+        side = "at most" if limit["upper"] else "at least"
+        worst, bound = format_number(limit["value"]), format_number(limit["bound"])
+        price = format_number(limit["price"], 4)
+        text.append(f"  {limit['name']}: {worst}, {side} {bound}{unit_suffix(limit['unit'])}, price {price}")
     if document.get("purified"):
         value = format_number(document["purified"].get("value"), 6)
         loss = format_number(document["purified"]["loss"], 3)

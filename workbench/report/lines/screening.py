@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from workbench.report.lines.statements import state_text
+from workbench.report.lines.statements import regime_text, state_text
 from workbench.report.lines.tables import format_number, table_lines, unit_suffix
 
 __all__ = ["method_lines", "other_screening_lines", "screening_lines"]
@@ -31,6 +31,7 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
         f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: "
         + (f"{said} ({document['method']})" if said else str(document["method"]))
     ]
+    text += [f"{mode['sentence']}." for mode in document.get("modes") or ()]
     text += table_lines(head, rows)
     if any(step["theta_common"] for step in document["path"]):
         text.append("theta: common range parameter of the variables not selected, on the unit cube")
@@ -39,6 +40,9 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
     if len(rejected) > 1:
         text.append(f"{len(rejected) - 1} further steps were tried, none accepted")
     text.append(f"selected: {names}")
+    if document.get("minor"):
+        text.append(f"acts, below 1 % of the variance: {_listed(document['minor'])}")
+    text += regime_text(document)
     text += [str(document[key]) for key in ("verdict", "advice") if document.get(key)]
     kriging = document.get("kriging") or {}
     if kriging.get("calibration") == "cross_validation":

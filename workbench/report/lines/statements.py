@@ -5,7 +5,16 @@ from typing import Any
 
 from workbench.report.lines.tables import format_number, unit_suffix
 
-__all__ = ["limits_text", "open_text", "quantile_text", "screening_state", "state_text"]
+__all__ = [
+    "limits_text",
+    "minor_text",
+    "open_text",
+    "quantile_text",
+    "regime_of",
+    "regime_text",
+    "screening_state",
+    "state_text",
+]
 
 
 def limits_text(limits: Mapping[str, Sequence[float | None]]) -> str:
@@ -54,6 +63,58 @@ def open_text(screening: Mapping[str, Any]) -> str:
     act, each = ("act", "each ") if len(names) > 1 else ("acts", "")
     share = f"{max(100.0 * float(diagnosis['open_share']), 0.1):.2g} %"
     return f"Whether {' and '.join(names)} {act} is open: {each}at most {share} of the variance."
+
+
+def minor_text(screening: Mapping[str, Any]) -> str:
+    """Which parameters act and stay below one percent; "" where none is listed apart.
+
+    >>> minor_text({"minor": ["grip", "mass"]})
+    'Listed apart, estimated below 1 % of the variance each: grip and mass.'
+    """
+    names = list(screening.get("minor") or [])
+    if not names:
+        return ""
+    said = f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
+    return f"Listed apart, estimated below 1 % of the variance{' each' if len(names) > 1 else ''}: {said}."
+
+
+def regime_text(screening: Mapping[str, Any]) -> list[str]:
+    """What a response that switches asks for, in sentences without their full stops; [] where it does not.
+
+    What is said of all runs is said of both regimes together.
+    """
+    found = screening.get("regimes")
+    if not found:
+        return []
+    switch = found["switch"]
+    by = "nothing shows what switches it"
+    if switch["selected"]:
+        by = f"it is switched by {', '.join(switch['selected'])}"
+    seen = f"of runs left out {switch['right']} of {switch['runs']} are put into the right one"
+    said = [str(found["sentence"]), f"{by} ({switch['state']}); {seen}"]
+    for one in found["regimes"]:
+        drivers = ", ".join(one["selected"]) or "no parameter is seen to matter"
+        said.append(f"inside {one['name']} ({one['runs']} runs, {one['state']}): {drivers}")
+    return [*said, "what is said of all runs is said of both regimes together"]
+
+
+def regime_of(value: float, screening: Mapping[str, Any]) -> str:
+    """Which regime of a screened response a value lies in, "" where it has one only.
+
+    >>> regimes = [{"name": "held"}, {"name": "gone"}]
+    >>> regime_of(9.0, {"regimes": {"threshold": 4.0, "named": True, "regimes": regimes}})
+    'It lies in the regime "gone", above 4; runs below are no milder form of it.'
+    """
+    found = screening.get("regimes")
+    if not found:
+        return ""
+    is_upper = value > found["threshold"]
+    name = found["regimes"][int(is_upper)]["name"]
+    inside = f'the regime "{name}"' if found["named"] else name
+    at = format_number(found["threshold"])
+    if is_upper:
+        return f"It lies in {inside}, above {at}; runs below are no milder form of it."
+    return f"It lies in {inside}, below {at}; runs above are of another kind."
 
 
 def state_text(screening: Mapping[str, Any]) -> str:

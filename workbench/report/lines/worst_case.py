@@ -23,6 +23,7 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     text = [f"Worst case ({word} {document['response']}): {format_number(document['value'], 6)}{unit}"]
     if document.get("within"):
         text.append(f"  of the runs with {limits_text(document['within'])}")
+    text += [f"  {line}" for mode in document.get("modes") or () for line in wrapped(mode["sentence"], 77)]
     runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
     text.append(f"  {document['label']}{runs}")
     if document.get("status"):
@@ -35,6 +36,10 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
         text += [f"  {line}" for line in wrapped(document["border"]["sentence"], 77)]
     if document.get("quantile"):
         text += [f"  {line}" for line in wrapped(quantile_text(document["quantile"]), 77)]
+    if document.get("regime"):
+        text += [f"  {line}" for line in wrapped(document["regime"], 77)]
+    if document.get("scale") and document["scale"]["used"] != "none":
+        text += [f"  {line}" for line in wrapped(document["scale"]["reason"], 77)]
     failures = document.get("failures") or {}
     if failures:
         text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))

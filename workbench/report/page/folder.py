@@ -1,34 +1,43 @@
 """A campaign's folder as the report sees it: the documents of its stages and the rows of `runs.sqlite`."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from workbench.errors import StoreError, StudyError
-from workbench.models.evaluation import COLUMNS, UNFINISHED, Evaluation, evaluation_of
+from workbench.models.stored.run_chunks import run_chunks
+from workbench.report.page.run_list import RunList
+from workbench.sampling.stored import design_head
 from workbench.system.atomic import read_json
 from workbench.system.database import explained, opened_for_reading
 from workbench.system.one_writer import holder_of, moment
 
 __all__ = ["CampaignFolder"]
 
+DESIGN = "design.json"
 KEY_SHOWN = 10  # characters of a key that tell runs of one campaign apart
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CampaignFolder:
-    """Documents by stage (None where a stage has not run) and all runs in the order asked for."""
+    """Documents by stage (None where a stage has not run) and runs in the order asked for.
+
+    runs: of the present model, in its version, with the present parameters.    n_others: how many more are
+    stored, of other models, versions or parameters.
+    """
 
     path: Path
     lock: Mapping[str, Any]
     documents: Mapping[str, Any]
-    runs: tuple[Evaluation, ...]
+    runs: RunList
+    n_others: int = 0
 
     @classmethod
-    def opened(cls, path: Path, *, documents: Sequence[str]) -> "CampaignFolder":
+    def opened(cls, path: Path, *, documents: Sequence[str], runs: RunList | None = None) -> "CampaignFolder":
         """Read a folder: the `documents` of these names, without ".json", and the runs.
+
+        `runs`: as somebody has read them just now; they are read again unless they are those of the folder.
 
         Raises:
             StudyError: it is not a campaign's folder.
@@ -42,12 +51,13 @@ class CampaignFolder:
                 f"{path} is not the folder of a campaign: it has neither study.lock.json nor runs.sqlite nor "
                 "a stage's document. Give the folder that `holdfast run` printed"
             )
-        return cls(
-            path=path,
-            lock=lock or {},
-            documents=found,
-            runs=_runs(database) if database.exists() else (),
-        )
+        lock = lock or {}
+        names = {str(parameter["name"]) for parameter in lock.get("resolved", {}).get("parameter", ())}
+        found = {n: d if _is_of(d, names) else None for n, d in found.items()}
+        if not database.exists():
+            return cls(path=path, lock=lock, documents=found, runs=RunList())
+        runs, stored = _runs(database, lock, runs)
+        return cls(path=path, lock=lock, documents=found, runs=runs, n_others=stored - len(runs))
 
     def __getitem__(self, name: str) -> Mapping[str, Any] | None:
         found: Mapping[str, Any] | None = self.documents[name]
@@ -92,38 +102,28 @@ class CampaignFolder:
         return next(iter(self.responses), None)
 
     @property
-    def finished(self) -> tuple[Evaluation, ...]:
-        """Runs that have an answer, good or bad."""
-        return tuple(run for run in self.runs if run.status not in UNFINISHED)
-
-    @property
     def running(self) -> str:
         """That somebody works on the campaign now, and as of when the page is; empty when nobody does."""
         holder = holder_of(self.path / "runs.sqlite")
         if holder is None or holder.is_this_process:
             return ""
-        last = max((run.finished for run in self.finished if run.finished is not None), default=None)
+        last, finished = self.runs.last_finished, len(self.runs.finished)
         when = "" if last is None else f", the last of {moment(last)}"
         return (
-            f"The campaign is running ({holder.sentence}): {len(self.finished)} of {len(self.runs)} runs "
+            f"The campaign is running ({holder.sentence}): {finished} of {len(self.runs)} runs "
             f"have their answer{when}. What stands here may change with the answers that are to come."
         )
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Runs by status."""
-        return dict(sorted(Counter(run.status for run in self.runs).items()))
 
     def run_name(self, key: str | None) -> str:
         """A run as a person refers to it: its number and the beginning of its key."""
         if not key:
             return "–"
-        number = next((run.id for run in self.runs if run.key == key), None)
+        number = self.runs.number(key)
         return f"run {key[:KEY_SHOWN]}" if number is None else f"run {number} ({key[:KEY_SHOWN]})"
 
 
 def _document(path: Path) -> Any:
-    found = read_json(path)
+    found = design_head(path) if path.name == DESIGN else read_json(path)
     if found is not None and not isinstance(found, dict):
         raise StoreError(
             f"{path} holds {type(found).__name__}, not a document. Remove it to have it made anew"
@@ -131,22 +131,35 @@ def _document(path: Path) -> Any:
     return found
 
 
-def _runs(database: Path) -> tuple[Evaluation, ...]:
+def _is_of(document: Any, names: set[str]) -> bool:
+    """Whether what a stage wrote is about these parameters, as far as it names any.
+
+    A stage that the study asks for no more leaves its document behind when parameters come, go or get other
+    names.
+    """
+    if document is None or not names:
+        return True
+    point, ranking = document.get("parameters"), document.get("ranking")
+    if isinstance(point, dict) and set(point) != names:
+        return False
+    return not isinstance(ranking, list) or set(ranking) <= names
+
+
+def _runs(database: Path, lock: Mapping[str, Any], read: RunList | None) -> tuple[RunList, int]:
+    """The runs of the lock's model and parameters, and how many are stored in all."""
+    model = lock.get("model") or {"identity": None, "version": None}
+    names = sorted(str(parameter["name"]) for parameter in lock.get("resolved", {}).get("parameter", ()))
+    wanted = (model["identity"], model["version"], *names)
     connection, _ = opened_for_reading(database)
     try:
         with explained(database):
-            held = [name for _, name, *_ in connection.execute("PRAGMA table_info(evaluation)")]
-            sound = "1"
-            if held and held[-1] == "checksum":
-                sound = f"row_checksum('evaluation', {', '.join(held[:-1])}) IS checksum"
-            query = f"SELECT {sound}, {', '.join(COLUMNS)} FROM evaluation ORDER BY id"
-            rows = connection.execute(query).fetchall()
+            if read is None or read.model != wanted:
+                read = RunList(database, model=wanted)
+                for chunk in run_chunks(
+                    connection, database, model=wanted[0], version=wanted[1], names=names
+                ):
+                    read.take(chunk)
+            (stored,) = connection.execute("SELECT COUNT(*) FROM evaluation").fetchone()
     finally:
         connection.close()
-    wrong = [cells[0] for sound, *cells in rows if not sound]
-    if wrong:
-        raise StoreError(
-            f"{database} is damaged: {len(wrong)} runs, the first run {wrong[0]}, are not as they were "
-            "stored. `holdfast recover` saves what can be read"
-        )
-    return tuple(evaluation_of((*cells, None)) for _, *cells in rows)
+    return read, int(stored)

@@ -52,6 +52,20 @@
     };
   }
 
+  // The response of a Kriging's w, as in surrogates/analysis/response_map.py; ends of its 95 % band.
+  function carriedBack({ scale, power, centre, unit, low, high }) {
+    const half = 1.959963984540054;
+    const boxCox = (w, l) => (Math.abs(l) < 1e-8 ? Math.exp(w) : Math.exp(Math.log1p(l * w) / l));
+    const back = {
+      none: (w) => w,
+      log: (w) => Math.exp(w),
+      "box-cox": (w) => boxCox(w, power),
+      "yeo-johnson": (w) => (w >= 0 ? boxCox(w, power) - 1 : 1 - boxCox(-w, 2 - power)),
+    }[scale];
+    const of = (w) => (scale === "none" ? w : centre + unit * back(Math.min(Math.max(w, low), high)));
+    return ({ mean, sd }) => ({ value: of(mean), lower: of(mean - half * sd), upper: of(mean + half * sd) });
+  }
+
   // ---- the page ----------------------------------------------------------------------------------------
   const SVG = "http://www.w3.org/2000/svg";
   const BOX = { w: 240, h: 150, left: 46, right: 8, top: 8, bottom: 24 };
@@ -79,7 +93,7 @@
   }
 
   function build(root, data) {
-    const predict = kriging(data);
+    const kriged = kriging(data), carried = carriedBack(data.map), predict = (at) => carried(kriged(at));
     const unit = data.unit === "1" ? "" : ` ${data.unit}`;
     const point = Float64Array.from(data.presets[0].point);
     const answer = root.querySelector(".profiler-answer"), grid = root.querySelector(".profiler-grid");
@@ -117,17 +131,16 @@
 
     function draw() {
       const now = predict(point), lines = data.parameters.map((_, k) => line(k));
-      const half = 1.959963984540054;
       let bottom = Infinity, top = -Infinity;
       for (const l of lines) for (const v of l) {
-        bottom = Math.min(bottom, v.mean - half * v.sd);
-        top = Math.max(top, v.mean + half * v.sd);
+        bottom = Math.min(bottom, v.lower);
+        top = Math.max(top, v.upper);
       }
       const span = top - bottom || 1;
       const X = (t) => BOX.left + t * (BOX.w - BOX.left - BOX.right);
       const Y = (y) => BOX.h - BOX.bottom - (y - bottom) / span * (BOX.h - BOX.top - BOX.bottom);
-      answer.textContent = `${data.response} = ${read(now.mean)}${unit}, 95 % band ` +
-        `${read(now.mean - half * now.sd)} to ${read(now.mean + half * now.sd)}${unit}`;
+      answer.textContent = `${data.response} = ${read(now.value)}${unit}, 95 % band ` +
+        `${read(now.lower)} to ${read(now.upper)}${unit}`;
       cells.forEach(({ drawing, slider, name }, k) => {
         const parameter = data.parameters[k], value = read(physical(parameter, point[k]));
         const shown = parameter.unit === "1" ? value : `${value} ${parameter.unit}`;
@@ -135,20 +148,20 @@
         slider.setAttribute("aria-valuetext", shown);
         name.textContent = `${parameter.name} = ${shown}`;
         drawing.replaceChildren();
-        const l = lines[k], up = l.map((v) => `${X(v.t)},${Y(v.mean + half * v.sd)}`);
-        const down = l.map((v) => `${X(v.t)},${Y(v.mean - half * v.sd)}`).reverse();
+        const l = lines[k], up = l.map((v) => `${X(v.t)},${Y(v.upper)}`);
+        const down = l.map((v) => `${X(v.t)},${Y(v.lower)}`).reverse();
         element(drawing, "path", {
           d: `M${BOX.left},${BOX.top}V${BOX.h - BOX.bottom}H${BOX.w - BOX.right}`, fill: "none", stroke: "#8a939d",
         });
         element(drawing, "path", { d: `M${[...up, ...down].join("L")}Z`, fill: "#0072B2", "fill-opacity": 0.18 });
         element(drawing, "path", {
-          d: `M${l.map((v) => `${X(v.t)},${Y(v.mean)}`).join("L")}`, fill: "none", stroke: "#0072B2", "stroke-width": 2,
+          d: `M${l.map((v) => `${X(v.t)},${Y(v.value)}`).join("L")}`, fill: "none", stroke: "#0072B2", "stroke-width": 2,
         });
         element(drawing, "line", {
           x1: X(point[k]), x2: X(point[k]), y1: BOX.top, y2: BOX.h - BOX.bottom, stroke: "#4d5761",
           "stroke-dasharray": "3 3",
         });
-        element(drawing, "circle", { cx: X(point[k]), cy: Y(now.mean), r: 4.5, fill: "#D55E00" });
+        element(drawing, "circle", { cx: X(point[k]), cy: Y(now.value), r: 4.5, fill: "#D55E00" });
         for (const y of [bottom, top]) {
           element(drawing, "text", { x: BOX.left - 5, y: Y(y) + (y === top ? 8 : 0), "text-anchor": "end" },
             String(Number(y.toPrecision(3))));
@@ -165,7 +178,7 @@
   const data = document.getElementById("profiler-data");
   if (data) {
     const content = JSON.parse(data.textContent), root = document.getElementById("profiler-panel");
-    window.holdfast = Object.assign(window.holdfast || {}, { predict: kriging(content) });
+    window.holdfast = Object.assign(window.holdfast || {}, { predict: kriging(content), carry: carriedBack(content.map || { scale: "none" }) });
     if (root) build(root, content);
   }
 })();

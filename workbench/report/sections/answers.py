@@ -4,8 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from workbench.models.stored.evaluation import FAILED
 from workbench.models.table import ignored_sentence
-from workbench.report.lines.statements import open_text, screening_state, state_text
+from workbench.report.layout.section import improvement_sentence
+from workbench.report.lines.statements import minor_text, open_text, regime_text, screening_state, state_text
 from workbench.report.page.blocks import (
     Card,
     Level,
@@ -16,7 +18,6 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.fit import GOOD_Q2, trust_in
-from workbench.report.sections.layout import improvement_sentence
 from workbench.report.sections.screening import verdict_level
 from workbench.report.worst_case.section import gap_sentence
 
@@ -55,7 +56,7 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
         cards.append(_screening(screening))
         if screening.get("leave_one_out"):
             cards.append(_trust(screening))
-    if folder.runs:
+    if len(folder.runs):
         cards.append(_runs(folder))
     if screening is not None and screening_state(screening) == "not resolved":
         # what rests on a doubtful list of parameters comes behind the doubt
@@ -180,7 +181,7 @@ def _robust(robust: Mapping[str, Any]) -> Card:
 
 def _screening(screening: Mapping[str, Any]) -> Card:
     selected, total = list(screening["selected"]), len(screening["ranking"])
-    left = total - len(selected)
+    left = total - len(selected) - len(screening.get("minor") or [])
     said = state_text(screening)
     state = f"{said[0].upper()}{said[1:]}." if said else ""
     rest = f"The other {left} were not selected." if left else "None was left out."
@@ -195,7 +196,14 @@ def _screening(screening: Mapping[str, Any]) -> Card:
         answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
         detail=" ".join(
             part
-            for part in (state, open_text(screening), rest, f"Judged on {screening['n_runs']} runs.")
+            for part in (
+                state,
+                *(f"{said}." for said in regime_text(screening)[:1]),
+                minor_text(screening),
+                open_text(screening),
+                rest,
+                f"Judged on {screening['n_runs']} runs.",
+            )
             if part
         ),
         section="screening",
@@ -210,10 +218,10 @@ def _screening_level(screening: Mapping[str, Any], enough: bool) -> Level:
 
 
 def _runs(folder: CampaignFolder) -> Card:
-    finished = folder.finished
-    bad = [run for run in finished if run.status not in ("ok", "skipped")]
-    waiting = len(folder.runs) - len(finished)
-    detail = "All of them gave a value." if not bad else f"{len(bad)} gave none; see where they lie."
+    finished = len(folder.runs.finished)
+    bad = len(folder.runs.with_status(*FAILED))
+    waiting = len(folder.runs) - finished
+    detail = "All of them gave a value." if not bad else f"{bad} gave none; see where they lie."
     if waiting:
         detail += f" {waiting} more are not finished."
     design = folder["design"] or {}
@@ -222,9 +230,8 @@ def _runs(folder: CampaignFolder) -> Card:
         detail += f" {said[0].upper()}{said[1:]}."
     return Card(
         question="What ran?",
-        answer=f"{len(finished)} run{'' if len(finished) == 1 else 's'}"
-        + (f", {len(bad)} failed" if bad else ""),
-        detail=detail + f" CPU time {number(sum(r.cpu or 0.0 for r in finished), 3)} s.",
+        answer=f"{finished} run{'' if finished == 1 else 's'}" + (f", {bad} failed" if bad else ""),
+        detail=detail + f" CPU time {number(folder.runs.cpu, 3)} s.",
         section="runs",
-        level="good" if not bad else "poor" if len(bad) > 0.2 * len(finished) else "fair",
+        level="good" if not bad else "poor" if bad > 0.2 * finished else "fair",
     )

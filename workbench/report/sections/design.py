@@ -69,7 +69,7 @@ def design_section(folder: CampaignFolder) -> Section | None:
     }
     if quality:
         blocks.append(_quality(quality))
-    if "space" in design and 2 <= n <= MOST_RUNS:
+    if "unit" in design and 2 <= n <= MOST_RUNS:
         blocks.append(_distances(design))
     blocks.append(
         Table(

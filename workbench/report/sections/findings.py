@@ -4,7 +4,7 @@ import html
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report.lines.statements import open_text, screening_state
+from workbench.report.lines.statements import minor_text, open_text, regime_text, screening_state
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -105,11 +105,17 @@ def _drivers(folder: CampaignFolder) -> list[str]:
     if screening is None:
         return []
     chosen, ranking = list(screening["selected"]), list(screening["ranking"])
-    rest = [name for name in ranking if name not in chosen]
+    rest = [name for name in ranking if name not in [*chosen, *(screening.get("minor") or [])]]
     said = f"Of {len(ranking)} uncertain parameters {names_of(chosen, at_most=8)} drive it, on "
     said += f"{screening['n_runs']} runs."
-    parts = (said, open_text(screening), _of_the_others(screening, rest) if rest else "")
-    return [" ".join(part for part in parts if part)]
+    parts = (
+        said,
+        minor_text(screening),
+        open_text(screening),
+        _of_the_others(screening, rest) if rest else "",
+    )
+    regimes = "; ".join(regime_text(screening))
+    return [" ".join(part for part in parts if part), *([f"{regimes}."] if regimes else [])]
 
 
 def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:

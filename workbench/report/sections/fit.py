@@ -89,7 +89,8 @@ def fit_section(folder: CampaignFolder) -> Section | None:
     sentences = [trust.sentence]
     if kriging:
         sentences.append(
-            f"Kriging with {kriging.get('correlation')} correlation and {kriging.get('trend')} trend; "
+            f"Kriging with {kriging.get('correlation')} correlation and {kriging.get('trend')} trend"
+            f"{_of_scale(kriging)}; "
             f"process variance {number(kriging.get('sigma2'))}, nugget {number(kriging.get('nugget'), 3)}."
         )
     return Section(
@@ -99,6 +100,13 @@ def fit_section(folder: CampaignFolder) -> Section | None:
         blocks=tuple(blocks),
         numbers={"q2": loo.get("q2"), "coverage95": loo.get("coverage95"), "verdict": trust.word},
     )
+
+
+def _of_scale(kriging: Mapping[str, Any]) -> str:
+    """The scale of the response that the Kriging is of."""
+    if kriging.get("scale", "none") == "none":
+        return ""
+    return f", of the response on the scale {kriging['scale_in_words']}, carried back to its unit"
 
 
 def _triptych(folder: CampaignFolder, loo: Mapping[str, Any], response: str, unit: str) -> Figure:

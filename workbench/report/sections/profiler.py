@@ -7,6 +7,9 @@ posterior is exported as arrays:
     mean = shift + scale (f'b + r'v)        sd = scale sqrt(sigma^2 (1 - a'a + h'h + new_run))
     a = L^-1 r    h = rf^-T f - q'a         L packed by rows, F'C^-1 F = rf'rf
 
+A Kriging of a mapped response (see `surrogates.analysis.response_map`) brings its map: what is shown is the
+median and the band carried back, value = T^-1(mean), ends = T^-1(mean -+ 1.96 sd).
+
 All arrays are base64 of little-endian float64, so the page computes with the same bits as Python.
 """
 
@@ -26,7 +29,7 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 
-__all__ = ["posterior_arrays", "profiler_section"]
+__all__ = ["map_numbers", "posterior_arrays", "profiler_section"]
 
 TRENDS = ("constant", "linear", "interactions", "quadratic")
 
@@ -47,7 +50,9 @@ def profiler_section(folder: CampaignFolder) -> Section | None:
     if posterior is None:
         return None
     packed = posterior_arrays(posterior)
+    mapped = _map(screening)
     packed |= {
+        "map": map_numbers(mapped),
         "response": screening["response"],
         "unit": str(screening.get("unit") or "1"),
         "parameters": [_parameter(folder.parameters[name]) for name in names],
@@ -60,6 +65,7 @@ def profiler_section(folder: CampaignFolder) -> Section | None:
             "Move a slider to see what the Kriging of the screening predicts there. Lines are sections "
             "through the present values, bands hold the response with 95 % by the Kriging. Nothing here is "
             "a true run.",
+            *_scale_said(mapped),
             *_truth(folder),
         ),
         blocks=(Html(id="profiler", markup=_markup(packed), text="The profiler stands in `report.html`."),),
@@ -78,15 +84,45 @@ def _truth(folder: CampaignFolder) -> list[str]:
     ]
 
 
+def _map(screening: Mapping[str, Any]) -> Any:
+    from surrogates.analysis.response_map import response_map
+
+    observed = np.asarray(screening["leave_one_out"]["observed"], dtype=float)
+    return response_map(observed, screening["kriging"].get("scale") or "none")
+
+
+def map_numbers(mapped: Any) -> dict[str, Any]:
+    """A `ResponseMap` as the script takes it, with the ends of w between which it goes back."""
+    if mapped.scale == "none":
+        return {"scale": "none"}
+    low, high = mapped.forward(np.array(mapped.ends))
+    return {
+        "scale": mapped.scale,
+        "power": 0.0 if mapped.scale == "log" else mapped.power,
+        "centre": mapped.centre,
+        "unit": mapped.unit,
+        "low": float(low),
+        "high": float(high),
+    }
+
+
+def _scale_said(mapped: Any) -> list[str]:
+    if mapped.scale == "none":
+        return []
+    return [
+        f"The Kriging is one of the response on the scale {mapped.words}: the median is shown, carried back."
+    ]
+
+
 def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list[str]) -> Any:
     """The posterior of the Kriging of the document, None when its runs are not in the folder."""
     from surrogates import Kriging
     from workbench.space.box import Space
 
     loo, said = screening["leave_one_out"], screening["kriging"]
-    runs = {run.key: run for run in folder.runs}
     design = folder["design"] or {}
     keys = [str(key) for key in loo.get("run_ids") or []]
+    runs = folder.runs.named(keys)
     if "space" not in design or not keys or any(key not in runs for key in keys):
         return None
     space = Space.from_dict(design["space"])
@@ -99,7 +135,7 @@ def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list
         theta=[said["theta"][name] for name in names],
         nugget=float(said["nugget"]),
         intervals="plug-in",
-    ).fit(x, np.asarray(loo["observed"], dtype=float))
+    ).fit(x, _map(screening).forward(np.asarray(loo["observed"], dtype=float)))
     if said.get("calibration", "none") == "none":
         return fitted.posterior_
     return fitted.posterior_.calibrated(float(said["interval_factor"]), nugget=fitted.nugget_)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.figures.screening import plot_likelihood_path, plot_theta, plot_waterfall
-from workbench.report.lines.statements import screening_state
+from workbench.report.lines.statements import minor_text, regime_text, screening_state
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -16,6 +16,7 @@ from workbench.report.page.blocks import (
     Table,
     names_of,
     number,
+    typeset,
 )
 from workbench.report.page.folder import CampaignFolder
 
@@ -34,12 +35,16 @@ def screening_section(folder: CampaignFolder) -> Section | None:
     total = len(screening["ranking"])
     sentences = [
         f"Of {total} parameters {len(selected)} matter for {screening['response']}: {names_of(selected)}.",
+        *([said] if (said := minor_text(screening)) else []),
         f"Judged on {screening['n_runs']} runs"
         + (f" ({screening['n_left_out']} failed runs left out)" if screening.get("n_left_out") else "")
         + f", method {screening['method']}.",
         f"Criterion: {screening['criterion']}. Rule: {screening['rule']}.",
+        *(typeset(f"{mode['sentence']}.") for mode in screening.get("modes") or ()),
     ]
     blocks: list[Block] = []
+    if regimes := regime_text(screening):
+        blocks.append(Note(text=" ".join(f"{one[0].upper()}{one[1:]}." for one in regimes), level="fair"))
     if screening.get("verdict"):
         text = f"Verdict: {screening['verdict']}."
         if screening.get("advice"):
@@ -61,6 +66,8 @@ def screening_section(folder: CampaignFolder) -> Section | None:
             "state": screening_state(screening),
             "hidden_share": screening.get("hidden_share"),
             "selected": selected,
+            "minor": list(screening.get("minor") or []),
+            "regimes": screening.get("regimes"),
             "ranking": list(screening["ranking"]),
             "theta": theta,
             "path": [

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.errors import StudyError
 from workbench.figures.parts import axis_label
 from workbench.figures.worst_case import plot_parallel
-from workbench.models.evaluation import Evaluation
+from workbench.models.stored.evaluation import Evaluation
 from workbench.report.page.blocks import (
     Column,
     Figure,
@@ -27,6 +27,8 @@ from workbench.space.box import Parameter
 
 __all__ = ["parallel_figure"]
 
+MOST_SHOWN = 2_000  # runs drawn and listed; all are in runs.csv
+SAMPLED = "every so many of each stage in the order run; all are in runs.csv"
 MOST_AXES = 10
 MOST_TICKS = 7  # of an axis of levels; of more levels the ends are named
 FEWEST_RUNS = 10
@@ -36,8 +38,12 @@ FEWEST_AXES = 2
 def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: str) -> Figure | None:
     """All true runs over the parameters that matter; None when there are too few."""
     axes = _axes(folder)
-    value = _values(folder, worst, response)
-    runs = [run for run in folder.runs if run.key in value and all(axis.name in run.inputs for axis in axes)]
+    value, total = _values(folder, worst, response)
+    runs = [
+        run
+        for run in folder.runs.named(list(value)).values()
+        if all(axis.name in run.inputs for axis in axes)
+    ]
     keys = [run.key for run in runs]
     if len(runs) < FEWEST_RUNS or len(axes) < FEWEST_AXES or worst.get("run_key") not in keys:
         return None
@@ -50,6 +56,10 @@ def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: 
     labels = [axis_label(axis.name, axis.unit).replace(" [", "\n[") for axis in axes]
     ticks = [_ticks(axis) for axis in axes]
 
+    sampled = ""
+    if len(value) < total:
+        sampled = f" {len(runs)} of {total} runs are drawn and listed: the worst, and {SAMPLED}."
+
     def draw(ax: Any) -> Any:
         return plot_parallel(points, values=values, names=labels, worst=index, ticks=ticks, ax=ax)
 
@@ -58,7 +68,7 @@ def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: 
         title="What the worst runs have in common",
         alt=f"{len(runs)} runs as lines over {names_of(names)}; the worst tenth in colour.",
         read_off="Where the coloured lines run together, that value makes things bad; where they fan out, "
-        "the parameter does not decide.",
+        f"the parameter does not decide.{sampled}",
         panels=(Panel(draw=draw, width=max(6.4, 0.9 * len(names)), height=3.1),),
         table=Table(
             id="parallel",
@@ -74,19 +84,22 @@ def parallel_figure(folder: CampaignFolder, worst: Mapping[str, Any], response: 
     )
 
 
-def _values(folder: CampaignFolder, worst: Mapping[str, Any], response: str) -> dict[str, float]:
-    """What was searched, by the keys of the runs that gave it."""
+def _values(folder: CampaignFolder, worst: Mapping[str, Any], response: str) -> tuple[dict[str, float], int]:
+    """What was searched, by the keys of the runs that gave it, of many of some; and how many gave it."""
     if worst.get("weights") or worst.get("within"):  # no output of a run, but the search read it
-        return {
+        found = {
             str(h["run_key"]): float(h["value"])
             for h in worst.get("history") or []
             if h.get("value") is not None
         }
-    return {
-        run.key: float(run.outputs[response])
-        for run in folder.runs
-        if run.status == "ok" and isinstance(run.outputs.get(response), (int, float))
-    }
+        return found, len(found)
+    runs = folder.runs
+    values = runs.values(response)
+    known = runs.with_status("ok")
+    known = known[np.isfinite(values[known])]
+    place = runs.place(str(worst.get("run_key")))
+    shown = runs.sample(known, most=MOST_SHOWN, always=() if place is None else (place,))
+    return dict(zip(runs.keys(shown), values[shown].tolist(), strict=True)), len(known)
 
 
 def _axes(folder: CampaignFolder) -> list[Parameter]:

@@ -127,9 +127,14 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
         sentences.append(typeset(worst["border"]["sentence"]))
     if worst.get("within"):
         sentences.append(f"Only runs with {limits_text(worst['within'])} count; others are called excluded.")
+    sentences += [typeset(f"{mode['sentence']}.") for mode in worst.get("modes") or ()]
     if confirmed:
         sentences += [typeset(worst["grade_sentence"])] if worst.get("grade_sentence") else []
         sentences.append(gap_sentence(worst))
+    if worst.get("regime"):
+        sentences.append(typeset(worst["regime"]))
+    if worst.get("scale"):
+        sentences.append(worst["scale"]["reason"])
     if worst.get("quantile"):
         said = quantile_text(worst["quantile"])
         sentences.append(f"{said[0].upper()}{said[1:]}.")

@@ -7,11 +7,12 @@ import re
 import numpy as np
 import pytest
 
+from surrogates.analysis.response_map import response_map
 from tests.browser import needs_browser, visit
 from tests.plain_kriging import plain
 from tests.sample_campaign import write_sample
 from workbench.report.page.html import PAGE
-from workbench.report.sections.profiler import posterior_arrays
+from workbench.report.sections.profiler import map_numbers, posterior_arrays
 from workbench.report.writing import write_report
 
 POINTS = 100
@@ -155,3 +156,72 @@ def test_no_profiler_without_the_runs(tmp_path):
     page = write_report(folder).read_text()
     assert "profiler-data" not in page
     assert "script-src &#39;none&#39;" in page
+
+
+def carried(numbers, w):
+    """`carriedBack` of profiler.js in numpy."""
+    if numbers["scale"] == "none":
+        return w
+    power = numbers["power"]
+    held = np.clip(w, numbers["low"], numbers["high"])
+
+    def box_cox(v, power):
+        return np.exp(v) if abs(power) < 1e-8 else np.exp(np.log1p(power * v) / power)
+
+    if numbers["scale"] == "yeo-johnson":
+        up, down = np.maximum(held, 0), np.maximum(-held, 0)
+        back = np.where(held >= 0, box_cox(up, power) - 1, 1 - box_cox(down, 2 - power))
+    else:
+        back = box_cox(held, power)
+    return numbers["centre"] + numbers["unit"] * back
+
+
+SCALES = ("none", "log", "box-cox", "yeo-johnson")
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_the_map_goes_back_as_python_does(scale):
+    y = np.exp(np.random.default_rng(0).normal(size=40) * 2.0)
+    mapped = response_map(y, scale)
+    w = np.linspace(-9.0, 9.0, 41) * np.abs(mapped.forward(y)).max() / 6.0
+    np.testing.assert_allclose(carried(map_numbers(mapped), w), mapped.inverse(w), rtol=AGREEMENT)
+
+
+@pytest.mark.browser
+@needs_browser
+@pytest.mark.parametrize("scale", SCALES)
+def test_the_script_carries_back_as_python_does(scale, tmp_path):
+    kriging, _ = fitted("gaussian", "constant", 1e-3)
+    mapped = response_map(np.exp(np.random.default_rng(0).normal(size=40) * 2.0), scale)
+    data = posterior_arrays(kriging.posterior_) | {"map": map_numbers(mapped)}
+    means = [[m, 0.3] for m in np.linspace(-3.0, 3.0, 21)]
+    page = tmp_path / "harness.html"
+    page.write_text(
+        f'<pre id="out"></pre><script type="application/json" id="profiler-data">{json.dumps(data)}</script>'
+        f"<script>{(PAGE / 'profiler.js').read_text()}</script>"
+        f"<script>document.getElementById('out').textContent = JSON.stringify({json.dumps(means)}"
+        ".map(([mean, sd]) => Object.values(holdfast.carry({ mean, sd }))))</script>"
+    )
+    got = np.array(json.loads(re.search(r'<pre id="out">(.*?)</pre>', visit(page).dom, re.S)[1]))
+    w = np.array(means)[:, :1] + 0.3 * 1.959963984540054 * np.array([[0.0, -1.0, 1.0]])
+    np.testing.assert_allclose(got, mapped.inverse(w), rtol=AGREEMENT)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_screening_on_another_scale_brings_the_map_of_its_kriging(tmp_path):
+    folder = write_sample(tmp_path / "s.holdfast")
+    screening = json.loads((folder / "screening.json").read_text())
+    screening["kriging"] |= {"scale": "yeo-johnson", "scale_in_words": "yeo-johnson (power 0.9)"}
+    (folder / "screening.json").write_text(json.dumps(screening))
+    page = write_report(folder).read_text()
+    data = data_of(page)
+    assert "of the response on the scale yeo-johnson (power" in page
+    assert "the median is shown, carried back" in page
+    assert "on the scale yeo-johnson (power 0.9), carried back to its unit" in page
+    keys = json.loads((folder / "design.json").read_text())["run_keys"]
+    unit = np.array(json.loads((folder / "design.json").read_text())["unit"])
+    rows = [keys.index(key) for key in screening["leave_one_out"]["run_ids"]]
+    columns = [int(p["name"][1:]) - 1 for p in data["parameters"]]
+    mean, _ = twin(data, unit[np.ix_(rows, columns)])
+    observed = screening["leave_one_out"]["observed"]
+    np.testing.assert_allclose(carried(data["map"], mean), observed, atol=NUGGET_LEAVES)

@@ -1,6 +1,7 @@
 """The verdict of a screening on the first screen, in the first line and in the findings."""
 
 import json
+import re
 
 import pytest
 
@@ -82,3 +83,19 @@ def test_an_open_parameter_is_named_beside_the_drivers_with_the_most_it_can_do(j
     assert said in card.detail
     assert said in _drivers(again)[0]
     assert "is open" not in _drivers(folder)[0]
+
+
+def test_parameters_listed_apart_are_neither_drivers_nor_denied(judged):
+    _, folder, document = judged
+    rest = [name for name in document["ranking"] if name not in document["selected"]]
+    changed = {**document, "minor": rest[:1]}
+    (folder.path / "screening.json").write_text(json.dumps(changed))
+    again = CampaignFolder.opened(folder.path, documents=folder.documents)
+    said = f"Listed apart, estimated below 1 % of the variance: {rest[0]}."
+    (card,) = [c for c in answer_cards(again) if c.section == "screening"]
+    assert said in card.detail
+    (text,) = _drivers(again)
+    assert said in text
+    assert rest[0] not in re.findall(r"\w+", text.split(said)[1])
+    assert said in screening_section(again).sentences
+    assert f"acts, below 1 % of the variance: {rest[0]}" in screening_lines(changed)

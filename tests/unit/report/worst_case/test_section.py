@@ -8,6 +8,7 @@ import pytest
 from workbench.report.contents import DOCUMENTS
 from workbench.report.page.blocks import Figure, Note, Table
 from workbench.report.page.folder import CampaignFolder
+from workbench.report.page.run_list import RunList
 from workbench.report.worst_case.figures import baseline_figures
 from workbench.report.worst_case.gap_figure import gap_figure
 from workbench.report.worst_case.section import gap_sentence, worst_case_section
@@ -27,7 +28,7 @@ def document():
 
 @pytest.fixture
 def folder(tmp_path):
-    return CampaignFolder(path=tmp_path, lock={}, documents=dict.fromkeys(DOCUMENTS), runs=())
+    return CampaignFolder(path=tmp_path, lock={}, documents=dict.fromkeys(DOCUMENTS), runs=RunList())
 
 
 def test_true_runs_of_plain_ways_stand_beside_the_search(document, folder):
@@ -171,7 +172,7 @@ def test_many_differing_parameters_are_named_below_the_ranked_runs():
         "parameters": history[2]["parameters"], "history": history,
     }  # fmt: skip
     folder = CampaignFolder(
-        path=None, runs=(), lock={},
+        path=None, runs=RunList(), lock={},
         documents=dict.fromkeys(("design", "screening", "layout"), None) | {"worst_case": worst},
     )  # fmt: skip
     section = worst_case_section(folder)
