@@ -5,7 +5,7 @@ BENCH_BIN := .venv-bench/bin
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: help setup demo test fast one format check slow bench wheel oldest house hooks clean
+.PHONY: help setup demo test laws fast one format check slow bench wheel oldest house hooks clean
 
 # T: what `make one` runs, e.g. make one T=tests/unit/space or T="tests/unit/doe -k ihs"
 T ?= tests/unit
@@ -18,6 +18,7 @@ help:
 	@echo "make format  lay the code out and mend what lint can mend"
 	@echo "make check   lint, spelling and types"
 	@echo "make test    run the tests (a few minutes)"
+	@echo "make laws    the laws on examples drawn anew (make test repeats the same ones)"
 	@echo "make slow    slow, peer and fault tests"
 	@echo "make bench   ours beside the peers; times are appended to tests/bench/history.csv"
 	@echo "make wheel   build the wheel and try it in an empty environment"
@@ -50,6 +51,9 @@ demo: .venv/.core
 
 test: .venv/.installed
 	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "$(NOT_SLOW)"
+
+laws: .venv/.installed
+	$(BIN)/python -m pytest -q -n 2 --hypothesis-profile=explore -m "$(NOT_SLOW)" tests/laws
 
 fast: .venv/.installed
 	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "$(NOT_SLOW) and not long" tests/unit tests/test_architecture.py

@@ -1,11 +1,21 @@
-"""Shared set-up: one BLAS thread, so that timings and rounding do not depend on the machine's load."""
+"""Shared set-up: one BLAS thread and the same examples of every law, so that a run repeats.
+
+One BLAS thread, since timings and rounding would depend on the machine's load. `make laws` draws
+others each time it is called.
+"""
 
 import os
 from pathlib import Path
 
+from hypothesis import settings
+
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+settings.register_profile("repeatable", derandomize=True)
+settings.register_profile("explore", derandomize=False)
+settings.load_profile("repeatable")
 
 LONG = Path(__file__).parent / "long.txt"
 

@@ -34,7 +34,8 @@ OWN_FILES = "*"
 # one another; each may import from the floors below it. "" is the repository.
 FLOORS: dict[str, tuple[str, ...]] = {
     "": ("studies", "workbench", "doe surrogates"),
-    "studies": ("*", "adams_loop", "buck_converter"),
+    "studies": ("*", "adams_loop", "buck_converter", "gunner"),
+    "studies/gunner": ("*", "vehicle", "proving_grounds", "parts parameters manoeuvre"),
     "workbench": (
         "__main__",
         "terminal",
@@ -44,13 +45,14 @@ FLOORS: dict[str, tuple[str, ...]] = {
         "report",
         "robust",
         "screening search figures workers",
-        "study provenance",
+        "study provenance histories",
         "sampling models",
         "space motion system",
         "engine errors _siblings _moved",
     ),
-    "workbench/campaign": ("rescue", "*", "integrity"),
-    "workbench/report": ("*", "sections", "worst_case", "page", "lines"),
+    "workbench/campaign": ("rescue results", "*", "integrity"),
+    "workbench/models": ("stored", "*"),
+    "workbench/report": ("*", "sections", "worst_case histories layout", "page", "lines"),
     "workbench/search": ("*", "evidence proposals", "surrogate", "runs"),
     "workbench/search/evidence": ("*", "attack"),
     "workbench/engine": (
@@ -66,7 +68,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     ),
     "workbench/engine/layout": ("*", "bound separable whole", "outcome", "formulation"),
     "workbench/engine/planar": ("*", "_kernels"),
-    "workbench/engine/tree": ("*", "_kernels"),
+    "workbench/engine/tree": ("robot_files", "*", "loops", "_kernels"),
     "doe": ("*", "optimal", "latin", "criteria portable", "_kernel_cache"),
     "surrogates": ("screening", "analysis", "kriging", "likelihood", "errors _kernel_cache"),
     "surrogates/screening": ("*", "sets", "partitions"),

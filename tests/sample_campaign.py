@@ -114,7 +114,7 @@ def _database(path, rows, values, status, history):
         connection.execute(
             "INSERT INTO evaluation (key, status, attempt, batch, model, version, inputs, outputs, error, "
             "created, "
-            "wall, cpu) VALUES (?, ?, 1, ?, '{}', '1', ?, ?, ?, 0.0, 0.01, 0.01)",
+            "wall, cpu) VALUES (?, ?, 1, ?, 'python studies.welch20:welch20', '1', ?, ?, ?, 0.0, 0.01, 0.01)",
             (_key(k), state, "design" if k < RUNS else "worst_case", json.dumps(h["parameters"]),
              json.dumps({"y": h["value"]}) if state == "ok" else None, errors.get(state)),
         )  # fmt: skip

@@ -1,6 +1,10 @@
 """What a vehicle with an occupant costs per step, beside Pinocchio's derivatives of the inverse dynamics."""
 
+import os
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,7 +113,7 @@ def test_a_vehicle_with_an_occupant_beside_pinocchio():
     model, _ = peer_model(pin, system)
     data, q = model.createData(), pin.neutral(model)
     v = np.random.default_rng(1).normal(size=model.nv)
-    objective = Maximum(quantity=Deviation(bodies=("head",), reference="chassis", weights=(1.0, 1.0, 1.0)))
+    objective = head_deviation()
     run = simulate(system, density, t_end=1e-3 * STEPS, steps=STEPS)
     gradient(system, density, run, objective)
     rows = []
@@ -122,3 +126,30 @@ def test_a_vehicle_with_an_occupant_beside_pinocchio():
     peer, forward, back, one, both = np.median(rows, axis=0)
     print(f"\n  nv = {model.nv}: a step {forward:.0f} us with tangents kept, its adjoint {back:.0f} us")
     print(f"  Pinocchio's derivatives {peer:.1f} us: {one:.1f} times, with gradient {both:.1f} (goal 12)")
+
+
+FIRST = """
+import sys, time
+from tests.bench.test_bench_tree import head_deviation, vehicle
+import numpy as np
+from workbench.engine import gradient, simulate
+begin, system, density = time.process_time(), vehicle(), np.full(360, 0.1)
+run = simulate(system, density, t_end=0.01, steps=10)
+gradient(system, density, run, head_deviation())
+print(time.process_time() - begin)
+"""
+
+
+def head_deviation():
+    return Maximum(quantity=Deviation(bodies=("head",), reference="chassis", weights=(1.0, 1.0, 1.0)))
+
+
+def test_first_gradient_of_a_process(tmp_path):
+    """Processor time on an empty cache, imports left out; the goal is 10 s."""
+    print()
+    for case in ("empty cache", "kernels cached"):
+        out = subprocess.run(
+            [sys.executable, "-c", FIRST], env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+            cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        print(f"  first gradient of the vehicle, {case}: {float(out.stdout):.2f} s of processor time")

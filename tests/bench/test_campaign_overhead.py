@@ -3,15 +3,23 @@
 Ours stores every answer durably before it is acknowledged; the peers only hand back a value.
 """
 
+import resource
 import time
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from workbench.models.protocol import Answer
+from workbench.provenance.content import ContentCache
+from workbench.provenance.named import model_files
+from workbench.provenance.reading import readings_now
+from workbench.provenance.state import model_state
 from workbench.space.box import Parameter, Space
 from workbench.stages.campaign import Campaign
 from workbench.stages.design import evaluate
+from workbench.study.loading import load_study
 from workbench.system.atomic import write_json
 
 pytestmark = pytest.mark.bench
@@ -96,6 +104,74 @@ def test_overhead_per_evaluation(tmp_path):
     print(f"\n{'1000 evaluations of 1 ms':<45} {'overhead ms':>12} {'coordinator CPU ms':>19}")
     for name, wall, cpu in rows:
         print(f"{name:<45} {wall:>12.2f} {cpu:>19.2f}")
+
+
+def cpu_with_children():
+    """Processor seconds of this process and of those that it waited for, such as git."""
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(u.ru_utime + u.ru_stime for u in used)
+
+
+def begun_anew(study, place):
+    """Processor time in s of learning the state of a study's model and the code of its readers."""
+    spec, wanted = study.spec(version="1"), study.model.get("state") or {}
+    cpu = cpu_with_children()
+    cache = ContentCache(place)
+    model_state(spec, wanted, cache=cache)
+    readings_now(study.readings, spec, model_files(spec), wanted, cache=cache)
+    cache.write()
+    return cpu_with_children() - cpu
+
+
+def finished(campaign, keys, *, knows_state):
+    """Processor time in s of storing answers that belong to a state of the model, or to none."""
+    campaign.store.state_now = 1 if knows_state else None
+    cpu = time.process_time()
+    with campaign.store.transaction():
+        for key in keys:
+            campaign.store.finish(key, Answer(status="ok", outputs={"y": 1.0}), attempt=1)
+    return time.process_time() - cpu
+
+
+def spread(values, *, digits=1):
+    """The median, and the quarter of the values below and above it."""
+    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
+    return f"{middle:.{digits}f} (half of them {low:.{digits}f} to {high:.{digits}f})"
+
+
+def test_what_the_state_of_a_model_costs(tmp_path):
+    """With a state and without take turns, so that whatever else the machine does meets both."""
+    print()
+    for name in ("occupant_braking.toml", "adams_loop/loop.toml", "buck_converter/buck.toml"):
+        study = load_study(Path(__file__).parents[2] / "studies" / name)
+        first, *others = (1000 * begun_anew(study, tmp_path / f"{study.name}.json") for _ in range(21))
+        print(f"state of the model of {name}, the first time   {first:.1f} ms")
+        print(f"state of the model of {name}, from then on   {min(others):.1f} ms")
+        print(f"    {spread(others)}")
+    space = Space([Parameter("a", lower=0, upper=1)])
+    turns, some = 60, 500
+    with Campaign.of(pause, space, folder=tmp_path / "c") as campaign:
+        total = 2 * turns * some
+        keys = campaign.enqueue([{"a": k / total} for k in range(total)], batch="design")
+        cpu = {True: [], False: []}
+        for turn in range(turns):
+            for k, knows in enumerate((True, False) if turn % 2 else (False, True)):
+                part = keys[(2 * turn + k) * some :][:some]
+                cpu[knows].append(1000 * finished(campaign, part, knows_state=knows) / some)
+        begun = time.process_time()
+        campaign.evaluate([{"a": 0.5 + (k + 0.5) / (3 * total)} for k in range(some)])
+        whole = 1000 * (time.process_time() - begun) / some
+    more = np.array(cpu[True]) - np.array(cpu[False])
+    rng = np.random.default_rng(1)
+    low, high = np.quantile(np.median(rng.choice(more, (2000, turns)), axis=1), [0.025, 0.975])
+    for knows in (True, False):
+        words = "with" if knows else "without"
+        print(f"an answer stored {words} the state of the model   {np.median(cpu[knows]):.5f} ms")
+    print(
+        f"    the state: {1000 * np.median(more):.2f} us more, 95 % {1000 * low:.2f} to {1000 * high:.2f} us"
+    )
+    print(f"    in percent of {whole:.3f} ms a run of 1 ms takes here: {100 * low / whole:.2f} to "
+          f"{100 * high / whole:.2f} %")  # fmt: skip
 
 
 def test_a_campaign_of_1e5_evaluations_resumes(tmp_path):

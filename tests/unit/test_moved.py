@@ -106,6 +106,7 @@ def test_rooms_that_bear_an_old_name_hand_out_their_files_without_a_word():
     assert {"campaign", "motion", "report", "screening", "space", "stages", "study"} <= set(ROOMS)
 
 
+@pytest.mark.filterwarnings("ignore:workbench.design moved:DeprecationWarning")  # where it is the first use
 @pytest.mark.parametrize("name", ["workbench.nothing", "workbench.space.nothing", "workbench.design.nothing"])
 def test_what_never_was_is_not_found(name):
     with pytest.raises(ModuleNotFoundError, match=f"No module named '{name}'"):

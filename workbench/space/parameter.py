@@ -261,18 +261,26 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """One output of a model: name and unit."""
+    """One output of a model: name and unit; `regimes` names the lower and the upper one where it switches."""
 
     name: str
     unit: str = "1"
     label: str | None = field(default=None, kw_only=True)
+    regimes: tuple[str, str] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         check_name("response", self.name)
+        if self.regimes is not None and len(set(self.regimes)) != 2:
+            raise StudyError(
+                f"regimes of response {self.name!r} needs two different names, of the lower and of the upper "
+                f"one, got {list(self.regimes)}"
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain types."""
-        out = {"name": self.name, "unit": self.unit}
+        out: dict[str, Any] = {"name": self.name, "unit": self.unit}
+        if self.regimes is not None:
+            out["regimes"] = list(self.regimes)
         return out if self.label is None else {**out, "label": self.label}
 
 

@@ -38,6 +38,20 @@ def test_the_study_file_of_the_how_to_loads():
         parse_study(head + "\n".join(part for part in row if part))
 
 
+def test_histories_are_looked_at_as_the_how_to_says(tmp_path, monkeypatch, capsys):
+    model, look, coarse = snippets("look-at-time-histories.md", "python")
+    study, stages = snippets("look-at-time-histories.md", "toml")
+    assert parse_study(study + stages).functional_names == ("pc1 of travel", "travel at 0.5")
+    (tmp_path / "spring.py").write_text(model)
+    (tmp_path / "spring.toml").write_text(study + '[evaluate]\nengine = "inline"\n')
+    monkeypatch.chdir(tmp_path)
+    with Campaign.from_file("spring.toml") as campaign:
+        run_stage(campaign, "design")
+        evaluate(campaign)
+    exec(look + coarse, {})
+    assert capsys.readouterr().out.splitlines() == ["20 2001 m", "(20,)", "(3, 2001)", "2001", "41"]
+
+
 def test_the_searches_of_the_how_to_load():
     rows = re.findall(
         r"^\| the worst .*? \| (.*?) \|$", (HOWTO / "write-a-study-file.md").read_text(), re.MULTILINE

@@ -17,7 +17,8 @@ HOWTO = Path(__file__).parents[3] / "docs" / "howto"
         "build-a-spatial-system.md",
     ],
 )
-def test_the_snippets_run(page, capsys):
+def test_the_snippets_run(page, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # they write files
     blocks = re.findall(r"```python\n(.*?)```", (HOWTO / page).read_text(), re.DOTALL)
     assert len(blocks) >= 2
     space: dict[str, object] = {}
