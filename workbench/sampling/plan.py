@@ -85,9 +85,9 @@ class Design:
         """Values in the parameters' units, (n, d): floats, or objects when a parameter is categorical."""
         return self.space.physical(self.unit)
 
-    def rows(self) -> list[dict[str, Any]]:
-        """What a model is called with, one mapping per run."""
-        return self.space.rows(self.unit)
+    def rows(self, some: slice = slice(None)) -> list[dict[str, Any]]:
+        """What a model is called with, one mapping per run; of `some` of the runs."""
+        return self.space.rows(self.unit[some])
 
     # ---- verbs: each hands back a new design in which every run keeps its id ----
 
@@ -219,10 +219,13 @@ class Design:
         coordinates = {"run": list(self.run_ids), "parameter": list(self.space.names)}
         return xr.Dataset(columns, coords=coordinates, attrs=attributes)
 
-    def to_dict(self, *, physical: list[list[Any]] | None = None) -> dict[str, Any]:
-        """Plain types for JSON: the `design.json` of a campaign. `physical`: the points as given."""
-        if physical is None:
-            physical = [list(row.values()) for row in self.rows()]
+    def to_dict(self) -> dict[str, Any]:
+        """Plain types for JSON."""
+        physical = [list(row.values()) for row in self.rows()]
+        return {**self.head(), "unit": self.unit.tolist(), "physical": physical}
+
+    def head(self) -> dict[str, Any]:
+        """`to_dict` without the points of the runs."""
         return {
             "algorithm": self.algorithm,
             "options": dict(self.options),
@@ -243,8 +246,6 @@ class Design:
                 for p in self.space.parameters
             ],
             "space": self.space.to_dict(),
-            "unit": self.unit.tolist(),
-            "physical": physical,
             "run_ids": list(self.run_ids),
             "block": list(self.block),
             "quality": self._figures,

@@ -4,7 +4,8 @@ The points come from a kind of design, from a file, or from a table of runs made
 """
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import compress, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +16,15 @@ from workbench.models.stored.evaluation import UNFINISHED
 from workbench.models.table import TableModel, ignored_columns, read_cells, read_table
 from workbench.report.lines.design import design_lines
 from workbench.sampling.change import DesignChange, design_change, growth_model
-from workbench.sampling.stored import LARGE, design_keys
+from workbench.sampling.stored import ROWS, design_head, design_keys, design_points
 from workbench.stages.work import Work
 from workbench.study.record import Study
-from workbench.system.atomic import read_json, read_json_without, write_json
+from workbench.system.atomic import read_json, write_json
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from workbench.sampling.plan import Design
 
 __all__ = [
     "WORK",
@@ -35,6 +38,8 @@ __all__ = [
 
 AT_ONCE = 20_000  # rows of a design that are held in memory as runs
 
+Rows = Callable[[slice], list[dict[str, Any]]]  # what a model is called with, some runs at a time
+
 
 def design_table(study: Study) -> dict[str, Any]:
     """The table `[design]`; of a study without one, the table of runs that its model is."""
@@ -42,7 +47,7 @@ def design_table(study: Study) -> dict[str, Any]:
 
 
 def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Make the points."""
+    """Make the points. The document; without the rows of a design of more than AT_ONCE runs."""
     study = campaign.study
     if study.model["kind"] == "table":
         made, rows = _design_of_table(campaign, table)
@@ -53,18 +58,22 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         made, rows = (
             _design_of_kind(campaign, table) if change is None else _grown_design(campaign, table, change)
         )
-    # as given: a table's value would not survive the way to the unit cube and back to the last bit
-    physical = [[row[name] for name in study.space.names] for row in rows]
-    keys: list[str] = []
-    for begin in range(0, len(rows), AT_ONCE):
-        keys += map(campaign.key, study.space.canonical_rows(rows[begin : begin + AT_ONCE]))
-    count = len(rows)
-    del rows
-    document = {**made.to_dict(physical=physical), "run_keys": keys}
+    parts = [slice(begin, begin + AT_ONCE) for begin in range(0, len(made), AT_ONCE)]
+    keys = [campaign.key(row) for part in parts for row in study.space.canonical_rows(rows(part))]
     ignored = _ignored_columns(study, table)
-    if ignored:
-        document["ignored_columns"] = ignored
-    write_json(campaign.folder / "design.json", document, compact=count > AT_ONCE)
+    head = made.head() | {"run_keys": keys} | ({"ignored_columns": ignored} if ignored else {})
+    # as given: a table's value would not survive the way to the unit cube and back to the last bit
+    physical = ([[row[name] for name in study.space.names] for row in rows(part)] for part in parts)
+    count = len(made)
+    if count <= AT_ONCE:
+        document = {**head, "unit": made.unit.tolist(), "physical": [p for piece in physical for p in piece]}
+        write_json(campaign.folder / "design.json", document)
+    else:
+        unit = (made.unit[part].tolist() for part in parts)
+        write_json(
+            campaign.folder / "design.json", {**head, "unit": unit, "physical": physical}, compact=True
+        )
+        document = {name: value for name, value in head.items() if name not in ROWS}
     campaign.progress.stage(
         "design", f"{count} runs of {study.space.dimension} parameters ({made.algorithm})"
     )
@@ -77,7 +86,7 @@ def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
 
 def _planned_runs(study: Study, folder: Path) -> int | None:
     """As many as the design has, or as it is asked to have; None where that is up to its kind."""
-    document = read_json(folder / "design.json")
+    document = design_head(folder / "design.json")
     runs: int | None = document["n"] if document else (study.design or {}).get("runs")
     return runs
 
@@ -92,7 +101,9 @@ def queue_design(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[As
     """
     if campaign.study.model["kind"] == "table":
         evaluate(campaign)
-    keys = set(campaign.enqueue(_rows(campaign, document), batch="design"))
+    keys: set[str] = set()
+    for rows in _some_rows(campaign, document):
+        keys.update(campaign.enqueue(rows, batch="design"))
     waiting = campaign.ask()
     others = [run for run in waiting if run.key not in keys] if campaign.study.model["kind"] == "ask" else []
     return [*(run for run in waiting if run.key in keys), *others]
@@ -109,25 +120,27 @@ def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
     known = sum(status not in UNFINISHED for status in statuses.values())
     campaign.progress.stage("evaluate", f"{len(keys)} runs, {known} of them known")
     if known < len(set(keys)):
-        document = read_json_without(campaign.folder / "design.json", ("unit", "run_ids"), above=LARGE)
-        _make(campaign, document, {key for key, status in statuses.items() if status not in UNFINISHED})
+        wanted = [statuses.get(key, "queued") in UNFINISHED for key in keys]
+        del statuses
+        _make(campaign, design_head(campaign.folder / "design.json"), wanted)
         statuses = campaign.store.statuses(keys)
     return {"runs": len(keys), "counts": dict(Counter(statuses.values()))}
 
 
-def _make(campaign: CampaignRuns, document: Mapping[str, Any], known: Collection[str]) -> None:
+def _make(campaign: CampaignRuns, document: Mapping[str, Any], wanted: Sequence[bool]) -> None:
     """Have those rows of a design run that have no answer: of very many, some after the other."""
     kind = campaign.study.model["kind"]
     batch = "table" if kind == "table" else "design"
-    if kind == "ask" or len(document["run_keys"]) <= AT_ONCE:
-        campaign.evaluate(_rows(campaign, document), batch=batch)
+    if kind == "ask" or len(wanted) <= AT_ONCE:
+        (rows,) = _some_rows(campaign, document, at_once=len(wanted))
+        campaign.evaluate(rows, batch=batch)
         return
-    left = [k for k, key in enumerate(document["run_keys"]) if key not in known]
-    done = len(document["run_keys"]) - len(left)
-    for begin in range(0, len(left), AT_ONCE):
-        some = [document["physical"][k] for k in left[begin : begin + AT_ONCE]]
-        rows = _rows(campaign, {**document, "physical": some})
-        campaign.evaluate(rows, batch=batch, beside=(done + begin, len(left) - begin - len(rows)))
+    left = sum(wanted)
+    done = len(wanted) - left
+    for rows in _some_rows(campaign, document, wanted=wanted):
+        left -= len(rows)
+        campaign.evaluate(rows, batch=batch, beside=(done, left))
+        done += len(rows)
 
 
 def _ignored_columns(study: Study, table: Mapping[str, Any]) -> list[str]:
@@ -144,7 +157,7 @@ def _ignored_columns(study: Study, table: Mapping[str, Any]) -> list[str]:
     return ignored_columns(*read_cells(study.folder / file), used)
 
 
-def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
     """The design that a table of runs is."""
     if table["kind"] != "table":
         raise StudyError(
@@ -154,7 +167,7 @@ def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[
     return _given_design(campaign, model.inputs, table, str(campaign.study.model["file"]))
 
 
-def _design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def _design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
     """The design in a CSV of parameters."""
     if "file" not in table:
         raise StudyError("design kind 'table' needs file, a CSV with a column per parameter")
@@ -166,7 +179,7 @@ def _design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple
 
 def _given_design(
     campaign: CampaignRuns, rows: list[dict[str, Any]], table: Mapping[str, Any], file: str
-) -> tuple[Any, list[dict[str, Any]]]:
+) -> tuple["Design", Rows]:
     from workbench.sampling.plan import Design, run_ids
 
     space = campaign.study.space
@@ -187,10 +200,10 @@ def _given_design(
         options={"file": file},
         seed=campaign.study.seed,
     )
-    return made, chosen
+    return made, chosen.__getitem__
 
 
-def _design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[Any, list[dict[str, Any]]]:
+def _design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
     """The design of a kind such as "ihs"."""
     from workbench.sampling.plan import DesignOptions, make_design
 
@@ -202,7 +215,7 @@ def _design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[A
         seed=campaign.study.seed,
         options=DesignOptions(**options),
     )
-    return made, made.rows()
+    return made, made.rows
 
 
 def _change(campaign: CampaignRuns, table: Mapping[str, Any]) -> DesignChange | None:
@@ -240,7 +253,7 @@ def answered_runs(
 
 def _grown_design(
     campaign: CampaignRuns, table: Mapping[str, Any], change: DesignChange
-) -> tuple[Any, list[dict[str, Any]]]:
+) -> tuple["Design", Rows]:
     """The runs that serve on, and new ones that spread best among them."""
     from workbench.sampling.plan import Design
 
@@ -256,7 +269,7 @@ def _grown_design(
         seed=seed,
     )
     made = old.grown(change.new, seed=seed, model=growth_model(table)) if change.new else old
-    return made, [*kept, *made.rows()[len(kept) :]]
+    return made, [*kept, *made.rows()[len(kept) :]].__getitem__
 
 
 def drawn_design(document: Mapping[str, Any], folder: Path) -> Path:
@@ -266,17 +279,25 @@ def drawn_design(document: Mapping[str, Any], folder: Path) -> Path:
     from workbench.sampling.plan import Design
 
     path = folder / "design_quality.png"
-    figure = plot_design(Design.from_dict(document))
+    figure = plot_design(Design.from_dict(_whole(document, folder)))
     text_where_no_math(figure)
     figure.savefig(path, dpi=120)
     return path
 
 
-def compared_designs(document: Mapping[str, Any], kinds: Sequence[str]) -> "pd.DataFrame":
+def _whole(document: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """The document with the rows that were left in `folder`."""
+    if "unit" in document:
+        return document
+    found: Mapping[str, Any] = read_json(folder / "design.json")
+    return found
+
+
+def compared_designs(document: Mapping[str, Any], folder: Path, kinds: Sequence[str]) -> "pd.DataFrame":
     """The design of `design.json` beside others with as many runs: see `workbench.compare`."""
     from workbench.sampling.plan import Design, compare, make_design
 
-    own = Design.from_dict(document)
+    own = Design.from_dict(_whole(document, folder))
     designs = {own.algorithm: own}
     for kind in (kind.strip() for kind in kinds):
         made = make_design(own.space, kind, len(own), seed=own.seed)
@@ -284,7 +305,18 @@ def compared_designs(document: Mapping[str, Any], kinds: Sequence[str]) -> "pd.D
     return compare(designs)
 
 
-def _rows(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _some_rows(
+    campaign: CampaignRuns,
+    document: Mapping[str, Any],
+    *,
+    wanted: Iterable[bool] | None = None,
+    at_once: int = AT_ONCE,
+) -> Iterator[list[dict[str, Any]]]:
+    """The rows of the stored design, `at_once` at a time; those that are `wanted`, one answer per row."""
     if document["space_hash"] != campaign.study.space.hash:
         raise StudyError("the parameters changed since the design was made; `holdfast design` makes it anew")
-    return [dict(zip(campaign.study.space.names, point, strict=True)) for point in document["physical"]]
+    names = campaign.study.space.names
+    points = design_points(campaign.folder / "design.json")
+    chosen = points if wanted is None else compress(points, wanted)
+    while some := list(islice(chosen, at_once)):
+        yield [dict(zip(names, point, strict=True)) for point in some]

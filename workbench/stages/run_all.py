@@ -47,9 +47,7 @@ def run_all(campaign: CampaignRuns) -> dict[str, Any]:
 
 def _design(campaign: CampaignRuns) -> dict[str, Any]:
     """The document of the design; of a very large one without its points, which stand in `design.json`."""
-    stage = stage_named("design")
-    stored = current_document(campaign, stage, stage_digest(campaign, stage), read=design_head)
-    document = run_stage(campaign, "design") if stored is None else stored
+    document = run_stage(campaign, "design")
     if document["n"] <= MOST_ROWS:
         return document
     return {name: value for name, value in document.items() if name not in ROWS} | {"rows_in": "design.json"}
@@ -58,13 +56,15 @@ def _design(campaign: CampaignRuns) -> dict[str, Any]:
 def run_stage(campaign: CampaignRuns, name: str) -> dict[str, Any]:
     """One stage, though its document may be there; the document. A design that is there is not made anew.
 
+    Of a very large design the document comes without its rows.
+
     Raises:
         StudyError: the study has no table for it, or the table does not fit the study.
     """
     stage = stage_named(name)
     digest = stage_digest(campaign, stage)
     if name == "design":
-        stored = current_document(campaign, stage, digest)
+        stored = current_document(campaign, stage, digest, read=design_head)
         if stored is not None:
             return stored
     return _run(campaign, stage, digest)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,10 +9,18 @@ from typing import Any, BinaryIO
 
 from workbench.errors import StoreError
 from workbench.system.collecting import without_collecting
+from workbench.system.json_pieces import list_in_pieces, without_lists
 
-__all__ = ["read_json", "read_json_without", "replacing", "write_json", "write_text", "write_whole"]
+__all__ = [
+    "read_json",
+    "read_json_list",
+    "read_json_without",
+    "replacing",
+    "write_json",
+    "write_text",
+    "write_whole",
+]
 
-SPACE, COLON, COMMA = (re.compile(p) for p in (r"\s*", r"\s*:\s*", r"\s*(?:,\s*|(?=\}))"))
 PIECE = 20_000  # entries of a list that are written at once
 
 
@@ -61,7 +68,7 @@ def write_json(path: Path, data: Any, *, compact: bool = False) -> None:
     """`write_whole` for JSON: sorted keys, full precision, no NaN (it is not JSON).
 
     `compact`: in one line, a fifth of the time, for a mapping that nobody reads line by line; of its long
-    lists only a part is held as text.
+    lists only a part is held as text. A list may be given as an iterator of its pieces, which are lists.
     """
     if compact:
         write_whole(path, (text.encode() for text in _compact(data)))
@@ -79,13 +86,20 @@ def _compact(data: Mapping[str, Any]) -> Iterator[str]:
     for k, name in enumerate(sorted(data)):
         yield f"{',' if k else '{'}{dumped(name)}:"
         value = data[name]
-        if not isinstance(value, list) or not value:
+        if not isinstance(value, list | Iterator):
             yield dumped(value)
             continue
-        for begin in range(0, len(value), PIECE):
-            yield f"{',' if begin else '['}{dumped(value[begin : begin + PIECE])[1:-1]}"
-        yield "]"
+        sign = "["
+        for piece in filter(None, _parts(value) if isinstance(value, list) else value):
+            yield f"{sign}{dumped(piece)[1:-1]}"
+            sign = ","
+        yield "]" if sign == "," else "[]"
     yield "}\n" if data else "{}\n"
+
+
+def _parts(entries: list[Any]) -> Iterator[list[Any]]:
+    for begin in range(0, len(entries), PIECE):
+        yield entries[begin : begin + PIECE]
 
 
 def read_json(path: Path) -> Any:
@@ -94,64 +108,43 @@ def read_json(path: Path) -> Any:
     Raises:
         StoreError: the file cannot be read or is not JSON.
     """
-    try:
-        with without_collecting():
+    with _readable(path), without_collecting():
+        try:
             return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as exc:
-        raise StoreError(f"cannot read {path}: {exc}. Remove the file to have it made anew") from exc
+        except FileNotFoundError:
+            return None
 
 
 def read_json_without(path: Path, names: Collection[str], *, above: int) -> Any:
     """`read_json`; of a file of more than `above` bytes that holds a mapping, without the entries `names`.
 
-    Long lists of numbers, or of plain texts, are passed over unread: of a large file that takes no memory.
+    What is left out is not held, nor is more than a part of the file at once.
     """
     try:
         if path.stat().st_size <= above:
             return read_json(path)
     except OSError:
         return read_json(path)
-    with without_collecting():
-        try:
-            return _read_without(path.read_text(encoding="utf-8"), names)
-        except (OSError, ValueError) as exc:
-            raise StoreError(f"cannot read {path}: {exc}. Remove the file to have it made anew") from exc
+    with _readable(path), without_collecting(), path.open(encoding="utf-8") as file:
+        return without_lists(file, names)
 
 
-def _read_without(text: str, names: Collection[str]) -> Any:
-    decode, found = json.JSONDecoder().raw_decode, {}
-    at = SPACE.match(text, 0).end()  # type: ignore[union-attr]
-    if text[at : at + 1] != "{":
-        return json.loads(text)
-    at = SPACE.match(text, at + 1).end()  # type: ignore[union-attr]
-    while text[at : at + 1] != "}":
-        name, at = decode(text, at)
-        colon = COLON.match(text, at)
-        if colon is None:
-            raise json.JSONDecodeError("expecting ':'", text, at)
-        if name in names:
-            at = _end_of_list(text, colon.end()) or decode(text, colon.end())[1]
-        else:
-            found[name], at = decode(text, colon.end())
-        comma = COMMA.match(text, at)
-        if comma is None:
-            raise json.JSONDecodeError("expecting ',' or '}'", text, at)
-        at = comma.end()
-    if text[at + 1 :].strip():
-        raise json.JSONDecodeError("extra data", text, at + 1)
-    return found
+def read_json_list(path: Path, name: str) -> Iterator[list[Any]]:
+    """The entries of a long list of a mapping, some at a time; nothing when it has none of that name.
+
+    Raises:
+        StoreError: the file cannot be read, or is not JSON so far.
+    """
+    with _readable(path), path.open(encoding="utf-8") as file:
+        yield from list_in_pieces(file, name)
 
 
-def _end_of_list(text: str, begin: int) -> int | None:
-    """Behind a list of lists of numbers, or of texts without escapes; None where it may be another."""
-    for start, end, strange in (("[[", "]]", '"'), ('["', '"]', "\\")):
-        if text.startswith(start, begin):
-            close = text.find(end, begin)
-            if close > 0 and text.find(strange, begin, close) < 0:
-                return close + 2
-    return None
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, ValueError) as exc:
+        raise StoreError(f"cannot read {path}: {exc}. Remove the file to have it made anew") from exc
 
 
 def _sync_folder(folder: Path) -> None:

@@ -88,7 +88,7 @@ def design(
             text = asked_csv(asked, campaign.study.space.names, list(campaign.study.reductions))
             write_text(csv, text)
         where = campaign.folder
-        others = compared_designs(document, compare.split(",")) if document and compare else None
+        others = compared_designs(document, where, compare.split(",")) if document and compare else None
         listed = (
             asked_lines(asked, study=str(study), csv=csv) if campaign.study.model["kind"] == "ask" else []
         )
