@@ -35,7 +35,15 @@ OWN_FILES = "*"
 FLOORS: dict[str, tuple[str, ...]] = {
     "": ("studies", "workbench", "doe surrogates"),
     "studies": ("*", "adams_loop", "buck_converter", "gunner"),
-    "studies/gunner": ("*", "vehicle", "proving_grounds", "parts parameters manoeuvre"),
+    "studies/gunner": (
+        "checks",
+        "*",
+        "vehicle cabin",
+        "figure",
+        "figure_numbers",
+        "proving_grounds",
+        "parts parameters manoeuvre",
+    ),
     "workbench": (
         "__main__",
         "terminal",

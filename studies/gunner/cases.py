@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -19,7 +20,9 @@ from workbench.engine import (
 )
 
 from .cab import driven_cab, straight
-from .figure import Start, centre_of_mass, figure
+from .cabin.contacts import cabin, cabin_numbers
+from .cabin.facing import faced, turned
+from .figure import Start, centre_of_mass, figure, supports
 from .figure_numbers import Numbers, figure_numbers
 from .holds import holds
 from .parameters import FILE, read
@@ -28,9 +31,10 @@ from .proving_grounds import ProvingGround, braking
 from .vehicle.assembly import vehicle
 from .vehicle.numbers import Payload, VehicleParameters
 
-__all__ = ["Case", "carrier", "gunner", "numbers_of", "system"]
+__all__ = ["LEVELS", "Case", "carrier", "gunner", "numbers_of", "system"]
 
 
+LEVELS = ("L0", "L1")
 SINKING = 4.0  # s
 NO_REST = (
     "a settled gunner sinks through his seat: start='settled' needs elbows, hips and a seat that carry him; "
@@ -46,6 +50,10 @@ class Case:
     grip: strength of a hand, N.  hands: "none", "one" (the right) or "both".
     factors: of the stiffness of the joints of Table 8.6, both sides.
     seat_rate N/m, seat_damping N s/m, seat_cap N, mass kg: None for those of the file.
+    posture: "seated", that of Table 8.1, or "standing" on the floor of the cabin.
+    facing: deg from forward to the left, figure, bars and seat together about the hatch: 90 is the left side.
+    level: "L0", grips and a hanging seat; "L1", grips, a shelf that only pushes, and the cabin.
+    shelf_drops_at: s, when the shelf of L1 is let go; None: never.
     start: "balanced", in the posture at rest; "torque-free", in the posture, from which he sinks; "settled",
         the same once he has sunk onto seat and hands.
     joint_unit: how Table 8.6 is read, "N.mm/rad" or "N.m/rad".
@@ -60,6 +68,10 @@ class Case:
     seat_damping: float | None = None
     seat_cap: float | None = None
     mass: float | None = None
+    posture: str = "seated"
+    facing: float = 0.0
+    level: Literal["L0", "L1"] = "L0"
+    shelf_drops_at: float | None = None
     start: Start = "balanced"
     joint_unit: str = "N.mm/rad"
     file: Path | str = FILE
@@ -68,12 +80,16 @@ class Case:
 
 def numbers_of(case: Case) -> Numbers:
     """The gunner's numbers in a case."""
-    numbers = figure_numbers(case.file, case.figure)
+    numbers = figure_numbers(case.file, case.figure, case.posture)
     return numbers if case.mass is None else replace(numbers, figure=numbers.figure.of_mass(case.mass))
 
 
 def gunner(case: Case) -> Parts:
-    """The gunner in a case: the parts that hang on the body "vehicle"."""
+    """The gunner in a case: the parts that hang on the body "vehicle"; raises ValueError for no case."""
+    if case.level not in LEVELS:
+        raise ValueError(f"level needs one of {', '.join(LEVELS)}, got '{case.level}'")
+    if case.shelf_drops_at is not None and case.level != "L1":
+        raise ValueError("shelf_drops_at needs level='L1': the hanging seat of L0 lets go by itself")
     numbers = numbers_of(case)
     velocity = (
         triple(case.on.sample(0.0)[15:18])
@@ -88,6 +104,15 @@ def gunner(case: Case) -> Parts:
         seat_damping=case.seat_damping, seat_cap=case.seat_cap,
     )  # fmt: skip
     held = replace(man, bushings=bushings)
+    if case.level == "L1":
+        around = cabin(
+            numbers, cabin_numbers(case.file), supports(numbers, case.start), drops_at=case.shelf_drops_at
+        )
+        # without hold they only tell when he has left his place
+        loose = (*bushings[:2], *(replace(b, hold=0.0) for b in bushings[2:]))
+        held = replace(man, bodies=man.bodies + around.bodies, bushings=loose, contacts=around.contacts)
+    if case.facing != 0.0:
+        held = turned(held, case.facing)
     return replace(held, bodies=_at_rest(held, velocity)) if case.start == "settled" else held
 
 
@@ -129,7 +154,7 @@ def carrier(case: Case) -> Parts:
     if isinstance(case.on, SpatialMotion):
         return driven_cab(case.on)
     numbers = numbers_of(case)
-    at = triple(centre_of_mass(numbers) + numbers.posture.hip)
+    at = faced(centre_of_mass(numbers) + numbers.posture.hip, case.facing)
     return vehicle(
         vehicle_numbers(case.file), case.on.ground, case.on.manoeuvre,
         payload=(Payload(mass=numbers.figure.mass, at=at),),

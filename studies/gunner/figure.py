@@ -19,7 +19,7 @@ from workbench.engine import CoordinateSpring, Floating, Revolute, SpatialBody, 
 from .figure_numbers import JOINTS, Joints, Numbers, Posture, Segment
 from .parts import GRAVITY, Parts, Triple, triple
 
-__all__ = ["CARRIERS", "FIGURE", "Start", "centre_of_mass", "figure", "seat_point"]
+__all__ = ["CARRIERS", "FIGURE", "Start", "centre_of_mass", "figure", "supports"]
 
 Array = np.ndarray[Any, Any]
 Start = Literal["balanced", "torque-free", "settled"]
@@ -140,6 +140,8 @@ def limbs(numbers: Numbers, side: str, sign: float) -> dict[str, Piece]:
 def turns(numbers: Numbers, factors: dict[str, float], unit: str) -> list[Turn]:
     """The 28 coordinates of the joints."""
     spine, joints, p = numbers.spine, numbers.joints, numbers.posture
+    now, seated = p.turns(), numbers.seated.turns()
+    further = {joint: now[joint] - seated[joint] for joint in now}
     found = []
     for carrier, body in zip(CARRIERS, FIGURE[1:5], strict=True):
         torso = carrier in CARRIERS[:2]
@@ -164,7 +166,8 @@ def turns(numbers: Numbers, factors: dict[str, float], unit: str) -> list[Turn]:
             body = f"{side} {of}"
             found.append(Turn(
                 body=body, coordinate=coordinate, carries=body, axis=axis,
-                k=joints.rate(name, unit) * factors.get(name, 1.0), c=joints.damping, stops=joints.stop(name),
+                k=joints.rate(name, unit) * factors.get(name, 1.0), c=joints.damping,
+                stops=joints.stop(name, further.get(name, 0.0)),
             ))  # fmt: skip
     return found
 
@@ -214,7 +217,7 @@ def figure(
             bodies.append(SpatialBody(parent=piece.parent, at=triple(at), joint=joint, **own))
     return Parts(
         bodies=tuple(bodies),
-        springs=tuple(spring(t, body, numbers.joints, start) for t in turns(numbers, factors, joint_unit)),
+        springs=tuple(spring(t, numbers, body, start) for t in turns(numbers, factors, joint_unit)),
     )
 
 
@@ -227,18 +230,22 @@ def joint_of(name: str, posture: Posture) -> Universal | Revolute:
     return Revolute(axis=triple(LEFT))
 
 
-def spring(turn: Turn, body: dict[str, Piece], joints: Joints, start: Start) -> CoordinateSpring:
+def spring(turn: Turn, numbers: Numbers, body: dict[str, Piece], start: Start) -> CoordinateSpring:
     """Spring, damper, stops and the constant torque that leaves the posture in balance."""
-    at = body[turn.carries].at
-    weight = sum(
-        np.cross(body[name].at + body[name].centre - at, -GRAVITY * body[name].mass * UP)
-        for name in beyond(turn.carries, body)
-    )
+    at, joints = body[turn.carries].at, numbers.joints
+    borne = supports(numbers, start)
+    push = GRAVITY * numbers.figure.mass / len(borne) * UP
+    moment = np.zeros(3)
+    for name in beyond(turn.carries, body):
+        piece = body[name]
+        moment += np.cross(piece.at + piece.centre - at, -GRAVITY * piece.mass * UP)
+        if name in borne:
+            moment += np.cross(piece.at + np.asarray(borne[name]) - at, push)
     back, forth = turn.stops
     return CoordinateSpring(
         body=turn.body, coordinate=turn.coordinate, k=turn.k, c=turn.c, rest=0.0, k_stop=joints.stop_rate,
         lower=back, upper=forth, width=joints.stop_width,
-        torque=pressed(joints, turn.stops) - (float(turn.axis @ weight) if start == "balanced" else 0.0),
+        torque=pressed(joints, turn.stops) - (float(turn.axis @ moment) if start == "balanced" else 0.0),
     )  # fmt: skip
 
 
@@ -259,6 +266,15 @@ def centre_of_mass(numbers: Numbers) -> Array:
     return np.asarray(sum(p.mass * (p.at + p.centre) for p in body) / sum(p.mass for p in body))
 
 
-def seat_point(numbers: Numbers, start: Start) -> Triple:
-    """Where the seat holds the lower torso: below the mass centre, or in the middle of the hips."""
-    return (float(centre_of_mass(numbers)[0]), 0.0, 0.0) if start == "balanced" else (0.0, 0.0, 0.0)
+def supports(numbers: Numbers, start: Start) -> dict[str, Triple]:
+    """Which bodies carry an equal share of the weight each, and where, in their frames.
+
+    Seated: the lower torso, below the mass centre or, where no torques hold the joints, midway between the
+    hips. Standing: both feet, below the mass centre.
+    """
+    middle = float(centre_of_mass(numbers)[0])
+    if numbers.posture == numbers.seated:
+        return {"lower torso": (middle if start == "balanced" else 0.0, 0.0, 0.0)}
+    feet = [f"{side} foot" for side in SIDES]
+    body = pieces(numbers)
+    return {foot: (middle - float(body[foot].at[0]), 0.0, 0.0) for foot in feet}

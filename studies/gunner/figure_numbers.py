@@ -1,19 +1,25 @@
 """The numbers of the gunner as `gunner.toml` gives them: segments, posture, joints, spine, grips, seat."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
+from math import radians
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from .parameters import FILE, Number, read
 from .parts import Triple
 
 __all__ = [
-    "JOINTS", "Figure", "Grips", "Joints", "Neck", "Numbers", "Posture", "Seat", "Segment", "Spine",
-    "figure_numbers",
+    "JOINTS", "POSTURES", "Figure", "Grips", "Joints", "Neck", "Numbers", "Posture", "Seat", "Segment",
+    "Spine", "figure_numbers",
 ]  # fmt: skip
 
 Pair = tuple[float, float]
+POSTURES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {"seated": ("posture", "seat"), "standing": ("standing", "stance")}
+)  # the tables of a posture: its angles, and what carries him
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +96,16 @@ class Posture:
     thigh: Annotated[float, Number("deg")]
     knee: Annotated[float, Number("deg")]
 
+    def turns(self) -> dict[str, float]:
+        """How far the joints TX are turned from a man who hangs straight, deg, in the sense of the stops."""
+        return {
+            "shoulder_tx": -self.upper_arm,
+            "elbow": -self.elbow,
+            "hip_tx": -self.thigh,
+            "knee": self.knee,
+            "ankle": self.thigh - self.knee,
+        }
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stiffness:
@@ -140,10 +156,13 @@ class Joints:
             raise ValueError(f"joint_unit needs one of {', '.join(readings)}, got '{unit}'")
         return float(getattr(self.stiffness, joint)) * readings[unit]
 
-    def stop(self, joint: str) -> Pair:
-        """Stops back and forth, rad, none nearer than the least."""
+    def stop(self, joint: str, turned: float = 0.0) -> Pair:
+        """Stops back and forth, rad, none nearer than the least.
+
+        turned: deg, how much further forth than seated the joint stands: its stops stay where they are.
+        """
         back, forth = getattr(self.stops, joint)
-        return max(back, self.least_stop), max(forth, self.least_stop)
+        return max(back + radians(turned), self.least_stop), max(forth - radians(turned), self.least_stop)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -175,7 +194,7 @@ class Grips:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seat:
-    """The hanging seat; it lets go as a grip does."""
+    """What carries him at level L0, hanging seat or floor under both feet; it lets go as a grip does."""
 
     stiffness: Annotated[float, Number("N/m", positive=True)]
     damping: Annotated[float, Number("N s/m", least=0.0)]
@@ -186,10 +205,11 @@ class Seat:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Numbers:
-    """All numbers of the gunner."""
+    """All numbers of the gunner in a posture; `seated` is the one from which the stops count."""
 
     figure: Figure
     posture: Posture
+    seated: Posture
     joints: Joints
     spine: Spine
     grips: Grips
@@ -197,19 +217,26 @@ class Numbers:
 
 
 @cache
-def figure_numbers(path: Path | str = FILE, figure: Path | str | None = None) -> Numbers:
+def figure_numbers(
+    path: Path | str = FILE, figure: Path | str | None = None, posture: str = "seated"
+) -> Numbers:
     """The tables [gunner. ...] of a file; `figure`: another file for [gunner.figure], as `hybrid3.toml`.
 
-    Raises InvalidNumber with the file, the key and what was expected.
+    posture: "seated", that of Table 8.1, or "standing".
+    Raises InvalidNumber with the file, the key and what was expected, ValueError for another posture.
 
     >>> figure_numbers().figure.mass
     77.0
     """
+    if posture not in POSTURES:
+        raise ValueError(f"posture needs one of {', '.join(POSTURES)}, got '{posture}'")
+    stands, carried = POSTURES[posture]
     return Numbers(
         figure=read(Figure, "gunner.figure", path if figure is None else figure),
-        posture=read(Posture, "gunner.posture", path),
+        posture=read(Posture, f"gunner.{stands}", path),
+        seated=read(Posture, "gunner.posture", path),
         joints=read(Joints, "gunner.joints", path),
         spine=read(Spine, "gunner.spine", path),
         grips=read(Grips, "gunner.grips", path),
-        seat=read(Seat, "gunner.seat", path),
+        seat=read(Seat, f"gunner.{carried}", path),
     )

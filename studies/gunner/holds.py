@@ -1,10 +1,10 @@
-"""What holds the gunner at level L0: two grips that open for good, and a hanging seat."""
+"""What holds the gunner at level L0: two grips that open for good, and a hanging seat or the floor."""
 
 import numpy as np
 
 from workbench.engine import SpatialBushing
 
-from .figure import SIDES, Start, hanging, pieces, seat_point
+from .figure import SIDES, Start, hanging, pieces, supports
 from .figure_numbers import Numbers
 from .parts import GRAVITY, triple
 
@@ -24,10 +24,10 @@ def holds(
     numbers: Numbers, *, start: Start, grip: float, hands: str = "both", seat_rate: float | None = None,
     seat_damping: float | None = None, seat_cap: float | None = None, vehicle: str = "vehicle",
 ) -> tuple[SpatialBushing, ...]:  # fmt: skip
-    """Grips and seat, in the order of their names "left grip", "right grip", "seat".
+    """Grips and what carries him, named "left grip", "right grip" and "seat", or "left foot", "right foot".
 
     grip: strength of a hand, N. hands: "none", "one" (the right) or "both". seat_rate N/m, seat_damping
-    N s/m, seat_cap N: None for those of the numbers. The seat carries the weight at rest.
+    N s/m, seat_cap N, of all that carries him: None for those of the numbers. It carries the weight at rest.
     """
     body, g, p, on = pieces(numbers), numbers.grips, numbers.posture, hands_on(hands)
     hip = np.asarray(p.hip)
@@ -43,12 +43,18 @@ def holds(
         )
         for side in SIDES
     )  # fmt: skip
-    under, s = seat_point(numbers, start), numbers.seat
-    seat = SpatialBushing(
-        a="lower torso", b=vehicle, point_a=under, point_b=triple(hip + under),
-        k=s.stiffness if seat_rate is None else seat_rate,
-        c=s.damping if seat_damping is None else seat_damping,
-        cap=s.cap if seat_cap is None else seat_cap, slip=s.slip, release=s.release, tau=g.loss_time,
-        width=g.loss_width, eps=g.rounding, preload=(0.0, 0.0, numbers.figure.mass * GRAVITY), name="seat",
+    s, under = numbers.seat, supports(numbers, start)
+    share = 1.0 / len(under)
+    carried = tuple(
+        SpatialBushing(
+            a=name, b=vehicle, point_a=at, point_b=triple(hip + body[name].at + at),
+            k=share * (s.stiffness if seat_rate is None else seat_rate),
+            c=share * (s.damping if seat_damping is None else seat_damping),
+            cap=share * (s.cap if seat_cap is None else seat_cap), slip=s.slip, release=s.release,
+            tau=g.loss_time, width=g.loss_width, eps=g.rounding,
+            preload=(0.0, 0.0, share * numbers.figure.mass * GRAVITY),
+            name="seat" if len(under) == 1 else name,
+        )
+        for name, at in under.items()
     )  # fmt: skip
-    return (*grips, seat)
+    return (*grips, *carried)

@@ -32,14 +32,15 @@ from workbench.engine import (
     TreeTrajectory,
 )
 
+from .cabin.contacts import SHELF
+from .cabin.facing import HATCH
 from .figure import FIGURE
 
-__all__ = ["HATCH", "REFERENCE_HEIGHT", "RING_HEIGHT", "Ejection", "objectives", "responses_of"]
+__all__ = ["REFERENCE_HEIGHT", "RING_HEIGHT", "Ejection", "objectives", "responses_of"]
 
 Array = np.ndarray[Any, Any]
 
 REFERENCE_HEIGHT = 0.77  # m: mass centre of the vehicle, from which g2 counts
-HATCH = (-1.848, -0.041)  # m: axis of the hatch, the centre of Table C.1's columns
 RING_HEIGHT = 1.959  # m: the top layer of Table C.1
 FREE_RADIUS = 0.40  # m: of the hatch
 CLEAR = 0.25  # m above the ring: out, wherever
@@ -130,7 +131,7 @@ def objectives(system: TreeSystem, *, t_end: float) -> dict[str, Any]:
             f"{name}_lost_at": FirstCrossing(
                 quantity=State(name=f"damage of bushing '{name.replace('_', ' ')}'"), level=LOST
             )
-            for name in ("left_grip", "right_grip", "seat")
+            for name in (bushing.name.replace(" ", "_") for bushing in system.bushings)
         },
         "head_speed": Maximum(quantity=head),
         "smooth_head_speed": PNorm(quantity=head, p=POWER),
@@ -151,14 +152,19 @@ def responses_of(run: TreeTrajectory) -> dict[str, float]:
         (m), rise_at, ejected_at, grip_lost_at, seat_lost_at (s, the end of the run where it does not happen),
         ejected, grip_lost, seat_lost (0 or 1; a hand that never held has lost nothing), head_speed,
         smooth_head_speed, head_speed_rms (m/s), hic15 (1), chest_3ms (g), comfort, health (m/s2), grip_force,
-        seat_force (N, the largest).
+        seat_force, touch_force (N, the largest; the last that of ring and cabin, 0 at level L0). A seat is
+        lost at either level where he has left his place; for a man who stands that is the place of a foot.
     """
     t_end = float(run.times[-1])
     ask = objectives(run.system, t_end=t_end)
     found = {name: float(objective.value(run)) for name, objective in ask.items()}
     held = [b for b in run.system.bushings if b.name.endswith("grip") and b.hold > 0.0]
     losses = [ask[f"{b.name.replace(' ', '_')}_lost_at"] for b in held]
+    leaves = [
+        ask[f"{b.name.replace(' ', '_')}_lost_at"] for b in run.system.bushings if not b.name.endswith("grip")
+    ]
     top = ask["rise"].peaks(run)[0]
+    shelf = _largest(run, inner=SHELF)
     forces = {
         b.name: float(np.linalg.norm(run.bushing_force(b.name), axis=1).max()) for b in run.system.bushings
     }
@@ -175,8 +181,8 @@ def responses_of(run: TreeTrajectory) -> dict[str, float]:
         "ejected": float(ask["ejected_at"].happens(run)),
         "grip_lost_at": min((loss.value(run) for loss in losses), default=t_end),
         "grip_lost": float(any(loss.happens(run) for loss in losses)),
-        "seat_lost_at": found["seat_lost_at"],
-        "seat_lost": float(ask["seat_lost_at"].happens(run)),
+        "seat_lost_at": min(loss.value(run) for loss in leaves),
+        "seat_lost": float(any(loss.happens(run) for loss in leaves)),
         "head_speed": found["head_speed"],
         "smooth_head_speed": found["smooth_head_speed"],
         "head_speed_rms": found["head_speed_rms"],
@@ -185,5 +191,14 @@ def responses_of(run: TreeTrajectory) -> dict[str, float]:
         "comfort": found["comfort"],
         "health": max(found[f"health_{axis}"] for axis in "xyz"),
         "grip_force": max(force for name, force in forces.items() if name.endswith("grip")),
-        "seat_force": forces["seat"],
+        "seat_force": max(shelf, *(f for name, f in forces.items() if not name.endswith("grip"))),
+        "touch_force": _largest(run, inner="vehicle"),
     }
+
+
+def _largest(run: TreeTrajectory, *, inner: str) -> float:
+    """Of the summed forces of all contacts of the gunner with a body, N; 0 without contacts."""
+    own = [c.b == inner and c.a in FIGURE for c in run.system.contacts]
+    if not any(own):
+        return 0.0
+    return float(np.linalg.norm(run.contact_forces().force[:, own].sum(axis=1), axis=1).max())

@@ -24,12 +24,13 @@ __all__ = [
 ]  # fmt: skip
 
 STEP = 1e-3  # s
+STEPS: Mapping[str, float] = {"L0": STEP, "L1": 0.5e-3}  # s, by level
 ROLLING: Mapping[str, float] = {"seat_rate": 20_000.0, "seat_damping": 1000.0}
 NOMINAL: Mapping[str, Any] = MappingProxyType(
     {
         "grip": 500.0, "hands": "both", **{f"k_{joint}": 1.0 for joint in JOINTS}, "seat_rate": None,
-        "seat_damping": None, "seat_cap": None, "mass": None, "start": "balanced", "friction": None,
-        "deceleration": 7.0, "turn": None,
+        "seat_damping": None, "seat_cap": None, "mass": None, "posture": "seated", "facing": 0.0,
+        "level": "L0", "start": "balanced", "friction": None, "deceleration": 7.0, "turn": None,
     }
 )  # fmt: skip
 TIMES = {"braking": 1.5, "step steer": 1.0, "rollover": 3.0}  # s
@@ -58,17 +59,29 @@ def case_of(name: str, row: Mapping[str, Any]) -> Case:
     if unknown:
         raise ValueError(f"a row takes {', '.join(NOMINAL)}, got {', '.join(unknown)}")
     full = {**NOMINAL, **(ROLLING if name == "rollover" else {}), **row}
-    own = ("grip", "hands", "seat_rate", "seat_damping", "seat_cap", "mass", "start")
+    own = (
+        "grip",
+        "hands",
+        "seat_rate",
+        "seat_damping",
+        "seat_cap",
+        "mass",
+        "posture",
+        "facing",
+        "level",
+        "start",
+    )
     return Case(
         on=proving_ground(name, row), factors={joint: full[f"k_{joint}"] for joint in JOINTS},
         **{key: full[key] for key in own},
     )  # fmt: skip
 
 
-def responses(name: str, row: Mapping[str, Any], *, step: float = STEP) -> dict[str, float]:
-    """One true run on a proving ground, see `responses_of`."""
-    t_end = TIMES[name]
-    return responses_of(simulate(system(case_of(name, row)), np.zeros(0), t_end, round(t_end / step)))
+def responses(name: str, row: Mapping[str, Any], *, step: float | None = None) -> dict[str, float]:
+    """One true run on a proving ground, see `responses_of`; step: s, None for that of the row's level."""
+    t_end, case = TIMES[name], case_of(name, row)
+    step = STEPS[case.level] if step is None else step
+    return responses_of(simulate(system(case), np.zeros(0), t_end, round(t_end / step)))
 
 
 def braking_gunner(**row: Any) -> dict[str, float]:

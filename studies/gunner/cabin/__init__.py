@@ -1,0 +1,1 @@
+"""What stands around the gunner and touches him, and which way he faces in it."""

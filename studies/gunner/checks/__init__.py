@@ -1,0 +1,1 @@
+"""Tables of what the gunner shows beside what he was asked to show, over everything else of the study."""
