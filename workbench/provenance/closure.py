@@ -6,6 +6,7 @@ state of the model.
 """
 
 import ast
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -43,15 +44,15 @@ class Closure:
 def closure_of(starts: Sequence[Path], study: Path, cache: ContentCache) -> Closure:
     """The Python files `starts`, what they import from the user's folders, and the data files they name."""
     found = Closure()
-    waiting = [path.resolve() for path in starts]
+    waiting = [_absolute(path) for path in starts]
     seen: set[Path] = set()
     while waiting:
         path = waiting.pop()
         if path in seen or not path.is_file():
             continue
         seen.add(path)
-        folders = [study, path.parent]
-        found.places[_name(path, study)] = path
+        folders = list(dict.fromkeys([study, path.parent, path.resolve().parent]))
+        found.places[_name(path, study)] = path.resolve()
         try:
             content = cache.of(path, parsed)
         except (OSError, SyntaxError, ValueError):
@@ -69,7 +70,7 @@ def closure_of(starts: Sequence[Path], study: Path, cache: ContentCache) -> Clos
         for folder in (*folders, *(place for place in places if place.is_dir())):
             for file in (folder / name for name in files):
                 if file.is_file() and not (file.suffix == ".toml" and cache.of(file, is_study)):
-                    found.data[_name(file.resolve(), study)] = cache.of(file, digest_of)
+                    found.data[_name(_absolute(file), study)] = cache.of(file, digest_of)
     return found
 
 
@@ -188,12 +189,17 @@ def _below(root: Path, parts: Sequence[str]) -> list[Path]:
             place = place / part
         else:
             break
-    return [file.resolve() for file in files]
+    return [_absolute(file) for file in files]
+
+
+def _absolute(path: Path) -> Path:
+    """Where a file is looked for; a link is not followed: it is the content there that counts."""
+    return Path(os.path.abspath(path))
 
 
 def _name(path: Path, study: Path) -> str:
     """Of a file below the study's folder where it stands there, else its last two parts."""
-    try:
-        return path.relative_to(study).as_posix()
-    except ValueError:
-        return "/".join(path.parts[-2:])
+    for place, folder in ((path, study), (path, study.resolve()), (path.resolve(), study.resolve())):
+        if place.is_relative_to(folder):
+            return place.relative_to(folder).as_posix()
+    return "/".join(path.parts[-2:])

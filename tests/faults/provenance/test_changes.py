@@ -35,6 +35,17 @@ def retargeted(folder, _patch):
     (folder / "table.csv").symlink_to("other.csv")
 
 
+def linked_helper(more):
+    """The helper as a link to a copy elsewhere that is longer by `more`."""
+
+    def change(folder, _patch):
+        (folder.parent / "copy.py").write_text((folder / "helper.py").read_text() + more)
+        (folder / "helper.py").unlink()
+        (folder / "helper.py").symlink_to(folder.parent / "copy.py")
+
+    return change
+
+
 def same_size_and_time(folder, _patch):
     """As `cp -p` and archives leave it: only the content is another."""
     old = os.stat(folder / "table.csv")
@@ -64,7 +75,8 @@ CHANGES = {
     "data file opened": ("python", edit("table.csv", "1,2", "1,3"), "refused", DATA.format("table.csv")),
     "data file named by parts": ("python", edit("data/gain.toml", "1.5", "1.6"), "refused", "data/gain.toml"),
     "data file of equal size and time": ("python", same_size_and_time, "refused", "data table.csv changed"),
-    "symbolic link to other data": ("python", retargeted, "refused", "other.csv"),
+    "symbolic link to other data": ("python", retargeted, "refused", "table.csv"),
+    "helper behind a symbolic link": ("python", linked_helper("x = 1\n"), "refused", "helper.py"),
     "listed file": ("python", edit("maps/road.dat", "0 0", "0 1"), "refused", FILE.format("maps/road.dat")),
     "new listed file": ("python", write("maps/new.dat", "1"), "refused", "file maps/new.dat is new"),
     "removed helper": (

@@ -36,6 +36,12 @@ def linked(folder, _patch):
     return folder.parent / "link"
 
 
+def behind_links(folder, _patch):
+    for name in ("helper.py", "table.csv"):
+        (folder / name).rename(folder.parent / f"copy of {name}")
+        (folder / name).symlink_to(folder.parent / f"copy of {name}")
+
+
 def renamed(folder, _patch):
     (folder / "unrelated.py").rename(folder / "still_unrelated.py")
 
@@ -108,6 +114,7 @@ TOUCHES = {
     "moved folder": ("python", moved),
     "moved folder of a command": ("command", moved),
     "linked folder": ("python", linked),
+    "linked helper and data": ("python", behind_links),
     "linked folder of a command": ("command", linked),
     "renamed unrelated file": ("python", renamed),
     "removed unrelated file": ("python", lambda folder, _: (folder / "unrelated.py").unlink()),
