@@ -122,8 +122,15 @@ budget = 30
 )
 
 
-@pytest.mark.parametrize("stage", ["screen", "worst case"])
-@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("signal_number", "stage"),
+    [
+        (signal.SIGINT, "screen"),
+        (signal.SIGTERM, "worst case"),
+        pytest.param(signal.SIGINT, "worst case", marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, "screen", marks=pytest.mark.slow),
+    ],
+)
 def test_a_signal_between_the_runs_is_four_too(tmp_path, signal_number, stage):
     (tmp_path / "m.py").write_text(
         "import math\ndef f(a, b):\n    return math.sin(9 * a) * math.cos(7 * b)\n"

@@ -54,7 +54,12 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", CASES)
+DEAR = ("four bars, undamped", "bouncing on a contact")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in DEAR else name for name in CASES]
+)
 def test_estimated_errors_are_the_true_ones_within_a_factor(name):
     system, alpha, objective, t_end, scheme = CASES[name]
     density = np.full(len(system.members), alpha)

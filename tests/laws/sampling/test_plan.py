@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from workbench.sampling.plan import Design, DesignOptions, make_design
 from workbench.space.box import Parameter, Space
 
-CASES = settings(max_examples=20, deadline=None)
+CASES = settings(max_examples=10, deadline=None)
 
 
 @st.composite

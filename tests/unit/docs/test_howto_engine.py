@@ -14,7 +14,7 @@ HOWTO = Path(__file__).parents[3] / "docs" / "howto"
         "build-a-multibody-system.md",
         "optimise-a-layout.md",
         "simulate-a-spatial-mechanism.md",
-        "build-a-spatial-system.md",
+        pytest.param("build-a-spatial-system.md", marks=pytest.mark.slow),  # compiles for a minute
     ],
 )
 def test_the_snippets_run(page, capsys, tmp_path, monkeypatch):

@@ -61,6 +61,7 @@ def planar_twin(tree):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_four_bar_moves_as_in_the_plane_with_order_two():
     """Two extrapolations of the order-2 scheme meet order 8 of the planar engine."""
     tree = four_bar(springs=False)
@@ -122,6 +123,7 @@ def differences(value, step):
     return (8.0 * (value(step) - value(-step)) - (value(2 * step) - value(-2 * step))) / (12.0 * step)
 
 
+@pytest.mark.slow
 def test_gradients_by_densities_numbers_and_places_of_the_cut_joint():
     """Each against repeated runs, starts closed again where a loop changes."""
     objective = Terminal(quantity=Coordinate(bodies=("coupler",), direction=(0.3, 0.1, 1.0)))

@@ -69,6 +69,7 @@ def tree():
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_both_engines_move_alike_and_have_the_same_gradient():
     run_p = simulate(planar(), DENSITY, t_end=0.5, steps=100, scheme=RungeKutta8())
     system = tree()

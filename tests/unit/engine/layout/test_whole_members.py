@@ -80,7 +80,10 @@ def test_a_mechanism_is_cut_off():
     assert set(np.unique(density)) <= {0.0, 1.0}
 
 
-@pytest.mark.parametrize(("seed", "evaluations"), [(1, 120), pytest.param(3, 300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("seed", "evaluations"),
+    [pytest.param(1, 120, marks=pytest.mark.slow), pytest.param(3, 300, marks=pytest.mark.slow)],
+)
 def test_transient_problems_meet_their_enumerated_optimum(seed, evaluations):
     problem, count = random_problem(seed, most=1500)
     best, members, _ = enumerated(problem, count)

@@ -136,6 +136,7 @@ def test_inputs_that_never_change_are_ranked_without_a_score():
         assert list(ranking.ranking) == [0, 1, 2], ranking.method
 
 
+@pytest.mark.slow
 def test_dear_methods_are_left_out_where_nobody_asked_for_them():
     x = np.random.default_rng(0).random((12, 120))
     kept = [r.method for r in compare_rankings(x, x[:, 0] + x[:, 1] ** 2, rng=np.random.default_rng(0))]
