@@ -28,7 +28,17 @@ from numpy.typing import NDArray
 import doe
 from surrogates import KrigingScreener
 
-__all__ = ["DRAWN", "FUNCTIONS", "Listed", "counts", "drawn_function", "main", "run", "total_indices"]
+__all__ = [
+    "DRAWN",
+    "FUNCTIONS",
+    "Listed",
+    "counts",
+    "drawn_function",
+    "jansen_indices",
+    "main",
+    "run",
+    "total_indices",
+]
 
 Array = NDArray[np.float64]
 
@@ -159,11 +169,15 @@ def _named(name: str) -> Listed:
 
 @cache
 def total_indices(name: str) -> Array:
-    """True total indices (d,) of one of FUNCTIONS, or of "drawn k".
+    """True total indices (d,) of one of FUNCTIONS, or of "drawn k"."""
+    return jansen_indices(_named(name))
+
+
+def jansen_indices(f: Listed) -> Array:
+    """True total indices (d,), from 2^13 Sobol' points.
 
     Jansen: mean (f(a) - f(a with one input of b))^2/2 over Var f.
     """
-    f = _named(name)
     points = doe.sobol(2**13, 2 * f.d, rng=np.random.default_rng(0))
     a, b = points[:, : f.d], points[:, f.d :]
     at = f.evaluate(a)

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..analysis.response_map import RESPONSE_SCALES, admitted_scales, response_map
+from .hidden_share import HiddenShare, hidden_share
 from .metamodel import selected_kriging
 from .screener import KrigingScreener
 
-__all__ = ["RESPONSE_SCALES", "ScaleChoice", "choose_scale", "on_scale"]
+__all__ = ["RESPONSE_SCALES", "ScaleChoice", "choose_scale", "left_out_share", "on_scale"]
 
 Array = NDArray[np.float64]
 
+NOTHING_TO_GAIN = 0.001  # of the variance: a response that leaves less needs no other scale
 CLEARLY = 0.8  # of the squared error of a simpler scale: what another must stay below
 POWERS = ("box-cox", "yeo-johnson")
 NEAR = 0.1  # of a power: no other scale than the logarithm (0) or the response itself (1)
@@ -34,6 +36,9 @@ class ScaleChoice:
     @property
     def reason(self) -> str:
         """Why, in a sentence."""
+        if list(self.unexplained) == ["none"]:
+            share = self.unexplained["none"]
+            return f"the response itself leaves {100 * share:.3g} % of left-out runs unexplained"
         shares = ", ".join(f"{name} {100 * share:.3g} %" for name, share in self.unexplained.items())
         return f"left unexplained of left-out runs, on the response's own scale: {shares}"
 
@@ -53,7 +58,8 @@ def choose_scale(screener: KrigingScreener, X: ArrayLike, y: ArrayLike) -> Scale
     """Screen runs X (n, d), y (n,) on every scale that y admits, by clones of `screener`, and compare.
 
     The response itself unless another scale leaves less than 0.8 of its squared error; a power (Box-Cox, of
-    responses that change sign Yeo-Johnson) where it leaves less than 0.8 of that of all others.
+    responses that change sign Yeo-Johnson) where it leaves less than 0.8 of that of all others. No
+    other is tried where the response itself leaves less than a thousandth.
 
     >>> x = np.random.default_rng(0).random((40, 4))
     >>> choose_scale(KrigingScreener(), x, np.exp(6 * x[:, 1] + 3 * np.sin(5 * x[:, 2]))).scale
@@ -62,19 +68,12 @@ def choose_scale(screener: KrigingScreener, X: ArrayLike, y: ArrayLike) -> Scale
     from sklearn.base import clone
 
     values = np.asarray(y, dtype=np.float64)
-    spread = float(((values - values.mean()) ** 2).mean())
     unexplained: dict[str, float] = {}
     for scale in _candidates(values):
-        mapped = response_map(values, scale)
-        w = mapped.forward(values)
-        fitted = clone(screener).fit(X, w)
-        if spread <= 0.0 or not len(fitted.selected_):
-            unexplained[scale] = 1.0
-            continue
-        left = selected_kriging(fitted, X, w, minor=True).leave_one_out()
-        usable = np.isfinite(left.std)
-        error = values[usable] - mapped.inverse(left.prediction[usable])
-        unexplained[scale] = float((error**2).mean()) / spread
+        fitted = clone(screener).fit(X, on_scale(values, scale))
+        unexplained[scale] = left_out_share(fitted, X, values, scale).unexplained
+        if unexplained["none"] < NOTHING_TO_GAIN:
+            break
     simple = [scale for scale in unexplained if scale not in POWERS]
     best = min(simple, key=lambda scale: unexplained[scale])
     if not unexplained[best] < CLEARLY * unexplained["none"]:
@@ -83,6 +82,22 @@ def choose_scale(screener: KrigingScreener, X: ArrayLike, y: ArrayLike) -> Scale
         if unexplained[power] < CLEARLY * min(unexplained[scale] for scale in simple):
             best = power
     return ScaleChoice(scale=best, unexplained=unexplained)
+
+
+def left_out_share(fitted: KrigingScreener, X: ArrayLike, y: ArrayLike, scale: str) -> HiddenShare:
+    """What the inputs selected on `scale` leave unexplained of left-out runs, on the own scale of y (n,).
+
+    `fitted` is a screening of X (n, d) and `on_scale(y, scale)`. The share in its diagnosis is one of the
+    scale screened on: a large value that a logarithm folds away counts there as little as a small one.
+    """
+    values = np.asarray(y, dtype=np.float64)
+    if not len(fitted.selected_):
+        return HiddenShare(unexplained=1.0, upper=1.0)
+    mapped = response_map(values, scale)
+    model = selected_kriging(fitted, X, mapped.forward(values), minor=True, calibrated=False)
+    left = model.leave_one_out()
+    error = values - mapped.inverse(left.prediction)
+    return hidden_share(np.where(np.isfinite(left.std), error, np.nan), values)
 
 
 def _candidates(y: Array) -> list[str]:

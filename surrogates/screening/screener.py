@@ -27,13 +27,14 @@ from ..kriging.given_runs import (
     refuse_text,
 )
 from .confirmation import SMOOTH, Examined, screened, where_it_errs
+from .hidden_share import HiddenShare
 from .listed_apart import SelectedShare, minor_inputs, selected_shares
 from .methods import METHODS, Found
 from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs, replicate_variance
 from .partitions.landscape import landscape_of
 from .partitions.optimum import left_out_q2, standard_scores
 from .path import ScreeningStep, ranked_inputs, screening_path, told
-from .sets.rules import Rules, check_rules, threshold_for
+from .sets.rules import Rules, check_columns, check_rules, criterion_in_words, threshold_for
 from .verdict import Evidence, Judgement, ScreeningDiagnosis, judge
 
 __all__ = ["KrigingScreener"]
@@ -140,7 +141,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         n, d = x.shape
         if n < FEWEST_RUNS:
             raise TooFewRuns(f"a screening needs at least {FEWEST_RUNS} runs, got n_samples = {n}: add runs")
-        self._check_columns(d)
+        check_columns(self.groups, d)
         labels = tuple(int(k) % d for k in self.categorical)
         scaled = self.method == "default" or not about_unit_wide(x, labels=labels)
         runs = canonical_runs(x, y, labels=labels, groups=self.groups, scaled=scaled)
@@ -284,7 +285,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             n_runs=n,
             n_inputs=d,
             method=self.method,
-            criterion=_criterion(self.criterion if self.method != "welch" else "ml"),
+            criterion=criterion_in_words(self.criterion if self.method != "welch" else "ml"),
             rule=self._rule(threshold),
             threshold=threshold,
             base_log_likelihood=base,
@@ -316,6 +317,19 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             verdict=judged.verdict,
             advice=judged.advice,
         )
+
+    def allow_for(self, share: HiddenShare) -> Self:
+        """Let at least this share of the variance hide further inputs, and judge anew; returns itself.
+
+        For a response that was screened on another scale than its own, on which left-out runs may say that
+        more hides (`surrogates.left_out_share`). What is listed apart stays.
+        """
+        check_is_fitted(self)
+        if not share.upper > self.diagnosis_.hidden_share:
+            return self
+        self._evidence = self._evidence.with_hidden(share)
+        self.diagnosis_ = self.diagnosis_.judged_anew(share, judge(self._evidence))
+        return self
 
     def judgement(self, names: Sequence[str], place: Callable[[int, float], str] | None = None) -> Judgement:
         """The verdict with names (d,) for columns; `place` writes a value of a column in its own unit."""
@@ -379,21 +393,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         value = max(FORWARD_NUGGET, noise)
         return value, value
 
-    def _check_columns(self, d: int) -> None:
-        flat = [int(k) for group in self.groups for k in group]
-        wrong = [k for k in flat if not 0 <= k < d]
-        if wrong:
-            raise ValueError(f"groups need columns 0 to {d - 1}, got {wrong[0]}")
-        twice = [k for k in set(flat) if flat.count(k) > 1]
-        if twice:
-            raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
-
 
 def _inputs(runs: CanonicalRuns, members: Sequence[int]) -> tuple[int, ...]:
     """The inputs of a set of units, ascending."""
     return tuple(sorted(k for u in members for k in runs.given(u)))
-
-
-def _criterion(name: str) -> str:
-    what = "restricted log-likelihood l of (3.13)" if name == "reml" else "log-likelihood l of (3.11)"
-    return f"{what}, constant 0, larger is better"

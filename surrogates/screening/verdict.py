@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .hidden_share import RoughSide
+from .hidden_share import HiddenShare, RoughSide
 from .listed_apart import MINOR_SHARE, SelectedShare
 from .sets.rival_sets import CLEAR_MARGIN
 
@@ -97,6 +97,14 @@ class ScreeningDiagnosis:
     verdict: str
     advice: str
 
+    def judged_anew(self, share: HiddenShare, judged: "Judgement") -> "ScreeningDiagnosis":
+        """The same screening where left-out runs say that this share hides further inputs."""
+        return replace(
+            self, hidden_share=share.upper, unexplained=share.unexplained,
+            q2=min(self.q2, 1.0 - share.unexplained), state=judged.state,
+            resolved=judged.state == "resolved", verdict=judged.verdict, advice=judged.advice,
+        )  # fmt: skip
+
 
 def fewest_runs(n_inputs: int) -> int:
     """The runs from which on a screening of so many inputs may be called resolved: 10 and 2 per input.
@@ -141,6 +149,10 @@ class Evidence:
     rough_side: RoughSide | None = None
     minor: Sequence[int] = ()
     is_rough: bool = False
+
+    def with_hidden(self, share: HiddenShare) -> "Evidence":
+        """The same where left-out runs say that this share hides further inputs."""
+        return replace(self, hidden_share=share.upper, q2=min(self.q2, 1.0 - share.unexplained))
 
     def with_minor(self, minor: Sequence[int], shares: Sequence[SelectedShare]) -> "Evidence":
         """The same with `minor` listed apart: the selection lacks them, so x is no less than they may be."""

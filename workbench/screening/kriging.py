@@ -12,6 +12,7 @@ from surrogates import (
     RESPONSE_SCALES,
     KrigingScreener,
     choose_scale,
+    left_out_share,
     on_scale,
     selection_stability,
 )
@@ -50,7 +51,7 @@ def screen(
     response: Response | str,
     *,
     method: str = "default",
-    transform: str = "none",
+    transform: str | None = None,
     regimes: str = "auto",
     seed: int = 0,
     n_selected: int | None = None,
@@ -74,10 +75,11 @@ def screen(
         transform: what parameters are selected by: "none", "log" for one over decades, "ranks" (Iman and
             Conover, Technometrics 21, 1979) for one that jumps between two levels, "box-cox" for a power of a
             positive response and "yeo-johnson" of any, or "auto" for the one of these that predicts left-out
-            runs best on the response's own scale (`surrogates.choose_scale`).
+            runs best on the response's own scale (`surrogates.choose_scale`). Left out: "auto" for the
+            method "default", "none" for the published ones.
             The Kriging of the selected parameters predicts on that scale (but ranks), with predictions and
             intervals in the response's unit; main effects and Sobol' indices are of the response itself, the
-            share that may hide is one of the scale screened on.
+            share that may hide is one of the response's own variance, and of that of the scale: the larger.
         regimes: "auto" looks for two regimes with nothing between, and screens the switch and the runs of
             each, beside all runs; "off" does not.
         seed: of the starts, the resamples and the draws.
@@ -93,6 +95,8 @@ def screen(
     response = Response(response) if isinstance(response, str) else response
     if method not in METHODS:
         raise StudyError(f"screening method needs one of {', '.join(METHODS)}, got {method!r}")
+    if transform is None:
+        transform = "auto" if method == "default" else "none"
     if transform not in TRANSFORMS:
         raise StudyError(f"screening transform needs one of {', '.join(TRANSFORMS)}, got {transform!r}")
     if regimes not in ("auto", "off"):
@@ -110,6 +114,8 @@ def screen(
     )
     scale, reason = _scale(screener, x, y, transform, response.name)
     screener.fit(x, on_scale(y, scale))
+    if scale != "none":
+        screener.allow_for(left_out_share(screener, x, y, scale))
     names = np.array(space.names)
     stability: dict[str, float] = {}
     if method != "welch":

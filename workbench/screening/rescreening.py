@@ -66,7 +66,7 @@ def re_screen(
     out: list[Rescreening] = []
     for name, y in values.items():
         rows = [{**row, "response": float(v)} for row, v in zip(scenarios, y, strict=True)]
-        found = screen(rows, uncertainty, "response", seed=seed, effects=False)
+        found = screen(rows, uncertainty, "response", transform="none", seed=seed, effects=False)
         first = out[0].selected if out else found.selected
         out.append(
             Rescreening(

@@ -60,7 +60,7 @@ def other_screening(
         raise StudyError(
             "the study has no [screen] table, which names the response to screen: add one, or name a response"
         )
-    table = table or {"transform": "none"}
+    table = table or {}
     method = method or str(table.get("method", "default"))
     if method not in OTHER_METHODS:
         raise StudyError(f"screening method needs one of {', '.join(OTHER_METHODS)}, got {method!r}")
@@ -72,7 +72,7 @@ def other_screening(
             campaign.study.space,
             wanted,
             method=method,
-            transform=table["transform"],
+            transform=table.get("transform"),
             seed=campaign.study.seed,
             **chosen(table),
         ).to_dict()

@@ -190,7 +190,7 @@ def _screened(
     try:
         after = screen(
             runs.of(found.layouts[found.robust])(rows, purpose="screening"), study.space,
-            study.response(model.response), method=study.screen["method"], seed=study.seed,
+            study.response(model.response), method=study.screen["method"], transform="none", seed=study.seed,
         ).to_dict()  # fmt: skip
     except (NotEnoughRuns, StudyError) as error:
         return {"before": list(before["selected"]), "after": None, "reason": str(error)}

@@ -32,7 +32,7 @@ def screening_document(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[s
         study.space,
         response,
         method=table["method"],
-        transform=table["transform"],
+        transform=table.get("transform"),
         regimes=table.get("regimes", "auto"),
         seed=study.seed,
         **chosen(table),

@@ -206,13 +206,13 @@ class EvaluateTable(Table):
 
 
 class ScreenTable(Table):
-    """`[screen]`; `transform` "ranks" is for responses that jump; `groups` of parameters are selected
-    together, and `n_selected` of them whatever the likelihood says; `regimes` says whether two of them are
-    looked for."""
+    """`[screen]`; `transform` is the scale to select by: left out it is chosen by left-out runs, and is none
+    for the published methods; `groups` of parameters are selected together, and `n_selected` of them whatever
+    the likelihood says; `regimes` says whether two of them are looked for."""
 
     response: Text
     method: Text = "default"
-    transform: Literal["none", "auto", "log", "ranks", "box-cox", "yeo-johnson"] = "none"
+    transform: Literal["none", "auto", "log", "ranks", "box-cox", "yeo-johnson"] | None = None
     regimes: Literal["auto", "off"] = "auto"
     n_selected: Count | None = None
     groups: list[Annotated[list[Text], Field(min_length=2)]] | None = None

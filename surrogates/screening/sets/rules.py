@@ -1,5 +1,6 @@
 """What the default screening asks of a set of units, and how long it searches."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-__all__ = ["Rules", "check_rules", "threshold_for"]
+__all__ = ["Rules", "check_columns", "check_rules", "criterion_in_words", "threshold_for"]
 
 LENIENT = 0.5  # of the threshold: sets that are best at that price are looked at, too
 
@@ -23,6 +24,12 @@ def threshold_for(n_units: int, risk: float = 0.05) -> float:
     3.94 5.41 2.51
     """
     return max(1.92, 0.5 * float(chi2.isf(min(1.0, 2.0 * risk / n_units), 1)))
+
+
+def criterion_in_words(name: str) -> str:
+    """What l is for the criterion "reml" or "ml"."""
+    what = "restricted log-likelihood l of (3.13)" if name == "reml" else "log-likelihood l of (3.11)"
+    return f"{what}, constant 0, larger is better"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,3 +86,17 @@ def check_rules(given: Any) -> None:
             "nugget needs a positive number or a pair (low, high) with 0 < low <= high, or None to have "
             f"it estimated, got {given.nugget!r}"
         )
+
+
+def check_columns(groups: Sequence[Sequence[int]], d: int) -> None:
+    """Whether groups of columns out of d are possible and apart.
+
+    Raises ValueError naming the column that does not fit.
+    """
+    flat = [int(k) for group in groups for k in group]
+    wrong = [k for k in flat if not 0 <= k < d]
+    if wrong:
+        raise ValueError(f"groups need columns 0 to {d - 1}, got {wrong[0]}")
+    twice = [k for k in set(flat) if flat.count(k) > 1]
+    if twice:
+        raise ValueError(f"groups need each column at most once, got column {twice[0]} twice")
