@@ -37,6 +37,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     "studies": ("*", "adams_loop", "buck_converter", "gunner"),
     "studies/gunner": (
         "checks",
+        "restraints",
         "*",
         "vehicle cabin",
         "figure",
