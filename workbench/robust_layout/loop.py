@@ -22,7 +22,7 @@ and ended attacks in `rounds/`, so after a kill the same call goes on: it repeat
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -321,18 +321,17 @@ class _Loop:
         for name, row in values.items():
             k = int(np.argmax([-np.inf if v is None else v for v in row]))
             before = self.worst.get(name)
-            if before is None:
-                self.worst[name] = Found(value=known[name], case=self.judged.cases[k], runs=0, status=JUDGED)
-            elif known[name] > before.value:
-                self.worst[name] = replace(before, value=known[name], case=self.judged.cases[k])
-        found, bound = self.worst[robust], self.bounds[robust]
-        closed = self.holds(robust) and not found.lacks
+            if before is None or known[name] > before.value:
+                self.worst[name] = Found(
+                    value=known[name], case=self.judged.cases[k], runs=before.runs if before else 0,
+                    status=before.status if before else JUDGED, attack=before.attack if before else None,
+                )  # fmt: skip
+        closed, bound = self.holds(robust), self.bounds[robust]
+        found = self.worst[robust]
         gaps = [r.gap for r in self.rounds if r.attacked][-2:]
-        tolerance = self.settings.tolerance
-        may_exceed = tolerance if closed else max(excess(found.value, bound), *gaps, tolerance)
-        status = loop_status(found, bound, limit=self.limit(bound), closed=closed)
+        may_exceed = self.settings.tolerance if closed else max(excess(found.value, bound), *gaps, 0.0)
         return RobustLayout(
-            robust=robust, closed=closed, status=status,
+            robust=robust, closed=closed, status=loop_status(found, bound, closed=closed),
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
             rounds=self.rounds, failures=self.failures, may_exceed=may_exceed, other_starts=others,
             reasons=self.reasons(robust, others, closed=closed),

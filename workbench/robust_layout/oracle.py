@@ -2,9 +2,8 @@
 
 `look` runs the known cases and fresh random corners: samples inside hardly ever meet a corner, and a layout
 that breaks there needs no attack. `attack` sends the adversary of `workbench.search.evidence.attack` against
-the worst known case, where its first climbs begin: it has no surrogate, and every turn of the loop has a seed
-of its own, so that a layout is never attacked by the numbers that it was mended for. Its silence counts by
-the rule of every worst case, see `workbench.search.evidence.grade`.
+the bound: it has no surrogate, and every turn of the loop has a seed of its own, so that a layout is never
+attacked by the numbers that it was mended for.
 
 What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed.
 """
@@ -24,7 +23,6 @@ from workbench.robust_layout.cuts import spread_out_worst
 from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.attack.strata import Strata
-from workbench.search.evidence.grade import Grade, shortcoming
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.space.box import Space
 from workbench.space.streams import stream
@@ -43,7 +41,6 @@ class Found:
     """The worst true run of a layout, and how it was looked for.
 
     attack: the record of the adversary, None where none was sent.
-    grade: what an attack that did not break the bound stands for.    lacks: why it does not count, or "".
     others: further cases, far from it and from each other, with their values, largest first.
     disbelieved: cases beyond the bound that were not beyond it at half the step, with both values.
     """
@@ -53,8 +50,6 @@ class Found:
     runs: int
     status: str
     attack: Mapping[str, Any] | None = None
-    grade: str = Grade.SEARCHED.name.lower()
-    lacks: str = "only known cases and random corners were looked at"
     others: Sequence[Mapping[str, Any]] = ()
     disbelieved: Sequence[Mapping[str, Any]] = ()
 
@@ -92,12 +87,9 @@ class LayoutOracle:
         return self._found(density, known, limit=limit, runs=len(known), status=status)
 
     def attack(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
-        """The worst that an adversary finds beyond the worst of the known cases, or that; kept in `folder`.
-
-        limit: what a case must exceed to be run again at half the step.
-        """
+        """The worst that an adversary finds against `limit`, or of the known cases; kept in `folder`."""
         text = repr((self.identity, self.space.hash, layout_name(density), list(cases), limit, turn))
-        text += repr((self.budget, self.seed, "from the claimed case"))
+        text += repr((self.budget, self.seed))
         place = self.folder / f"attack-{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
         kept = read_json(place)
         if kept is None:
@@ -109,17 +101,15 @@ class LayoutOracle:
     def _attacked(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         evaluate = self.evaluator(density)
         seed = int(stream(self.seed, "attack of a layout", replicate=turn).integers(2**31))
-        known = evaluate(cases, purpose="cases")
-        claimed = self._found(density, known, limit=limit, runs=len(known), status="")
         record = attack(
-            evaluate, self.space, value=claimed.value, budget=self.budget, seed=seed,
-            response=self.model.response, claimed=claimed.case,
-        )  # fmt: skip
-        made = [*known, *(attempt.outcome for attempt in record.attempts)]
+            evaluate, self.space, value=limit, budget=self.budget, seed=seed, response=self.model.response
+        )
+        made = [*evaluate(cases, purpose="cases"), *(attempt.outcome for attempt in record.attempts)]
         found = self._found(density, made, limit=limit, runs=record.runs, status=record.sentence)
-        lacks = shortcoming(record)
-        grade = Grade.SEARCHED if lacks else Grade.PROVED if record.is_exhaustive else Grade.ATTACKED
-        return replace(found, attack=record.to_dict(), grade=grade.name.lower(), lacks=lacks)
+        return Found(
+            value=found.value, case=found.case, runs=found.runs, status=found.status, others=found.others,
+            attack=record.to_dict(), disbelieved=found.disbelieved,
+        )  # fmt: skip
 
     def _found(
         self, density: Array, outcomes: Sequence[Outcome], *, limit: float, runs: int, status: str

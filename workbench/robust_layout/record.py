@@ -71,8 +71,7 @@ class OtherStartsFound:
 class RobustLayout:
     """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known.
 
-    closed: the best layout was attacked, nothing was found beyond its bound and the tolerance, and the attack
-        counts: see `workbench.search.evidence.grade`.
+    closed: the best layout was attacked and nothing was found beyond its bound and the tolerance.
     may_exceed: by which share of the worst value another attack may find more, an estimate.
     reasons: what keeps the verdict from being green, in sentences.
     """
@@ -99,7 +98,10 @@ class RobustLayout:
     @property
     def grade(self) -> str:
         """What stands behind the worst case: "proved", "attacked" or "searched"."""
-        return self.worst[self.robust].grade if self.closed else "searched"
+        attack = self.worst[self.robust].attack
+        if not self.closed or attack is None:
+            return "searched"
+        return "proved" if attack["exhaustive"] and not attack["failures"] else "attacked"
 
 
 def excess(worst: float, bound: float) -> float:
@@ -108,15 +110,15 @@ def excess(worst: float, bound: float) -> float:
     return above / abs(bound) if bound else above
 
 
-def loop_status(found: Found, bound: float, *, limit: float, closed: bool) -> str:
+def loop_status(found: Found, bound: float, *, closed: bool) -> str:
     """Whether the loop is closed, in a sentence. `found`: of the best layout; `bound`: over the known cases
-    when it was attacked; `limit`: what it may reach."""
+    when it was attacked."""
     above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
-    silent = f"{found.runs} true runs of an adversary found nothing more than {above} above the bound"
     if closed:
-        return f"{silent}: the loop is closed."
-    if found.attack is not None and found.value <= limit:
-        return f"{silent}, but {found.lacks}: a worse case may stand elsewhere. The loop is not closed."
+        return (
+            f"{found.runs} true runs of an adversary found nothing more than {above} above the bound: the "
+            "loop is closed."
+        )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
     return (
         f"The rounds were spent, and {how} found {above} above the bound: another may find as much again. "

@@ -11,13 +11,11 @@ from studies.occupant_braking import NOMINAL, restraint
 from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
 from workbench.errors import Interrupted, StudyError
 from workbench.models.evaluator import FunctionEvaluator
-from workbench.report.claims import Contradiction, refuse_contradictions, robust_layout_claims
 from workbench.report.writing import write_report
 from workbench.robust_layout.model import load_layout_model
 from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.other_starts import OtherStarts
 from workbench.robust_layout.record import OtherStartsFound, loop_status
-from workbench.search.evidence.grade import ARRIVED
 from workbench.stages import robust_layout as robust_layout_stage
 from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
@@ -114,7 +112,7 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
     """The layout of the last round breaks; the best over the cases of all layouts is another one."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
-    text = changed("budget = 80", "budget = 160", text)  # a border of failures takes more runs
+    text = changed("budget = 40", "budget = 160", text)  # a border of failures takes more runs
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
     last, best = found["rounds"][-1], found["layouts"]["robust"]
     assert last["worst"] > (1 + NEAR) * last["bound"]
@@ -153,8 +151,7 @@ def test_an_open_loop_says_by_how_much_it_may_be_off(standard, tmp_path):
     found = json.loads(place.read_text())
     assert "it may be off" not in (folder / "report.md").read_text()
     worst = Found(value=1.13 * found["bound"], case={}, runs=40, status="", attack=found["attack"])
-    bound = found["bound"]
-    status = loop_status(worst, bound, limit=1.02 * bound, closed=False)
+    status = loop_status(worst, found["bound"], closed=False)
     assert status == (
         "The rounds were spent, and the last attack found 13 % above the bound: another may find as much "
         "again. The loop is not closed."
@@ -164,50 +161,6 @@ def test_an_open_loop_says_by_how_much_it_may_be_off(standard, tmp_path):
     write_report(tmp_path / "open")
     text = (tmp_path / "open" / "report.md").read_text()
     assert "Treat the worst case as a lower end: it may be off by 13 %." in text
-
-
-def test_a_loop_whose_attack_does_not_count_is_not_closed(tmp_path):
-    """Nothing was found beyond the bound, but too little was looked at."""
-    found, folder = run(tmp_path, changed("budget = 80", "budget = 40"))
-    assert found["worst"] == pytest.approx(ROBUST, rel=NEAR)
-    assert not found["closed"]
-    assert found["grade"] == "searched"
-    assert found["verdict"] == "amber"
-    assert found["may_exceed"] == NEAR
-    assert "but 40 runs over 2 parameters say too little, it takes 50: a worse case may" in found["status"]
-    assert "The loop is not closed." in (folder / "report.md").read_text().replace("\n", " ")
-
-
-def test_an_attack_whose_climbs_end_elsewhere_closes_no_loop(standard):
-    """Where each climb ends at a peak of its own, the next may end at a worse one."""
-    found, _ = standard
-    assert found["closed"]
-    assert found["attack"]["arrived"] >= ARRIVED
-    claim = robust_layout_claims({**found, "attack": {**found["attack"], "arrived": 1, "climbs": 7}})[0]
-    with pytest.raises(Contradiction, match="called closed although 1 of 7 climbs arrived there"):
-        refuse_contradictions(claim, [])
-
-
-class Hat(TwoMembers):
-    """A hat of half width 0.1 stands at u = 0.6."""
-
-    def responses(self, density, uncertain):
-        hat = max(0.0, 1 - abs(uncertain["u"] - 0.6) / 0.1)
-        return {"push": value(density, 0.0, uncertain["v"]) + hat}
-
-
-def test_the_first_climbs_of_an_attack_begin_at_the_worst_known_case(tmp_path):
-    model, density = Hat(), np.array([0.5, 0.5])
-    oracle = LayoutOracle(
-        model=model, space=study(tmp_path).space, folder=tmp_path, identity="hat", budget=60, corners=0,
-        seed=1, evaluator=lambda a: FunctionEvaluator(lambda **u: model.responses(a, u)),
-    )  # fmt: skip
-    known = value(density, 0.0, 1.0)
-    cases = [{"u": 0.0, "v": 1.0}, {"u": 0.54, "v": 1.0}]
-    found = oracle.attack(density, cases, limit=10.0, turn=1)
-    assert found.attack["value"] == pytest.approx(known + 0.4)  # the worst case known, not the limit
-    assert found.value == pytest.approx(known + 1, abs=0.1)
-    assert found.case["u"] == pytest.approx(0.6, abs=0.01)
 
 
 class Stepwise(TwoMembers):
@@ -254,11 +207,12 @@ def test_each_turn_of_the_oracle_draws_other_corners_and_the_same_when_repeated(
     seen = []
     for turn in (1, 2):
         oracle.attack(np.array([0.5, 0.5]), [{"u": 0.9, "v": 0.5}], limit=1.0, turn=turn)
-        seen.append({(u["u"], u["v"]) for u in made[1:4]})  # the known case, then independent ones
+        seen.append({(u["u"], u["v"]) for u in made})
         made.clear()
     oracle.attack(np.array([0.5, 0.5]), [{"u": 0.9, "v": 0.5}], limit=1.0, turn=1)
     assert not made  # an ended attack is kept
-    assert len(seen[0] | seen[1]) == 6
+    corners = {(u, v) for u in (-1.0, 1.0) for v in (0.0, 1.0)} | {(0.9, 0.5)}
+    assert not (seen[0] & seen[1]) - corners
 
 
 def test_a_case_beyond_the_optimiser_is_named_and_the_loop_goes_on(tmp_path):
@@ -320,7 +274,7 @@ def test_densities_outside_their_range_are_refused():
 def test_plan_and_validate_know_the_stage(tmp_path):
     plan = plan_study(study(tmp_path))
     assert plan["stages"][-2:] == ["robust_layout", "report"]
-    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + 5 * 80 + 3 * 30
+    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + 5 * 40 + 3 * 30
     assert "robust_layout" in check_study(study(tmp_path))["summary"]
     wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
     with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):

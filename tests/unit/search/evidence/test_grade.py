@@ -8,7 +8,7 @@ from workbench import Parameter, Space
 from workbench.models.evaluator import FunctionEvaluator
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.gap import Gap
-from workbench.search.evidence.grade import Grade, fewest_runs, grade_of, shortcoming
+from workbench.search.evidence.grade import Grade, fewest_runs, grade_of
 
 OPEN = Gap(upper=2.0, width=1.0, coverage=0.95, kind="model-based")
 BOX = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(3)])
@@ -31,28 +31,21 @@ def test_certificates_and_whole_enumerations_prove():
 
 def test_an_attack_counts_when_it_found_nothing():
     assert grade_of(OPEN, _attack()) is Grade.ATTACKED
-    assert shortcoming(_attack()) == ""
 
 
 def test_an_attack_of_few_runs_does_not_count():
-    made = _attack(budget=fewest_runs(3) - 1)
-    assert grade_of(OPEN, made) is Grade.SEARCHED
-    assert shortcoming(made) == "74 runs over 3 parameters say too little, it takes 75"
+    assert grade_of(OPEN, _attack(budget=fewest_runs(3) - 1)) is Grade.SEARCHED
 
 
 def test_an_attack_that_gained_in_its_second_half_does_not_count():
     made = _attack()
-    late = replace(made, since=made.runs // 2 - 1)
-    assert grade_of(OPEN, late) is Grade.SEARCHED
-    assert shortcoming(late) == "it found something noticeably worse only 36 runs before its end"
+    assert grade_of(OPEN, replace(made, since=made.runs // 2 - 1)) is Grade.SEARCHED
 
 
 def test_an_attack_whose_climbs_end_elsewhere_does_not_count():
     made = _attack()
     assert made.arrived >= 2
-    apart = replace(made, arrived=1, climbs=6)
-    assert grade_of(OPEN, apart) is Grade.SEARCHED
-    assert shortcoming(apart) == ("1 of 6 climbs from elsewhere arrived at the worst case, 2 are asked for")
+    assert grade_of(OPEN, replace(made, arrived=1)) is Grade.SEARCHED
 
 
 @pytest.mark.parametrize(("fails", "grade"), [(False, Grade.PROVED), (True, Grade.SEARCHED)])
@@ -66,4 +59,3 @@ def test_an_attack_that_ran_every_case_proves_unless_one_failed(fails, grade):
 
     made = attack(FunctionEvaluator(f), space, value=9.0, budget=10, seed=0)
     assert grade_of(OPEN, made) is grade
-    assert shortcoming(made) == ("1 of all 10 cases gave no value" if fails else "")
