@@ -75,6 +75,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
         "compiler",
         "errors",
     ),
+    "workbench/engine/integration": ("*", "_kernels"),
     "workbench/engine/layout": ("*", "bound separable whole", "outcome", "formulation"),
     "workbench/engine/planar": ("*", "_kernels"),
     "workbench/engine/tree": ("robot_files", "*", "loops", "_kernels"),

@@ -63,7 +63,7 @@ MOVED = {
     "engine.layout.transient": "engine.layout.formulation.transient",
     "engine.layout.verdicts": "engine.layout.outcome.verdicts",
     "engine.multibody": "engine",
-    "engine.multibody.chart": "engine.integration.chart engine.planar.chart",
+    "engine.multibody.chart": "engine.integration.chart engine.planar.equations",
     "engine.multibody.compiled": "engine.planar.compiled",
     "engine.multibody.convergence": "engine.simulation.convergence",
     "engine.multibody.elements": "engine.elements.joint_spring engine.elements.bushing",

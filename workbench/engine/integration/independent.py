@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import NotConverged
-from ._kernels_chart import SINGULAR
-from ._kernels_independent import independent_adjoint, independent_forward
-from ._kernels_independent_rk import (
+from ._kernels.chart import SINGULAR
+from ._kernels.independent import independent_adjoint, independent_forward
+from ._kernels.independent_rk import (
     POINTS,
     STAGES,
     independent_rk8,
@@ -25,12 +25,13 @@ from .schemes import IndependentAlpha
 __all__ = [
     "IndependentEquations",
     "March",
+    "Pulled",
     "Splits",
-    "alpha_gradient",
     "march",
     "march_rk8",
     "notices",
-    "rk8_gradient",
+    "pulled_alpha",
+    "pulled_rk8",
 ]
 
 Array = np.ndarray[Any, Any]
@@ -198,35 +199,51 @@ def _independent(equations: IndependentEquations, rows: Array) -> set[str]:
     return {equations.row_names[r] for r in rows[-1][:rank]}
 
 
-def alpha_gradient(
-    equations: IndependentEquations, scheme: IndependentAlpha, h: float, run: Any, splits: Splits, seeds: Any
-) -> Array:
-    """(N,) sum of (dF/dscale)^T mu in segment order; run: position ... multiplier, as `kinds.Nodes`."""
-    n = run.position.shape[1]
-    gradient = np.zeros(len(equations.tables.scale))
+class Pulled(NamedTuple):
+    """What a backward sweep found; point 0 is the start, those of order 8 are stages and nodes in turn."""
+
+    gradient: Array  # (N,) sum of (dF/dscale)^T mu in segment order
+    w: Array  # (points, n)
+    lam: Array  # (points, m)
+    mu: Array  # (points, n) adjoint of the equations of motion
+    nu: Array  # (points, 3, m) adjoints of Phi, Phi' and Phi'', where asked for
+    by_q: Array  # (n,) slopes by the place at the start
+    by_v: Array
+
+
+def pulled_alpha(
+    equations: IndependentEquations, scheme: IndependentAlpha, h: float, run: Any, splits: Splits, seeds: Any,
+    *, joints: bool = False,
+) -> Pulled:  # fmt: skip
+    """Back over a run of `march`; run: position ... multiplier, as `kinds.Nodes`. joints: their adjoints."""
+    n, m = run.position.shape[1], run.multiplier.shape[1]
+    gradient, lam = np.zeros(len(equations.tables.scale)), run.multiplier.copy()
+    mu, costate = np.zeros_like(run.position), np.zeros((6, n))
+    nu = np.zeros((len(run.position) if joints else 0, 3, m))
     independent_adjoint(
         *equations[:4], scheme.numbers, h, seeds.last,
-        run.position, run.velocity, run.acceleration, run.multiplier.copy(),
+        run.position, run.velocity, run.acceleration, lam,
         splits.rows, splits.cols, splits.rank, splits.bridged,
         seeds.position, seeds.velocity, seeds.acceleration, seeds.multiplier,
-        np.zeros((6, n)), np.zeros((3, n)), np.zeros((4, n)), np.zeros((n, n)), np.zeros(n, np.int64),
-        np.zeros_like(run.position), gradient,
+        costate, np.zeros((3, n)), np.zeros((4, n)), np.zeros((n, n)), np.zeros(n, np.int64),
+        mu, nu, gradient,
     )  # fmt: skip
-    return gradient
+    return Pulled(gradient, run.acceleration, lam, mu, nu, costate[4], costate[5])
 
 
-def rk8_gradient(
+def pulled_rk8(
     equations: IndependentEquations, tableau: tuple[Array, Array], times: Array, run: March,
-    points: tuple[Array, Array], seeds: Any,
-) -> Array:  # fmt: skip
-    """(N,) sum of (dF/dscale)^T mu in segment order, for a run of `march_rk8`."""
-    n, m = run.position.shape[1], run.multiplier.shape[1]
+    points: tuple[Array, Array], seeds: Any, *, joints: bool = False,
+) -> Pulled:  # fmt: skip
+    """Back over a run of `march_rk8`, whose points are given. joints: their adjoints too."""
+    n, m, count = run.position.shape[1], run.multiplier.shape[1], len(points[0])
     gradient = np.zeros(len(equations.tables.scale))
+    w, lam, mu = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, n))
+    nu, yq, yv = np.zeros((count if joints else 0, 3, m)), np.zeros((STAGES, n)), np.zeros((STAGES, n))
     independent_rk8_adjoint(
         *equations[:4], *tableau, times, seeds.last, *points,
         run.splits.rows, run.splits.cols, run.splits.rank,
         seeds.position, seeds.velocity, seeds.acceleration, seeds.multiplier,
-        np.zeros((5, n)), np.zeros((3, n)), np.zeros(m), np.zeros((STAGES, n)), np.zeros((STAGES, n)),
-        np.zeros(n), gradient,
+        np.zeros((5, n)), np.zeros((3, n)), w, lam, yq, yv, mu, nu, gradient,
     )  # fmt: skip
-    return gradient
+    return Pulled(gradient, w, lam, mu, nu, yq[0], yv[0])

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..errors import NotSupported
 from .outcome import Diagnosis, Status
 from .points import PointMotion, PointSeries
 from .schemes import Scheme
@@ -20,7 +19,7 @@ from .seeds import NodeSeeds
 
 __all__ = [
     "Adjoints", "AnySystem", "AnyTrajectory", "Linearisation", "Linearised", "MemberEnds", "MemberPower",
-    "Nodes", "StateSensitivities", "View", "Widths", "no_parameters", "read_only", "writable",
+    "Nodes", "StateSensitivities", "View", "Widths", "read_only", "writable",
 ]  # fmt: skip
 
 Array = np.ndarray[Any, Any]
@@ -314,16 +313,6 @@ class AnyTrajectory(Protocol):
         ...
 
 
-def no_changes(
-    trajectory: Any, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
-) -> Array:
-    """`Adjoints.by_change` of kinds that do not know it: raises NotSupported."""
-    raise NotSupported(
-        f"parameter_slopes follows runs of TreeSystem, got one of {type(trajectory.system).__name__}; take "
-        "parameter_gradient, or differences"
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjoints:
     """How the run of a scheme goes backwards; a trajectory carries the ones of the scheme that made it.
@@ -335,16 +324,7 @@ class Adjoints:
 
     by_density: Callable[[Any, NodeSeeds], Array]
     by_parameter: Callable[[Any, NodeSeeds], Any]
-    by_change: Callable[[Any, Callable[[Any], float], NodeSeeds, Sequence[Change]], Array] = no_changes
-
-
-def no_parameters(trajectory: AnyTrajectory, seeds: NodeSeeds) -> Any:
-    """`by_parameter` of schemes that do not know parameters: raises NotSupported."""
-    raise NotSupported(
-        f"parameter_gradient needs a run of GeneralisedAlpha or VelocityVerlet, got one of "
-        f"{type(trajectory.scheme).__name__}; simulate again with GeneralisedAlpha, or take gradient() "
-        "for the densities alone"
-    )
+    by_change: Callable[[Any, Callable[[Any], float], NodeSeeds, Sequence[Change]], Array]
 
 
 class Nodes(NamedTuple):

@@ -8,7 +8,7 @@ D x_n = (3/2 x_n - 2 x_{n-1} + 1/2 x_{n-2})/h, and (x_1 - x_0)/h in the first st
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..errors import NotConverged
 from .equations import Equations
 from .schemes import BDF2, GeneralisedAlpha, VelocityVerlet
 
-__all__ = ["Nodes", "alpha_adjoint_loop", "alpha_loop", "bdf2_adjoint_loop", "bdf2_loop"]
+__all__ = ["Nodes", "Pulled", "alpha_adjoint_loop", "alpha_loop", "bdf2_adjoint_loop", "bdf2_loop"]
 
 Array = np.ndarray[Any, Any]
 
@@ -129,14 +129,25 @@ def alpha_loop(
     )  # fmt: skip
 
 
+class Pulled(NamedTuple):
+    """What a backward loop found, over the nodes up to the last with a seed."""
+
+    gradient: Array  # (N,) sum of (dF/dscale)^T mu
+    mu: Array  # (nodes, n)
+    nu: Array  # (nodes, m) adjoint of Phi, of Phi'' at the start
+    by_q: Array  # (n,) slopes by the place at the start, its own equations left out
+    by_v: Array
+
+
 def alpha_adjoint_loop(
     equations: Equations, scheme: GeneralisedAlpha | VelocityVerlet, h: float, nodes: Any, seeds: Any
-) -> Array:
-    """(N,) sum of (dF/dscale)^T mu; `nodes` and `seeds` hold position, velocity, acceleration, multiplier."""
+) -> Pulled:
+    """Back over a run; `nodes` and `seeds` hold position, velocity, acceleration, multiplier."""
     am, af, gamma, beta = scheme.numbers
     c = (1.0 - af) / (1.0 - am)
     n = equations.size
     gradient = np.zeros(equations.members)
+    mus, nus = np.zeros((seeds.last + 1, n)), np.zeros((seeds.last + 1, equations.rows))
     lq, lv, la, lw = (np.zeros(n) for _ in range(4))
     for node in range(seeds.last, -1, -1):
         q, v = nodes.position[node], nodes.velocity[node]
@@ -149,18 +160,19 @@ def alpha_adjoint_loop(
         right = np.concatenate([-(lw + share * (la + hg * lv + hb * lq)), -seeds.multiplier[node]])
         jacobian = equations.jacobian.copy()
         found = np.linalg.lstsq(saddle(block, jacobian, 0.0).T, right, rcond=1e-13)[0]
-        mu = found[:n]
+        mu = mus[node] = found[:n]
+        nus[node] = found[n:] / (share * hb if node else 1.0)
         if node:
             tq = lq + equations.stiffness.T @ mu
             if equations.rows:
-                tq += jacobian.T @ found[n:] / (share * hb)
+                tq += jacobian.T @ nus[node]
             tv = lv + equations.damping.T @ mu
             ta = la + hg * tv + hb * tq
             lq, lv = tq, tv + h * tq
             la = h * h * (0.5 - beta) * tq + h * (1.0 - gamma) * tv - am / (1.0 - am) * ta
             lw = af / (1.0 - am) * ta
         equations.contract(node, q, v, mu.copy(), gradient)
-    return gradient
+    return Pulled(gradient, mus, nus, lq, lv)
 
 
 def _bdf(node: int) -> tuple[float, float, float]:
@@ -189,16 +201,16 @@ def bdf2_loop(
     )  # fmt: skip
 
 
-def bdf2_adjoint_loop(equations: Equations, h: float, nodes: Any, seeds: Any) -> Array:
-    """(N,) sum of (dF/dscale)^T mu of BDF2; acceleration seeds act through w_n = D v_n."""
+def bdf2_adjoint_loop(equations: Equations, h: float, nodes: Any, seeds: Any) -> Pulled:
+    """Back over a run of BDF2; acceleration seeds act through w_n = D v_n."""
     n, last = equations.size, seeds.last
     gradient = np.zeros(equations.members)
     mus, etas = np.zeros((last + 3, n)), np.zeros((last + 3, n))
+    nus = np.zeros((last + 1, equations.rows))
     mass = equations.mass
-    for node in range(last, 0, -1):
+    for node in range(last, -1, -1):
         q, v = nodes.position[node], nodes.velocity[node]
-        equations.look(node, q, v, nodes.multiplier[node])
-        b0 = _bdf(node)[0] / h
+        b0 = _bdf(node)[0] / h if node else 0.0
         later_v, later_q = seeds.velocity[node].copy(), seeds.position[node].copy()
         later_v += b0 * seeds.acceleration[node]
         for ahead in (1, 2):
@@ -206,6 +218,9 @@ def bdf2_adjoint_loop(equations: Equations, h: float, nodes: Any, seeds: Any) ->
                 b = _bdf(node + ahead)[ahead] / h
                 later_v += b * (mass @ mus[node + ahead] + seeds.acceleration[node + ahead])
                 later_q -= b * etas[node + ahead]
+        if node == 0:
+            break
+        equations.look(node, q, v, nodes.multiplier[node])
         drag = b0 * mass + equations.damping.T
         right = np.concatenate([-(later_q + b0 * later_v), -seeds.multiplier[node]])
         jacobian = equations.jacobian.copy()
@@ -215,6 +230,7 @@ def bdf2_adjoint_loop(equations: Equations, h: float, nodes: Any, seeds: Any) ->
             saddle(block / b0**2, jacobian, 0.0).T, np.append(right[:n] / b0**2, right[n:]), rcond=1e-13
         )[0]
         mus[node] = found[:n]
+        nus[node] = found[n:] * b0**2
         etas[node] = -(later_v + drag @ mus[node])
         equations.contract(node, q, v, mus[node].copy(), gradient)
-    return gradient
+    return Pulled(gradient, mus[: last + 1], nus, later_q, later_v)

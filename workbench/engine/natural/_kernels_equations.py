@@ -12,7 +12,7 @@ from numpy import sqrt
 
 from ..compiler.options import ENTRY, INNER
 from ..elements._kernels_laws import energies, laws
-from ..integration._kernels_chart import add_design, applied_forces, constraint_rates
+from ..integration._kernels.chart import add_design, applied_forces, constraint_rates
 from .tables import NaturalTables
 
 

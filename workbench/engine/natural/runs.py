@@ -12,13 +12,14 @@ from ..integration.dop853_tableau import A, B, C
 from ..integration.independent import (
     IndependentEquations,
     March,
+    Pulled,
     Splits,
-    alpha_gradient,
     march,
     march_rk8,
     notices,
     point_times,
-    rk8_gradient,
+    pulled_alpha,
+    pulled_rk8,
 )
 from ..integration.kinds import (
     Change,
@@ -28,8 +29,6 @@ from ..integration.kinds import (
     StateSensitivities,
     View,
     Widths,
-    no_changes,
-    no_parameters,
     read_only,
     writable,
 )
@@ -56,6 +55,8 @@ from .tables import NaturalTables, work_space
 __all__ = ["NaturalTrajectory", "independent_equations", "moving", "run"]
 
 Array = np.ndarray[Any, Any]
+
+PARAMETERS_ELSEWHERE = "is written for planar systems and trees, not natural coordinates; take differences"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -174,16 +175,13 @@ class NaturalTrajectory:
 
     def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
         """Raises NotSupported: only densities are known here."""
-        return no_parameters(self, seeds)
+        raise NotSupported(f"parameter_gradient {PARAMETERS_ELSEWHERE}")
 
     def change_adjoint(
         self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
     ) -> Array:
-        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system.
-
-        Raises NotSupported: trees alone know it.
-        """
-        return no_changes(self, value, seeds, changes)
+        """Raises NotSupported: only densities are known here."""
+        raise NotSupported(f"parameter_slopes {PARAMETERS_ELSEWHERE}")
 
     def by_density(self, by_scale: Array) -> Array:
         """From slopes by scale in segment order to slopes by density in member order."""
@@ -367,14 +365,23 @@ def _march(
     return run, (equations, (sq, sv))
 
 
-def _gradient(trajectory: NaturalTrajectory, seeds: Seeds) -> Array:
-    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the run's own result; order 8 runs again."""
+def _pulled(trajectory: NaturalTrajectory, seeds: Seeds, *, joints: bool) -> tuple[Pulled, Any, Any, Any]:
+    """The backward sweep, exact for the run's own result, and times, places and velocities of its points.
+
+    Order 8 runs its stages again. joints: adjoints of the conditions too.
+    """
     r, parts = trajectory, compiled(trajectory.system)
     nodes = r.nodes
     if isinstance(r.scheme, IndependentAlpha):
-        return alpha_gradient(
-            independent_equations(parts, r.tables), r.scheme, r.step, nodes, r.splits, seeds
-        )
+        equations = independent_equations(parts, r.tables)
+        found = pulled_alpha(equations, r.scheme, r.step, nodes, r.splits, seeds, joints=joints)
+        return found, nodes.times, nodes.position, nodes.velocity
     start = nodes.position[0], nodes.velocity[0]
     made, (equations, points) = _march(parts, r.density, nodes.times, r.scheme, start)
-    return rk8_gradient(equations, (A, B), nodes.times, made, points, seeds)
+    found = pulled_rk8(equations, (A, B), nodes.times, made, points, seeds, joints=joints)
+    return found, np.append(nodes.times[0], point_times(nodes.times, C)), *points
+
+
+def _gradient(trajectory: NaturalTrajectory, seeds: Seeds) -> Array:
+    """(N,) sum of (dF/dscale)^T mu in segment order."""
+    return _pulled(trajectory, seeds, joints=False)[0].gradient

@@ -8,56 +8,29 @@ several objectives of one run.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..elements.bushing import Bushing
-from ..elements.joint_spring import JointSpring
-from ..elements.table import PARAMETERS
-from ..errors import NotSupported
-from ..integration.kinds import Adjoints, no_parameters
-from ..integration.loops import alpha_adjoint_loop, bdf2_adjoint_loop
-from ..integration.schemes import GeneralisedAlpha, VelocityVerlet
+from ..integration.changes import Multipliers
+from ..integration.loops import Pulled, alpha_adjoint_loop, bdf2_adjoint_loop
+from ..integration.schemes import BDF2, GeneralisedAlpha, VelocityVerlet
 from ..integration.seeds import NodeSeeds, Seeds, row_by_row
 from ._kernels.alpha_adjoint import alpha_adjoint, linearise
-from ._kernels.contraction import contract_history, contract_parameter_history
+from ._kernels.contraction import contract_history
 from ._kernels.tables import DamageSweep, SpringTables
 from .compiled import compiled
 from .equations import SampledEquations
+from .parameters import adjoints_of
 from .start import proximal
 from .trajectory import Trajectory
 
-__all__ = ["BDF2_LOOP", "COMPILED", "PYTHON", "ByParameter"]
+__all__ = ["COMPILED", "LOOP"]
 
 Array = np.ndarray[Any, Any]
 
 ROWS = 64e6  # bytes of adjoint states that one sweep over several rows may hold
 STRETCH = 4e5  # bytes of tangents that are evaluated again at a time: they stay in a processor's cache
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ByParameter:
-    """Gradient with respect to everything that has a number.
-
-    density: (N,).
-    law: (PARAMETERS, N) by the law's parameters, row j as in `law.names`.
-    natural_length: (N,).
-    spring: (6, joint springs) by k, c, rest, k_stop, upper, lower.
-    bushing: (4, bushings) by k, c, cap, hold.
-    element: of `System.elements`, each by its `names`.
-    mass, inertia: (free bodies,).
-    """
-
-    density: Array
-    law: Array
-    natural_length: Array
-    spring: Array
-    bushing: Array
-    element: tuple[Array, ...]
-    mass: Array
-    inertia: Array
 
 
 def _swept(trajectory: Trajectory, seeds: NodeSeeds) -> Array:
@@ -72,55 +45,55 @@ def _swept(trajectory: Trajectory, seeds: NodeSeeds) -> Array:
     some = max(1, int(ROWS // size))
     for first in range(0, len(out), some):
         rows, part = seeds.of_objectives(first, first + some)
-        by_scale, _ = _sweep(r, part, detailed=False)
+        by_scale, _ = _sweep(r, part)
         for at, row in zip(rows, by_scale, strict=True):
             out[at] = r.by_density(row)
     return out
 
 
-def _swept_parameters(trajectory: Trajectory, seeds: NodeSeeds) -> ByParameter:
-    """The same sweep of one row, contracted with every parameter."""
-    parts = compiled(trajectory.system)
-    gradient, (law, length, element, mass) = _sweep(trajectory, seeds, detailed=True)
-    order = np.argsort(parts.order)
-    system = trajectory.system
-    springs, bushings = len(system.springs), len(system.springs) + len(system.bushings)
-    others = zip(system.elements, element.T[bushings:], strict=True)
-    return ByParameter(
-        density=trajectory.by_density(gradient[0]) + seeds.density[0],
-        law=law[:, order],
-        natural_length=length[order],
-        spring=element[: len(JointSpring.names), :springs],
-        bushing=element[: len(Bushing.names), springs:bushings],
-        element=tuple(slopes[: len(part.names)] for part, slopes in others),
-        mass=mass.reshape(-1, 3)[:, :2].sum(axis=1),
-        inertia=mass.reshape(-1, 3)[:, 2],
-    )
+def _told(trajectory: Trajectory, seeds: NodeSeeds) -> Multipliers:
+    """The multipliers of one row of seeds from the compiled sweep."""
+    _, (mu, nu, costate) = _sweep(trajectory, seeds)
+    r, count = trajectory.nodes, len(mu)
+    return Multipliers(
+        times=r.times[:count], q=r.position[:count], v=r.velocity[:count], w=r.acceleration[:count],
+        lam=r.multiplier[:count], mu=np.ascontiguousarray(mu[:, 0]), nu=_of_index_3(nu[:, 0]),
+        by_q=costate[0, 0], by_v=costate[0, 1], whole=False,
+    )  # fmt: skip
 
 
-def _alpha_row(trajectory: Trajectory, seeds: Seeds) -> Array:
+def _of_index_3(nu: Array) -> Array:
+    """(nodes, 3, m) adjoints of Phi at all nodes but the start, of Phi'' there."""
+    out = np.zeros((len(nu), 3, nu.shape[1]))
+    out[1:, 0] = nu[1:]
+    out[0, 2] = nu[0]
+    return out
+
+
+def _pulled(trajectory: Trajectory, seeds: Seeds) -> Pulled:
+    """The loop in Python behind BDF2, or behind users' laws."""
     equations = SampledEquations(compiled(trajectory.system), trajectory.tables)
     scheme: Any = trajectory.scheme
+    if isinstance(scheme, BDF2):
+        return bdf2_adjoint_loop(equations, trajectory.step, trajectory.nodes, seeds)
     return alpha_adjoint_loop(equations, scheme, trajectory.step, trajectory.nodes, seeds)
 
 
-def _bdf2_row(trajectory: Trajectory, seeds: Seeds) -> Array:
-    equations = SampledEquations(compiled(trajectory.system), trajectory.tables)
-    return bdf2_adjoint_loop(equations, trajectory.step, trajectory.nodes, seeds)
+def _told_by_loop(trajectory: Trajectory, seeds: Seeds) -> Multipliers:
+    found, r = _pulled(trajectory, seeds), trajectory.nodes
+    count = len(found.mu)
+    return Multipliers(
+        times=r.times[:count], q=r.position[:count], v=r.velocity[:count], w=r.acceleration[:count],
+        lam=r.multiplier[:count], mu=found.mu, nu=_of_index_3(found.nu), by_q=found.by_q, by_v=found.by_v,
+        whole=False,
+    )  # fmt: skip
 
 
-def _user_law(trajectory: Trajectory, seeds: NodeSeeds) -> ByParameter:
-    parts = compiled(trajectory.system)
-    first = int(parts.order[parts.user[0].first])
-    raise NotSupported(
-        f"parameter_gradient knows the parameters of the engine's own laws only; members[{first}] has a "
-        "UserLaw. Take gradient() for the densities, or differences for the parameters of that law"
-    )
-
-
-COMPILED = Adjoints(by_density=_swept, by_parameter=_swept_parameters)
-PYTHON = Adjoints(by_density=lambda r, seeds: row_by_row(r, seeds, _alpha_row), by_parameter=_user_law)
-BDF2_LOOP = Adjoints(by_density=lambda r, seeds: row_by_row(r, seeds, _bdf2_row), by_parameter=no_parameters)
+COMPILED = adjoints_of(_swept, _told)
+LOOP = adjoints_of(
+    lambda r, seeds: row_by_row(r, seeds, lambda r, s: _pulled(r, s).gradient),
+    lambda r, seeds: _told_by_loop(r, seeds.dense(0)),
+)
 
 
 def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
@@ -163,8 +136,8 @@ def _state_sweep(trajectory: Trajectory, start: NodeSeeds) -> DamageSweep:
     )  # fmt: skip
 
 
-def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple[Array, tuple[Array, ...]]:
-    """(R, N) by scale in segment order; if detailed (one row only), slopes by all other parameters."""
+def _sweep(trajectory: Trajectory, start: NodeSeeds) -> tuple[Array, tuple[Array, Array, Array]]:
+    """(R, N) by scale in segment order; mu, nu and the costates at the start."""
     scheme = trajectory.scheme
     assert isinstance(scheme, GeneralisedAlpha | VelocityVerlet)
     r, tables, work = trajectory.nodes, trajectory.tables, trajectory.work
@@ -173,10 +146,10 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
     nodes, pairs = int(start.starts[0]) + 1, len(tables.pair)
     gradient = np.zeros((rows, count))
     shift = proximal(tables, redundant=len(trajectory.diagnosis.redundant_rows) > 0)
-    mu = np.empty((nodes, rows, n))
+    mu, nu, costate = np.empty((nodes, rows, n)), np.empty((nodes, rows, m)), np.zeros((rows, 4, n))
     space = (
         np.empty((total, total)), np.empty((total, total)) if shift else None, np.empty((rows, total)),
-        np.empty((2, total)), np.empty(total, np.int64), shift, np.zeros((rows, 4, n)), mu,
+        np.empty((2, total)), np.empty(total, np.int64), shift, costate, mu, nu,
     )  # fmt: skip
     sweep = _state_sweep(trajectory, start) if states else None
     for first, (k, c, j, slopes) in _stretches(trajectory, nodes - 1):
@@ -190,14 +163,4 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds, *, detailed: bool) -> tuple
         tables, work, start.starts, r.position, r.velocity, mu, np.empty((nodes, pairs, 8)),
         np.empty((pairs, nodes, rows, 3)), None if plain else np.empty((3, count)), gradient,
     )  # fmt: skip
-    if not detailed:
-        return gradient, ()
-    law, length = np.zeros((PARAMETERS, count)), np.zeros(count)
-    names = max((len(part.names) for part in trajectory.system.force_elements), default=0)
-    element, mass = np.zeros((names, len(tables.element))), np.zeros(n)
-    contract_parameter_history(
-        tables, work, nodes - 1, r.position, r.velocity, r.acceleration, r.states,
-        np.ascontiguousarray(mu[:, 0]), law, length, element, mass,
-        np.zeros(PARAMETERS), np.zeros((names, 3)),
-    )  # fmt: skip
-    return gradient, (law, length, element, mass)
+    return gradient, (mu, nu, costate)

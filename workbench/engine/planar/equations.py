@@ -1,9 +1,11 @@
-"""Planar systems as the time loops see them: compiled kernels, and the laws that users write in Python."""
+"""Planar systems as the time loops see them: compiled kernels, the laws that users write in Python, and the
+work arrays of schemes in independent coordinates with the rates of what is prescribed."""
 
 from typing import Any
 
 import numpy as np
 
+from ..integration.chart import Chart, Rates, chart
 from ._kernels.equations import (
     add_segment,
     contract,
@@ -12,12 +14,15 @@ from ._kernels.equations import (
     measure_segment,
     place,
 )
+from ._kernels.row_kinds import ANGLE
 from ._kernels.tables import Tables, work_space
-from .compiled import Compiled, UserSegment
+from .compiled import Compiled, UserSegment, drive_slopes
 
-__all__ = ["SampledEquations"]
+__all__ = ["SampledEquations", "chart_of", "rates_of"]
 
 Array = np.ndarray[Any, Any]
+
+TURNING = 0.1  # angles become dependent only where ten times as well determined as positions
 
 
 class SampledEquations:
@@ -54,3 +59,26 @@ class SampledEquations:
         measure_segment(self.tables, w, segment.pair, segment.first, segment.last)
         delta, rate = w.delta[part].copy(), w.rate[part].copy()
         w.f[part], w.fd[part], w.fv[part] = law.linearised(delta, rate, t)
+
+
+def chart_of(tables: Tables, phi_q: Array, dtype: Any = float) -> Chart:
+    """The arrays of a planar system; phi_q is its Jacobian at the start, for the scale of the angles."""
+    n, m = len(tables.mass), len(tables.row)
+    weight = np.ones(n)
+    for at in range(2, n, 3):
+        longest = np.abs(phi_q[tables.row[:, 0] != ANGLE, at]).max(initial=0.0)
+        weight[at] = TURNING / max(longest, 1e-12) if longest > 0.0 else TURNING
+    full = n + tables.motion.shape[2]
+    return chart(np.diag(tables.mass), weight, m, full=full, states=len(tables.state_pair), dtype=dtype)
+
+
+def rates_of(parts: Compiled, times: Array) -> Rates:
+    """Derivatives of a planar system's motions and drives at the given times."""
+    motion = np.zeros((len(times), 3 * len(parts.motions)))
+    for index, body in enumerate(parts.motions[:-1]):
+        motion[:, 3 * index : 3 * index + 3] = [body.push(float(t)) for t in times]
+    drive = np.zeros((len(times), 2, len(parts.drives)))
+    if any(function is not None for function in parts.drives):
+        for node, t in enumerate(times):
+            drive[node] = drive_slopes(parts, float(t))
+    return Rates(motion=motion, drive=drive)

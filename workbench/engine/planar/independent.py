@@ -5,26 +5,28 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.changes import Multipliers, multipliers
 from ..integration.dop853_tableau import A, B, C
 from ..integration.independent import (
     IndependentEquations,
     March,
-    alpha_gradient,
+    Pulled,
     march,
     march_rk8,
     notices,
     point_times,
-    rk8_gradient,
+    pulled_alpha,
+    pulled_rk8,
 )
-from ..integration.kinds import Adjoints, no_parameters
 from ..integration.outcome import Diagnosis
 from ..integration.redundancy import redundancy
 from ..integration.schemes import IndependentAlpha, RungeKutta8
 from ..integration.seeds import Seeds, row_by_row
 from ._kernels import chart_answers  # noqa: F401  (answers the chart's questions by type)
 from ._kernels.tables import Tables, work_space
-from .chart import chart_of, rates_of
 from .compiled import Compiled, compiled, on_grid
+from .equations import chart_of, rates_of
+from .parameters import adjoints_of
 from .start import check_start
 from .trajectory import Trajectory
 
@@ -102,18 +104,28 @@ def _record(
     )  # fmt: skip
 
 
-def _row(trajectory: Trajectory, seeds: Seeds) -> Array:
-    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the run's own result.
+def _pulled(trajectory: Trajectory, seeds: Seeds, *, joints: bool) -> tuple[Pulled, Array, Array, Array]:
+    """The backward sweep, exact for the run's own result, and times, places and velocities of its points.
 
-    Order 8 runs its stages again.
+    Order 8 runs its stages again. joints: adjoints of the joints too.
     """
     r, parts = trajectory, compiled(trajectory.system)
     if isinstance(r.scheme, IndependentAlpha):
         assert r.splits is not None
         equations = independent_equations(parts, r.tables)
-        return alpha_gradient(equations, r.scheme, r.step, r.nodes, r.splits, seeds)
-    run, (equations, points) = _rk8(parts, r.density, r.nodes.times)
-    return rk8_gradient(equations, (A, B), r.nodes.times, run, points, seeds)
+        found = pulled_alpha(equations, r.scheme, r.step, r.nodes, r.splits, seeds, joints=joints)
+        return found, r.nodes.times, r.nodes.position, r.nodes.velocity
+    times = r.nodes.times
+    run, (equations, points) = _rk8(parts, r.density, times)
+    found = pulled_rk8(equations, (A, B), times, run, points, seeds, joints=joints)
+    return found, np.append(times[0], point_times(times, C)), *points
 
 
-INDEPENDENT = Adjoints(by_density=lambda r, seeds: row_by_row(r, seeds, _row), by_parameter=no_parameters)
+def _told(trajectory: Trajectory, seeds: Seeds) -> Multipliers:
+    return multipliers(*_pulled(trajectory, seeds, joints=True))
+
+
+INDEPENDENT = adjoints_of(
+    lambda r, seeds: row_by_row(r, seeds, lambda r, s: _pulled(r, s, joints=False)[0].gradient),
+    lambda r, seeds: _told(r, seeds.dense(0)),
+)

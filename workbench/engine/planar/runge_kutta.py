@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import NotConverged, NotSupported
+from ..integration.changes import Multipliers
 from ..integration.dop853_tableau import (
     STAGES,
     A,
     B,
     C,
 )
-from ..integration.kinds import Adjoints, no_parameters
 from ..integration.outcome import Diagnosis
 from ..integration.schemes import RungeKutta8
 from ..integration.seeds import Seeds, row_by_row
@@ -24,6 +24,7 @@ from ._kernels.runge_kutta import rk8_adjoint, rk8_forward
 from ._kernels.tables import Tables, Work, work_space
 from .compiled import Compiled, compiled, on_grid
 from .independent import jointed_rk8
+from .parameters import adjoints_of
 from .trajectory import Trajectory
 
 __all__ = ["runge_kutta", "with_node"]
@@ -105,24 +106,45 @@ def _row(trajectory: Trajectory, seeds: Seeds) -> Array:
         raise NotSupported(
             "objectives of the acceleration have no adjoint under RungeKutta8; use GeneralisedAlpha"
         )
+    return _back(trajectory, seeds)[0]
+
+
+def _back(trajectory: Trajectory, seeds: Seeds) -> tuple[Array, Multipliers]:
+    """The same, and what all stages up to the last seed tell."""
     r, parts, last = trajectory.nodes, compiled(trajectory.system), seeds.last
     work = trajectory.work
     gradient = np.zeros(len(trajectory.density))
-    if last == 0:
-        return gradient
     n, times = r.position.shape[1], r.times[: last + 1].copy()
     run = trajectory.memo.get("stages")
     if run is None:
         run = _run(parts, trajectory.density, times, r.position[0].copy(), r.velocity[0].copy(), work)
+    count = STAGES * last
+    mu, costate = np.zeros((count, n)), np.zeros((2, n))
     rk8_adjoint(
         run.tables, work, A, B, times, last, run.stage_position, run.stage_velocity,
         seeds.position, seeds.velocity,
-        np.zeros((2, n)), np.zeros((STAGES, n)), np.zeros((STAGES, n)), np.zeros(n), gradient,
+        costate, np.zeros((STAGES, n)), np.zeros((STAGES, n)), mu, gradient,
     )  # fmt: skip
-    return gradient
+    stages = run.tables.times[:count]
+    q, v = run.stage_position[:count], run.stage_velocity[:count]
+    return gradient, Multipliers(
+        times=stages, q=q, v=v, w=_accelerations(run.tables, work, q, v), lam=np.zeros((count, 0)), mu=mu,
+        nu=np.zeros((count, 3, 0)), by_q=costate[0], by_v=costate[1], whole=True,
+    )  # fmt: skip
 
 
-STAGEWISE = Adjoints(by_density=lambda r, seeds: row_by_row(r, seeds, _row), by_parameter=no_parameters)
+def _accelerations(tables: Tables, work: Work, q: Array, v: Array) -> Array:
+    """(stages, n) accelerations at the stages."""
+    out, none = np.empty_like(q), np.zeros(0)
+    for at in range(len(q)):
+        evaluate(tables, work, at, q[at], v[at], none, work.z, work.zdot, 0.0, False)
+        out[at] = -work.force / tables.mass
+    return out
+
+
+STAGEWISE = adjoints_of(
+    lambda r, seeds: row_by_row(r, seeds, _row), lambda r, seeds: _back(r, seeds.dense(0))[1]
+)
 
 
 def with_node(parts: Compiled, r: Trajectory, keep: Array, time: float) -> Trajectory:

@@ -26,7 +26,7 @@ from ._kernels.tables import (
     Work,
     work_space,
 )
-from .adjoint import BDF2_LOOP, COMPILED, PYTHON
+from .adjoint import COMPILED, LOOP
 from .compiled import Compiled, compiled, on_grid
 from .equations import SampledEquations
 from .independent import independent_alpha
@@ -111,7 +111,7 @@ def _implicit(
     return _agreeing(Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=made.q, velocity=made.v,
         acceleration=made.w, multiplier=made.lam, states=made.z, state_rates=made.zdot, tables=tables,
-        adjoints=BDF2_LOOP if isinstance(scheme, BDF2) else COMPILED if parts.fused else PYTHON,
+        adjoints=COMPILED if parts.fused and not isinstance(scheme, BDF2) else LOOP,
         tangents=made.tangents, memo={} if made.work is None else {"work": made.work},
         diagnosis=Diagnosis(
             newton_iterations=int(made.info[2]), factorisations=int(made.info[4]),

@@ -193,16 +193,13 @@ class Trajectory:
         return self.adjoints.by_density(self, seeds)
 
     def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
-        """A `ByParameter` of one row of seeds. Raises NotSupported where the scheme's adjoint has none."""
+        """A `ByParameter` of one row of seeds. Raises NotSupported for systems with a UserLaw."""
         return self.adjoints.by_parameter(self, seeds)
 
     def change_adjoint(
         self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
     ) -> Array:
-        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system.
-
-        Raises NotSupported: trees alone know it.
-        """
+        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
         return self.adjoints.by_change(self, value, seeds, changes)
 
     def by_density(self, by_scale: Array) -> Array:

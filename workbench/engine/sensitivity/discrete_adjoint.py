@@ -35,8 +35,9 @@ def discrete_adjoints(trajectory: AnyTrajectory, objectives: Sequence[Objective]
 def parameter_gradient(trajectory: AnyTrajectory, objective: Objective) -> Any:
     """The same sweep, contracted with every parameter of members, springs, bushings and bodies.
 
-    Returns the record of the kind of system, for planar ones `planar.adjoint.ByParameter`. The objective's
-    explicit dependence on a parameter other than density (stored energy on k, say) is not included. Raises
-    NotSupported for runs of BDF2 and RungeKutta8 and for systems with a UserLaw.
+    Returns the record of the kind of system, whatever its scheme: `planar.parameters.ByParameter`,
+    `tree.gradients.TreeGradient`. The objective's explicit dependence on a parameter other than density
+    (stored energy on k, say) is not included. Raises NotSupported for systems with a UserLaw and for natural
+    coordinates.
     """
     return trajectory.parameter_adjoint(node_seeds(trajectory, (objective,)))

@@ -15,19 +15,22 @@ def parameter_slopes(
     objective: Objective,
     parameters: Mapping[str, tuple[float, Callable[[float], Any]]],
 ) -> dict[str, float]:
-    """Slopes of an objective by parameters of whatever kind: points, frames, axes, laws, roads, the start.
+    """Slopes of an objective by parameters of whatever kind: points, frames, laws, loads, joints, the start.
+
+    For trees, and planar systems without damage, under every scheme.
 
         dG/dp = dG/dp at the computed states + dG/d(start) . d(start)/dp + sum over steps of mu^T dr/dp
 
-    One backward sweep gives mu for all parameters; dr/dp is a complex step through the equations, for each
-    parameter. How the numbers of the system follow p (lengths and rests taken from the start among them) is
-    found by central differences of fourth order of the system's tables, at steps of 1e-3 of its value (1e-3
-    where it is 0): no run is made.
+    One backward sweep gives mu, with the adjoints of the joints, for all parameters. dr/dp is found for each
+    parameter: of trees by a complex step through the equations, of other systems by differences of them. How
+    the numbers of the system follow p (lengths and rests taken from the start among them) is found by central
+    differences of fourth order of the system's tables, at steps of 1e-3 of its value (1e-3 where it is 0): no
+    run is made.
 
     Args:    parameters: name -> (the value that ran, the system at a value), in the units of the parameter
     Returns: name -> slope, the unit of the objective by that of the parameter
-    Raises ValueError where a parameter's systems are of another kind or structure than the one that ran;
-    NotSupported for planar systems and natural coordinates.
+    Raises ValueError where a parameter's systems are of another kind or structure than the one that ran, and
+    AssemblyError where their start does not close the joints.
     """
     changes = [Change(system=system, value=float(value)) for value, system in parameters.values()]
     for name, change in zip(parameters, changes, strict=True):

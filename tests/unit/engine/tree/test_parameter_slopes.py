@@ -9,7 +9,6 @@ from workbench.engine import (
     Body,
     Coordinate,
     Member,
-    NotSupported,
     Prismatic,
     Revolute,
     SpatialBody,
@@ -63,9 +62,6 @@ def test_systems_of_another_structure_or_kind_are_refused():
     )
     with pytest.raises(ValueError, match="parameter 'plane' needs a function that gives a TreeSystem"):
         parameter_slopes(run, UP, {"plane": (0.0, lambda x: plane)})
-    flat = simulate(plane, [1.0], t_end=0.1, steps=10)
-    with pytest.raises(NotSupported, match="parameter_slopes follows runs of TreeSystem, got one of System"):
-        parameter_slopes(flat, Terminal(quantity=Coordinate(bodies=("ball",), direction=(1.0, 0.0))), {})
 
 
 def test_the_slip_of_a_tyres_largest_force_follows_its_coefficients_smoothly():

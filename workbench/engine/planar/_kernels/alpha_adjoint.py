@@ -114,9 +114,11 @@ def fill_kept(mass, k, c, j, hc, h2c, shift, matrix):
 @njit(**ENTRY)
 def alpha_adjoint(
     mass, scheme, h, first_node, q, starts, at, seed_q, seed_v, seed_w, seed_l,
-    matrix, unshifted, rhs, right, pivot, shift, costate, mu, keep_k, keep_c, keep_j, D,
+    matrix, unshifted, rhs, right, pivot, shift, costate, mu, nu, keep_k, keep_c, keep_j, D,
 ):  # fmt: skip
-    """Fill mu (nodes, R, n), the adjoint of the equations of motion, for R rows at once on some nodes.
+    """Fill mu (nodes, R, n) and nu (nodes, R, m), the adjoints of the equations of motion and of Phi.
+
+    For R rows at once on some nodes; at node 0 nu belongs to Phi'' instead.
 
     keep_k, keep_c, keep_j, D.slopes: tangents as from `linearise` at the nodes from first_node on; stretches
     follow one another backwards, with the same costates.
@@ -181,6 +183,9 @@ def alpha_adjoint(
             solve_row(matrix, unshifted, pivot, x, right, n, shift)
             for i in range(n):
                 m_row[i] = x[i]
+            scale = 1.0 if first else share * ahead2
+            for r in range(m):
+                nu[step, row, r] = x[n + r] / scale
             if first:
                 continue
             if D is not None:
@@ -190,7 +195,7 @@ def alpha_adjoint(
                     lq[i] += k[a, i] * x[a]
                     lv[i] += damper[a, i] * x[a]
             for r in range(m):
-                y = x[n + r] / (share * ahead2)
+                y = nu[step, row, r]
                 for i in range(n):
                     lq[i] += j[r, i] * y
             for i in range(n):

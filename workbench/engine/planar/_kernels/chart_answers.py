@@ -5,7 +5,7 @@ from numba import njit
 from numba.extending import overload
 
 from ...compiler.options import INNER
-from ...integration._kernels_chart import add_design, applied_forces, constraint_rates
+from ...integration._kernels.chart import add_design, applied_forces, constraint_rates
 from .equations import contract, evaluate, place
 from .joint_rates import joint_rates
 from .tables import SpringTables, Tables

@@ -87,6 +87,50 @@ def contract_parameter_history(T, W, last, q, v, w, z, mu, by_law, by_length, by
         contract_parameters(T, W, step, mu[step], w[step], by_law, by_length, by_element, by_mass, dp, dq)
 
 
+@njit(**ENTRY)
+def contract_points(T, W, last, q, v, mu, by_point):
+    """by_point (4, N) += sum over the points up to `last` of (dF/ds)^T mu: s1x, s1y, s2x, s2y of the members.
+
+    With d = A s1 + x - s2, d' its rate and d_w its change along the covector w, the member's part of mu^T F
+    is scale f(delta, rate) d . d_w/l.
+    """
+    free = mu.shape[1] // 3
+    w = W.row_g
+    for step in range(last + 1):
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
+        for g in range(T.segment.shape[0]):
+            p, code, first, end = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
+            if code == USER:
+                continue
+            X = W.big[p]
+            pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu[step], X, w)
+            measure(T.geometry, first, end, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
+            law_code = SPRING if code == FUSED else code
+            laws(law_code, T.law, first, end, W.delta, W.rate, T.times[step], W.f, W.fd, W.fv)
+            c, s = cos(X[2]), sin(X[2])
+            for i in range(first, end):
+                sx, sy = T.geometry[0, i], T.geometry[1, i]
+                ax, ay = c * sx - s * sy, s * sx + c * sy
+                dx, dy = ax + X[0] - T.geometry[2, i], ay + X[1] - T.geometry[3, i]
+                vx, vy = X[3] - X[5] * ay, X[4] + X[5] * ax
+                wx, wy = w[0] - w[2] * ay, w[1] + w[2] * ax
+                square = dx * dx + dy * dy + T.geometry[4, i]
+                l = square**0.5
+                along = (dx * wx + dy * wy) / l
+                speed = (dx * vx + dy * vy) / l
+                # slopes by d, d' and d_w; the last two turn with the arm
+                by_d = along * (W.fd[i] - W.fv[i] * speed / l - W.f[i] / l) / l
+                gx = by_d * dx + (W.fv[i] * along * vx + W.f[i] * wx) / l
+                gy = by_d * dy + (W.fv[i] * along * vy + W.f[i] * wy) / l
+                turn = (W.fv[i] * along * X[5] + W.f[i] * w[2]) / l
+                hx, hy = gx + turn * dy, gy - turn * dx
+                k = T.scale[i]
+                by_point[0, i] += k * (c * hx + s * hy)
+                by_point[1, i] += k * (c * hy - s * hx)
+                by_point[2, i] -= k * gx
+                by_point[3, i] -= k * gy
+
+
 @njit(**INNER)
 def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_element, by_mass, dp, dq):
     """Add (dr/dparameter)^T mu: laws (PARAMETERS, N), natural lengths (N,), elements (., E), masses (n,).

@@ -51,9 +51,9 @@ def rk8_forward(T, W, a, b, times, q, v, w, stage_q, stage_v, slope):
 
 @njit(**CAREFUL)
 def rk8_adjoint(T, W, a, b, times, last, stage_q, stage_v, seed_q, seed_v, costate, yq, yv, mu, gradient):
-    """gradient (N,) += sum over stages of (dF/dscale)^T mu.
+    """gradient (N,) += sum over stages of (dF/dscale)^T mu; mu (12 steps, n) is filled.
 
-    yq, yv (12, n), costate (2, n), mu (n,): work space.
+    costate (2, n): the slopes by the start on return.  yq, yv (12, n): work space.
     """
     n = stage_q.shape[1]
     none = W.phi
@@ -73,15 +73,15 @@ def rk8_adjoint(T, W, a, b, times, last, stage_q, stage_v, seed_q, seed_v, costa
                     kq += a[j, i] * yq[j, c]
                     kv += a[j, i] * yv[j, c]
                 yv[i, c] = h * kq
-                mu[c] = -h * kv / T.mass[c]
+                mu[at, c] = -h * kv / T.mass[c]
             for c in range(n):
                 fq, fv = 0.0 * lq[c], 0.0 * lq[c]
                 for d in range(n):
-                    fq += W.k[d, c] * mu[d]
-                    fv += W.c[d, c] * mu[d]
+                    fq += W.k[d, c] * mu[at, d]
+                    fv += W.c[d, c] * mu[at, d]
                 yq[i, c] = fq
                 yv[i, c] += fv
-            contract(T, W, at, mu, gradient)
+            contract(T, W, at, mu[at], gradient)
         for c in range(n):
             lq[c] += seed_q[step, c]
             lv[c] += seed_v[step, c]

@@ -9,15 +9,15 @@ step is chosen at its start and holds to the node at its end.
 
 from numba import njit
 
-from ..compiler.options import CAREFUL, ENTRY
-from ._kernels_chart import (
+from ...compiler.options import CAREFUL, ENTRY
+from .chart import (
     add_design,
     keep_split,
     recall_split,
     settle,
     split,
 )
-from ._kernels_pull_back import pull_back, pull_force, pull_multiplier
+from .pull_back import pull_back, pull_force, pull_joints, pull_multiplier
 
 STAGES = 12
 POINTS = STAGES + 1
@@ -85,11 +85,14 @@ def independent_rk8(
 @njit(**ENTRY)
 def independent_rk8_adjoint(
     T, W, R, X, a, b, times, last, sq, sv, rows, cols, rank,
-    seed_q, seed_v, seed_w, seed_l, costate, point, joint, yq, yv, mu, gradient,
+    seed_q, seed_v, seed_w, seed_l, costate, point, sw, sl, yq, yv, mu, nu, gradient,
 ):  # fmt: skip
     """gradient (N,) += sum over stages and nodes of (dF/dscale)^T mu.
 
-    costate (5, n), point (3, n), joint (m,), yq, yv (12, n), mu (n,): work.
+    Filled over the points: sw, mu (points, n), sl (points, m), accelerations, adjoints and multipliers, and,
+    unless it is of length 0, nu (points, 3, m), adjoints of Phi, Phi' and Phi''.
+    costate (5, n), point (3, n), yq, yv (12, n): work; the first rows of yq, yv are the slopes by q and v at
+    the start on return.
     """
     n = sq.shape[1]
     lq, lv, lw, by_q, by_v = costate[0], costate[1], costate[2], costate[3], costate[4]
@@ -101,23 +104,31 @@ def independent_rk8_adjoint(
         for c in range(n):
             point[0, c] = sq[at, c]
             point[1, c] = sv[at, c]
-        for r in range(joint.shape[0]):
-            joint[r] = 0.0
+        for r in range(sl.shape[1]):
+            sl[at, r] = 0.0
         if node:
             recall_split(X, rows, cols, rank, step + 1)
-        settle(T, W, R, X, max(at - 1, 0), point[0], point[1], point[2], joint, False, True, at < 0)
+        settle(T, W, R, X, max(at - 1, 0), point[0], point[1], sw[at], sl[at], False, True, at < 0)
         first = X.rank[0]
         f = n - first
         for c in range(n):
-            mu[c] = 0.0
+            mu[at, c] = 0.0
+            point[2, c] = 0.0
         if node:
             for c in range(n):
                 lq[c] += seed_q[step + 1, c]
                 lv[c] += seed_v[step + 1, c]
                 lw[c] = seed_w[step + 1, c]
-            pull_multiplier(W, X, lq, lv, lw, seed_l[step + 1], mu)
+            if at == 0:
+                for c in range(n):
+                    yq[0, c] = lq[c]
+                    yv[0, c] = lv[c]
+            pull_multiplier(W, X, lq, lv, lw, seed_l[step + 1], mu[at])
             pull_back(X, lq, lv, lw, by_q, by_v)
             for c in range(n):
+                point[2, c] = mu[at, c]
+                point[0, c] = lq[c]
+                point[1, c] = lv[c]
                 lq[c] = 0.0
                 lv[c] = 0.0
             for k in range(f):
@@ -138,13 +149,16 @@ def independent_rk8_adjoint(
                 lw[c] = h * kv
             for c in range(n):
                 point[0, c] = 0.0
-            pull_back(X, point[0], point[0], lw, by_q, by_v)
+                point[1, c] = 0.0
+            pull_back(X, point[0], point[1], lw, by_q, by_v)
             for k in range(f):
                 c = X.cols[first + k]
                 yq[i, c] = by_q[k]
                 yv[i, c] += by_v[k]
-        pull_force(X, lw, mu)
-        add_design(T, W, max(at - 1, 0), sq[at], sv[at], mu, gradient)
+        pull_force(X, lw, mu[at])
+        if nu.shape[0] > 0:
+            pull_joints(W, X, point[0], point[1], lw, mu[at], point[2], at < 0, nu[at])
+        add_design(T, W, max(at - 1, 0), sq[at], sv[at], mu[at], gradient)
         if i == 0 and at > 0:
             for c in range(n):
                 for j in range(STAGES):

@@ -7,11 +7,11 @@ dG/dparameter = (dF/dparameter)^T mu.
 
 from numba import njit
 
-from ..compiler._kernels_dense import lu_solve, lu_solve_transposed
-from ..compiler.options import INNER
-from ._kernels_chart import lift, times_mass
+from ...compiler._kernels_dense import lu_solve, lu_solve_transposed
+from ...compiler.options import INNER
+from .chart import lift, times_mass
 
-__all__ = ["pull_back", "pull_force", "pull_multiplier"]
+__all__ = ["pull_back", "pull_force", "pull_joints", "pull_multiplier"]
 
 
 @njit(**INNER)
@@ -63,3 +63,41 @@ def pull_force(X, sw, mu):
         X.side[b] = total
     lu_solve_transposed(X.reduced[:f, :f], X.reduced_pivot, X.side[:f])
     lift(X, f, X.side, mu)
+
+
+@njit(**INNER)
+def pull_joints(W, X, sq, sv, sw, mu, known, bridged, nu):
+    """nu (3, m): adjoints of Phi, Phi' and Phi'' at a point, 0 for rows set aside.
+
+    sq, sv, sw, known: the seeds and the part of mu that `pull_multiplier` left.  bridged: v and w were given.
+    """
+    rank, n = X.rank[0], sq.shape[0]
+    lu, side, y, rest = X.lu[:rank, :rank], X.side, X.part[1], X.part[2]
+    for level in range(3):
+        for r in range(nu.shape[1]):
+            nu[level, r] = 0.0
+    for a in range(n):
+        y[a] = mu[a] - known[a]
+    for back in range(3):
+        level = 2 - back
+        if bridged and level > 0:
+            continue
+        if level == 2:
+            times_mass(X, y, rest)
+        for a in range(rank):
+            c = X.cols[a]
+            if level == 2:
+                total = sw[c] + rest[c]
+            else:
+                total = sv[c] if level == 1 else sq[c]
+                for b in range(n):
+                    total += (W.c[b, c] if level == 1 else W.k[b, c]) * y[b]
+                for r in range(nu.shape[1]):
+                    if level == 1:
+                        total += 2.0 * X.rate[r, c] * nu[2, r]
+                    else:
+                        total += X.rate[r, c] * nu[1, r] + X.bend[r, c] * nu[2, r]
+            side[a] = -total
+        lu_solve_transposed(lu, X.pivot, side[:rank])
+        for a in range(rank):
+            nu[level, X.rows[a]] = side[a]

@@ -4,15 +4,15 @@
     q_I, v_I given;  Phi(q) = 0,  Phi' = 0  give q_D, v_D;  N = dq/dq_I
     N^T (M w + F) = 0,  Phi'' = 0  give w;  lambda = -Phi_D^-T (M w + F)_D, 0 for redundant rows
 
-`Chart` holds the arrays. `tangents` differentiates w by q_I and v_I, `_kernels_pull_back` transposes it. The
+`Chart` holds the arrays. `tangents` differentiates w by q_I and v_I, `pull_back` transposes it. The
 three questions to a system (`constraint_rates`, `applied_forces`, `add_design`) are answered by every kind
 with a `numba.extending.overload` for its own type of tables, which gives None for those of others.
 """
 
 from numba import njit
 
-from ..compiler._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
-from ..compiler.options import INNER
+from ...compiler._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
+from ...compiler.options import INNER
 
 CLOSING, MOVING, BENDING, BRIDGED = 0, 1, 2, -1
 SINGULAR, OPEN = 2, 3

@@ -11,9 +11,9 @@ coordinates is kept while it is well conditioned; a belongs to every coordinate,
 
 from numba import njit
 
-from ..compiler._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
-from ..compiler.options import CAREFUL, ENTRY, INNER
-from ._kernels_chart import (
+from ...compiler._kernels_dense import lu_factor, lu_solve, lu_solve_transposed
+from ...compiler.options import CAREFUL, ENTRY, INNER
+from .chart import (
     BRIDGED,
     add_design,
     keep_split,
@@ -21,7 +21,7 @@ from ._kernels_chart import (
     settle,
     split,
 )
-from ._kernels_pull_back import pull_back, pull_force, pull_multiplier
+from .pull_back import pull_back, pull_force, pull_joints, pull_multiplier
 
 CONVERGED, STALLED = 0, 1
 # share of its first pivot ratio at which a split is made anew, which moves results by O(h^2)
@@ -160,13 +160,13 @@ def independent_forward(
 @njit(**ENTRY)
 def independent_adjoint(
     T, W, R, X, scheme, h, last, q, v, w, lam, rows, cols, rank, bridged,
-    seed_q, seed_v, seed_w, seed_l, costate, point, reduced, matrix, pivot, mu, gradient,
+    seed_q, seed_v, seed_w, seed_l, costate, point, reduced, matrix, pivot, mu, nu, gradient,
 ):  # fmt: skip
     """gradient (N,) += sum over the nodes of (dF/dscale)^T mu; mu (steps + 1, n) is kept.
 
-    costate (6, n): of q, v, a, w and of the two w before it.
-    reduced (4, n), point (3, n): work.
-    lam is settled again by rounding.
+    nu (steps + 1, 3, m), or of length 0: adjoints of Phi, Phi' and Phi''.
+    costate (6, n): of q, v, a, w and of the two w before it; on return the last two are slopes by the start
+    (q and v). reduced (4, n), point (3, n): work. lam is settled again by rounding.
     """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
     n = q.shape[1]
@@ -192,7 +192,13 @@ def independent_adjoint(
             lq[a] += seed_q[step, a]
             lv[a] += seed_v[step, a]
             lw[a] += seed_w[step, a] + share * la[a]
+        if step == 0:
+            for a in range(n):
+                earlier[a] = lq[a]
+                earliest[a] = lv[a]
         pull_multiplier(W, X, lq, lv, lw, seed_l[step], mu[step])
+        for a in range(n):
+            point[0, a] = mu[step, a]
         if over:
             for b in range(f):
                 by_q[b] = 0.0 * h
@@ -212,6 +218,9 @@ def independent_adjoint(
             pull_back(X, lq, lv, lw, by_q, by_v)
         if not over:
             pull_force(X, lw, mu[step])
+        if nu.shape[0] > 0:
+            pull_joints(W, X, lq, lv, lw, mu[step], point[0], over, nu[step])
+        if not over:
             for a in range(n):
                 lw[a] = 0.0  # what follows from the accelerations has been followed
         add_design(T, W, step, q[step], v[step], mu[step], gradient)
