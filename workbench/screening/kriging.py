@@ -79,7 +79,8 @@ def screen(
             method "default", "none" for the published ones.
             The Kriging of the selected parameters predicts on that scale (but ranks), with predictions and
             intervals in the response's unit; main effects and Sobol' indices are of the response itself, the
-            share that may hide is one of the response's own variance, and of that of the scale: the larger.
+            share that may hide is one of the response's own variance, and of that of the scale: the larger;
+            of ranks it is one of their variance.
         regimes: "auto" looks for two regimes with nothing between, and screens the switch and the runs of
             each, beside all runs; "off" does not.
         seed: of the starts, the resamples and the draws.
@@ -114,7 +115,7 @@ def screen(
     )
     scale, reason = _scale(screener, x, y, transform, response.name)
     screener.fit(x, on_scale(y, scale))
-    if scale != "none":
+    if scale not in ("none", "ranks"):  # where a response jumps its variance is all at the edge
         screener.allow_for(left_out_share(screener, x, y, scale))
     names = np.array(space.names)
     stability: dict[str, float] = {}
