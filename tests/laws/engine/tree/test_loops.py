@@ -81,6 +81,7 @@ def test_a_four_bar_moves_as_in_the_plane_with_order_two():
     assert (8.0 * once[1] - once[0]) / 7.0 == pytest.approx(exact, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_a_cylindrical_cut_moves_a_plane_loop_as_a_revolute_one():
     runs = [
         simulate(four_bar(kind=kind), DENSITY, t_end=0.4, steps=40) for kind in ("revolute", "cylindrical")
@@ -166,6 +167,7 @@ def test_gradients_by_densities_numbers_and_places_of_the_cut_joint():
     assert np.abs(checked).min() > 1e-3
 
 
+@pytest.mark.slow
 def test_a_suspended_wishbone_by_ball_and_rod():
     """One way to move of five; no drift, and slopes by the place of the tie rod and the strut's rate."""
     objective = Terminal(quantity=Coordinate(bodies=("carrier",), direction=(1.0, 0.5, 0.2)))
