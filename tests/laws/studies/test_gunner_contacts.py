@@ -23,7 +23,7 @@ pytestmark = pytest.mark.slow
 def test_energy_is_accounted_for_and_half_the_step_tells_the_same(name, hands):
     case = Case(level="L1", on=GROUNDS[name], hands=hands)
     run, finer = run_of(case, t_end=2.0), run_of(case, t_end=2.0, step=0.5 * STEP)
-    assert energy_gap(run) < 1e-4
+    assert energy_gap(run) < 2e-3  # asked for: 0.01
     a, b = (responses_of(r) for r in (run, finer))
     assert a["touch_force"] > 500.0
     assert b["deviation"] == pytest.approx(a["deviation"], rel=0.01)
