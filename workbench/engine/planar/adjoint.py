@@ -51,11 +51,11 @@ def _swept(trajectory: Trajectory, seeds: NodeSeeds) -> Array:
     return out
 
 
-def _told(trajectory: Trajectory, seeds: NodeSeeds) -> Multipliers:
-    """The multipliers of one row of seeds from the compiled sweep."""
-    _, (mu, nu, costate) = _sweep(trajectory, seeds)
+def _told(trajectory: Trajectory, seeds: NodeSeeds) -> tuple[Array, Multipliers]:
+    """Slopes by scale and multipliers of one row of seeds from the compiled sweep."""
+    gradient, (mu, nu, costate) = _sweep(trajectory, seeds)
     r, count = trajectory.nodes, len(mu)
-    return Multipliers(
+    return gradient[0], Multipliers(
         times=r.times[:count], q=r.position[:count], v=r.velocity[:count], w=r.acceleration[:count],
         lam=r.multiplier[:count], mu=np.ascontiguousarray(mu[:, 0]), nu=_of_index_3(nu[:, 0]),
         by_q=costate[0, 0], by_v=costate[0, 1], whole=False,
@@ -79,10 +79,10 @@ def _pulled(trajectory: Trajectory, seeds: Seeds) -> Pulled:
     return alpha_adjoint_loop(equations, scheme, trajectory.step, trajectory.nodes, seeds)
 
 
-def _told_by_loop(trajectory: Trajectory, seeds: Seeds) -> Multipliers:
+def _told_by_loop(trajectory: Trajectory, seeds: Seeds) -> tuple[Array, Multipliers]:
     found, r = _pulled(trajectory, seeds), trajectory.nodes
     count = len(found.mu)
-    return Multipliers(
+    return found.gradient, Multipliers(
         times=r.times[:count], q=r.position[:count], v=r.velocity[:count], w=r.acceleration[:count],
         lam=r.multiplier[:count], mu=found.mu, nu=_of_index_3(found.nu), by_q=found.by_q, by_v=found.by_v,
         whole=False,

@@ -121,8 +121,9 @@ def _pulled(trajectory: Trajectory, seeds: Seeds, *, joints: bool) -> tuple[Pull
     return found, np.append(times[0], point_times(times, C)), *points
 
 
-def _told(trajectory: Trajectory, seeds: Seeds) -> Multipliers:
-    return multipliers(*_pulled(trajectory, seeds, joints=True))
+def _told(trajectory: Trajectory, seeds: Seeds) -> tuple[Array, Multipliers]:
+    found, *points = _pulled(trajectory, seeds, joints=True)
+    return found.gradient, multipliers(found, *points)
 
 
 INDEPENDENT = adjoints_of(

@@ -27,8 +27,8 @@ __all__ = ["ByParameter", "adjoints_of"]
 
 Array = np.ndarray[Any, Any]
 
-# a run's multipliers for one row of seeds
-Told = Callable[[Trajectory, NodeSeeds], Multipliers]
+# (N,) slopes by scale in segment order and the multipliers of a run, for one row of seeds
+Told = Callable[[Trajectory, NodeSeeds], tuple[Array, Multipliers]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,12 +58,12 @@ class ByParameter:
 
 
 def adjoints_of(by_density: Callable[[Trajectory, NodeSeeds], Array], told: Told) -> Adjoints:
-    """How the run of a scheme goes backwards, from its sweeps."""
+    """How the run of a scheme goes backwards: its sweep for many rows of seeds, and the one that tells."""
 
     def by_parameter(trajectory: Trajectory, seeds: NodeSeeds) -> ByParameter:
         _refuse_user_laws(trajectory)
-        density = np.asarray(by_density(trajectory, seeds)[0] + seeds.density[0])
-        return _by_parameter(trajectory, density, told(trajectory, seeds))
+        by_scale, found = told(trajectory, seeds)
+        return _by_parameter(trajectory, trajectory.by_density(by_scale) + seeds.density[0], found)
 
     def by_change(
         trajectory: Trajectory,
@@ -71,7 +71,7 @@ def adjoints_of(by_density: Callable[[Trajectory, NodeSeeds], Array], told: Told
         seeds: NodeSeeds,
         changes: Sequence[Change],
     ) -> Array:
-        return _by_change(trajectory, value, seeds.dense(0), changes, told(trajectory, seeds))
+        return _by_change(trajectory, value, seeds.dense(0), changes, told(trajectory, seeds)[1])
 
     return Adjoints(by_density=by_density, by_parameter=by_parameter, by_change=by_change)
 

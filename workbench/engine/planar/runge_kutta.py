@@ -99,37 +99,47 @@ def _run(
     return _Stages(q, v, w, stage_q, stage_v, tables)
 
 
-def _row(trajectory: Trajectory, seeds: Seeds) -> Array:
-    """(N,) sum of (dF/dscale)^T mu in segment order, exact for the scheme's own result, without joints."""
+class _Swept(NamedTuple):
+    """Slopes by scale in segment order, adjoints of the stages and costates at the start."""
+
+    stages: _Stages
+    gradient: Array  # (N,)
+    mu: Array  # (12 steps up to the last seed, n)
+    costate: Array  # (2, n)
+
+
+def _sweep(trajectory: Trajectory, seeds: Seeds) -> _Swept:
+    """Sum of (dF/dscale)^T mu over the stages, exact for the scheme's own result, without joints."""
     # accelerations are functions of the state, w = -M^-1 F, not states of their own
     if seeds.acceleration.any():
         raise NotSupported(
             "objectives of the acceleration have no adjoint under RungeKutta8; use GeneralisedAlpha"
         )
-    return _back(trajectory, seeds)[0]
-
-
-def _back(trajectory: Trajectory, seeds: Seeds) -> tuple[Array, Multipliers]:
-    """The same, and what all stages up to the last seed tell."""
     r, parts, last = trajectory.nodes, compiled(trajectory.system), seeds.last
-    work = trajectory.work
     gradient = np.zeros(len(trajectory.density))
     n, times = r.position.shape[1], r.times[: last + 1].copy()
     run = trajectory.memo.get("stages")
     if run is None:
-        run = _run(parts, trajectory.density, times, r.position[0].copy(), r.velocity[0].copy(), work)
-    count = STAGES * last
-    mu, costate = np.zeros((count, n)), np.zeros((2, n))
+        start = r.position[0].copy(), r.velocity[0].copy()
+        run = _run(parts, trajectory.density, times, *start, trajectory.work)
+    mu, costate = np.zeros((STAGES * last, n)), np.zeros((2, n))
     rk8_adjoint(
-        run.tables, work, A, B, times, last, run.stage_position, run.stage_velocity,
+        run.tables, trajectory.work, A, B, times, last, run.stage_position, run.stage_velocity,
         seeds.position, seeds.velocity,
         costate, np.zeros((STAGES, n)), np.zeros((STAGES, n)), mu, gradient,
     )  # fmt: skip
-    stages = run.tables.times[:count]
+    return _Swept(run, gradient, mu, costate)
+
+
+def _told(trajectory: Trajectory, seeds: Seeds) -> tuple[Array, Multipliers]:
+    """Slopes by scale, and what all stages up to the last seed tell."""
+    run, gradient, mu, costate = _sweep(trajectory, seeds)
+    count = len(mu)
     q, v = run.stage_position[:count], run.stage_velocity[:count]
     return gradient, Multipliers(
-        times=stages, q=q, v=v, w=_accelerations(run.tables, work, q, v), lam=np.zeros((count, 0)), mu=mu,
-        nu=np.zeros((count, 3, 0)), by_q=costate[0], by_v=costate[1], whole=True,
+        times=run.tables.times[:count], q=q, v=v, w=_accelerations(run.tables, trajectory.work, q, v),
+        lam=np.zeros((count, 0)), mu=mu, nu=np.zeros((count, 3, 0)), by_q=costate[0], by_v=costate[1],
+        whole=True,
     )  # fmt: skip
 
 
@@ -143,7 +153,8 @@ def _accelerations(tables: Tables, work: Work, q: Array, v: Array) -> Array:
 
 
 STAGEWISE = adjoints_of(
-    lambda r, seeds: row_by_row(r, seeds, _row), lambda r, seeds: _back(r, seeds.dense(0))[1]
+    lambda r, seeds: row_by_row(r, seeds, lambda r, s: _sweep(r, s).gradient),
+    lambda r, seeds: _told(r, seeds.dense(0)),
 )
 
 
