@@ -19,11 +19,12 @@ from studies.gunner.occupant_responses import responses_of
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize(("name", "hands"), [("braking", "none"), ("rollover", "both")])
-def test_energy_is_accounted_for_and_half_the_step_tells_the_same(name, hands):
+# gaps of the energy exchanged: asked for is 0.01, kept are 7e-7 to 7e-4
+@pytest.mark.parametrize(("name", "hands", "gap"), [("braking", "none", 1e-4), ("rollover", "both", 1e-3)])
+def test_energy_is_accounted_for_and_half_the_step_tells_the_same(name, hands, gap):
     case = Case(level="L1", on=GROUNDS[name], hands=hands)
     run, finer = run_of(case, t_end=2.0), run_of(case, t_end=2.0, step=0.5 * STEP)
-    assert energy_gap(run) < 2e-3  # asked for: 0.01
+    assert energy_gap(run) < gap
     a, b = (responses_of(r) for r in (run, finer))
     assert a["touch_force"] > 500.0
     assert b["deviation"] == pytest.approx(a["deviation"], rel=0.01)

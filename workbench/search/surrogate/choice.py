@@ -18,9 +18,8 @@ __all__ = ["chosen_model", "prediction_score"]
 
 SPARE_RUNS = 6  # beyond the terms of the trend: fewer cannot tell a transform from chance
 TRANSFORM_GAIN = 2.0  # log-likelihood a transform must win to replace the identity
-Q2_LOSS = (
-    0.1  # share of the transformed values' variance that leave-one-out may explain less than of the plain
-)
+# share of the transformed values' variance that leave-one-out may explain less than of the plain
+Q2_LOSS = 0.1
 NOISE_RUNS = 12
 NOISE_GAIN = 2.0  # log-likelihood that a free nugget must win
 GROWTH = 1.25
