@@ -11,7 +11,8 @@ from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
 from ..integration.seeds import NodeSeeds
 from ._kernels.alpha import march, tangents_again
 from ._kernels.alpha_adjoint import sweep
-from ._kernels.tables import tree_run, tree_work
+from ._kernels.surfaces import surface_histories
+from ._kernels.tables import TreeRun, TreeTables, TreeWork, tree_run, tree_work
 from .compiled import tree_compiled, tree_on_grid
 from .explicit import run_explicit
 from .gradients import Swept, adjoints_of
@@ -65,7 +66,7 @@ def run(
         time = float(times[abs(failed) % len(times)])
         why = (
             f"{scheme.iterations} Newton steps did not settle the accelerations. Take more steps, or look at "
-            "the forces near that time"
+            "the forces near that time" + _hardest_contact(system, tables, work, nodes, failed)
             if failed > 0
             else "the mass and stiffness leave a motion undetermined: a joint moves nothing that has mass"
         )
@@ -83,6 +84,24 @@ def run(
     if aside:
         _check_redundant(trajectory)
     return trajectory
+
+
+def _hardest_contact(system: TreeSystem, tables: TreeTables, work: TreeWork, nodes: TreeRun, at: int) -> str:
+    """The contact that pushed hardest at the node that failed or the one before, where one did."""
+    done = slice(at + 1)
+    force, point = np.zeros((2, at + 1, len(tables.surface), 3))
+    surface_histories(
+        tables, work, nodes.position[done], nodes.velocity[done], nodes.rate[done], len(tables.column), force,
+        point,
+    )  # fmt: skip
+    pushes = np.linalg.norm(force[-2:, : len(system.contacts)], axis=2)
+    pushes = np.where(np.isfinite(pushes), pushes, 0.0).max(axis=0)
+    if not pushes.any():
+        return ""
+    i = int(pushes.argmax())
+    met = system.contacts[i]
+    shape = type(met.shape).__name__.lower()
+    return f": contacts[{i}] of '{met.a}' on '{met.b}' ({shape}) pushes hardest, {pushes[i]:.3g} N"
 
 
 def _check_redundant(trajectory: TreeTrajectory) -> None:

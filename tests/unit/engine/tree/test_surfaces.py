@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.sample_trees import LATERAL, LONGITUDINAL, tree_run
-from workbench.engine.errors import InvalidSystem
+from workbench.engine.errors import InvalidSystem, NotConverged
+from workbench.engine.integration.schemes import GeneralisedAlpha
 from workbench.engine.tree.joints import Floating, Planar, Prescribed, Prismatic, Revolute, SpatialMotion
 from workbench.engine.tree.surfaces import Box, Capsule, Plane, Ring, Road, SpatialContact, Sphere, Tyre
 from workbench.engine.tree.system import SpatialBody, TreeSystem
@@ -206,3 +207,20 @@ def test_a_road_refuses_waves_without_length():
         Road(waves=((0.1, 0.0, 0.0),))
     with pytest.raises(InvalidSystem, match=r"profile needs length > 0 m and count >= 1, got 0.0 and 3"):
         Road().with_profile(lambda s: 0.0, length=0.0, count=3)
+
+
+def test_a_run_that_stops_names_the_contact_that_pushed_hardest():
+    ball = replace(BALL, joint=Floating(position=(0.0, 0.0, 0.35), velocity=(0.0, 0.0, -60.0)))
+    aside = replace(ball, name="aside", joint=Floating(position=(1.0, 0.0, 2.0)))
+    touches = {"shape": Plane(), "radius": 0.1, "k": 1e11, "damping": 5.0, "width": 1e-6}
+    system = TreeSystem(
+        bodies=(aside, ball),
+        contacts=(SpatialContact(a="aside", **touches), SpatialContact(a="ball", **touches)),
+    )
+    with pytest.raises(
+        NotConverged,
+        match=r"stopped at t = 0\.\d+ s: 2 Newton .* near that time: contacts\[1\] of 'ball' on 'ground' "
+        r"\(plane\) pushes hardest, [\d.e+]+ N",
+    ) as stop:
+        tree_run(system, np.zeros(0), np.linspace(0.0, 0.05, 501), GeneralisedAlpha(iterations=2))
+    assert stop.value.time > 0.0

@@ -9,7 +9,7 @@ from studies.gunner.occupant_responses import HATCH, RING_HEIGHT, objectives
 from studies.gunner.parameters import FILE, InvalidNumber
 from studies.gunner.restraints.ground_structure import FLOOR, KINDS, laws, restraints, sites
 from studies.gunner.restraints.model import restraint
-from workbench.engine import gradient, simulate
+from workbench.engine import gradient, optimise_layout, simulate
 from workbench.robust_layout.model import NEEDED
 
 
@@ -81,6 +81,10 @@ def test_slips_are_named():
         restraint(belts=0, airbags=0)
     with pytest.raises(ValueError, match=r"step needs 0 < step <= t_end = 1.5 s, got 2"):
         restraint(step=2.0)
+    with pytest.raises(
+        ValueError, match=r"step needs at most 0.0013 s, for the filter of the chest.*got 0.002"
+    ):
+        restraint(step=2e-3)
     model = restraint()
     with pytest.raises(ValueError, match=r"density needs 360 values in \[0, 1\], got shape \(3,\)"):
         model.responses(np.zeros(3), {})
@@ -107,3 +111,14 @@ def test_gradients_by_the_densities_are_those_of_differences():
         assert gradient(system, density, run, objective) @ along == pytest.approx(
             (beside[1] - beside[0]) / (2.0 * h), rel=1e-6
         )
+
+
+@pytest.mark.slow
+def test_belts_are_laid_out_in_braking():
+    """8.6.1.1 in four evaluations: g1 over 1 s falls by a third at least, and a true run agrees."""
+    model = restraint(airbags=0.0, t_end=1.0)
+    uniform = model.responses(np.full(180, 6.0 / 180.0), {})["g1"]
+    found = optimise_layout(model.problem([{}]), method="gsao", max_evaluations=4)
+    assert found.density.sum() <= 6.0 + 1e-9
+    assert found.value < 0.67 * uniform
+    assert model.responses(found.density, {})["g1"] == pytest.approx(found.value, rel=1e-6)
