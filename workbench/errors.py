@@ -4,13 +4,22 @@
     ├── StudyError            the study file or an argument of a verb is not usable (exit code 2)
     ├── EvaluationFailed      a model run gave no usable response
     ├── StoreError            the campaign's folder or database cannot be read or written (exit code 5)
+    ├── Contradiction         what was about to be written contradicts itself or a known run
     ├── Interrupted           stopped by the user; run again to continue (exit code 4)
     └── NotEnoughRuns         fewer usable runs than a method needs (exit code 2)
 
 The packages below the workbench raise their own (`surrogates.NotPositiveDefinite`, `engine.NotConverged`).
 """
 
-__all__ = ["EvaluationFailed", "HoldfastError", "Interrupted", "NotEnoughRuns", "StoreError", "StudyError"]
+__all__ = [
+    "Contradiction",
+    "EvaluationFailed",
+    "HoldfastError",
+    "Interrupted",
+    "NotEnoughRuns",
+    "StoreError",
+    "StudyError",
+]
 
 
 class HoldfastError(Exception):
@@ -45,3 +54,7 @@ class StoreError(HoldfastError, OSError):
     """The campaign's folder or database cannot be read or written."""
 
     exit_code = 5
+
+
+class Contradiction(HoldfastError):
+    """What was about to be written contradicts itself or a known run; nothing was written."""

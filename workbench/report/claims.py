@@ -10,23 +10,30 @@ it. Refused are
     a result that loses to a layout it was compared with
     a worst value called attacked that its own attack went beyond, or did not test as the grade asks
     a counted share whose interval is not that of its own numerator and denominator
+    a prediction where the model could have been run
+    a loop called closed, or green, that a sample of the uncertainty broke
+    a green verdict over an optimiser at its limit, over disagreeing starts or none
+
+The colours of the answers on the page are checked by `workbench.report.sections.green_answers`.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.errors import HoldfastError
+from workbench.errors import Contradiction
 from workbench.search.evidence.attack.share import counted_share
 from workbench.search.evidence.grade import ARRIVED
 
-__all__ = ["Claim", "Contradiction", "refuse_contradictions", "robust_layout_claims", "worst_case_claims"]
+__all__ = [
+    "Claim",
+    "Contradiction",
+    "refuse_contradictions",
+    "robust_layout_claims",
+    "worst_case_claims",
+]
 
 ROUNDING = 1e-9  # of the value: what a sum in another order may change
-
-
-class Contradiction(HoldfastError):
-    """What was about to be written contradicts itself or a known run; nothing was written."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,8 +61,11 @@ class Claim:
         return sign * (other - self.value) - ROUNDING * max(abs(other), abs(self.value))
 
 
-def worst_case_claims(document: Mapping[str, Any]) -> list[Claim]:
-    """The claims of `worst_case.json`: of its response and of the `others`, in that order."""
+def worst_case_claims(document: Mapping[str, Any], *, is_runnable: bool) -> list[Claim]:
+    """The claims of `worst_case.json`: of its response and of the `others`, in that order.
+
+    is_runnable: the model can be run, so a prediction has no place; it is not where a table is all there is.
+    """
     found = []
     for part in (document, *document.get("others", ())):
         found.append(
@@ -67,10 +77,24 @@ def worst_case_claims(document: Mapping[str, Any]) -> list[Claim]:
                 kind="mean" if part.get("mean") is not None else "run" if part["confirmed"] else "prediction",
                 run_key=str(part.get("run_key") or ""),
                 bound=(part.get("gap") or {}).get("upper"),  # of a smallest value the lower one
-                against=(*_against_grade(part), *_against_shares(part)),
+                against=(
+                    *_against_prediction(part, is_runnable=is_runnable),
+                    *_against_grade(part),
+                    *_against_shares(part),
+                ),
             )
         )
     return found
+
+
+def _against_prediction(part: Mapping[str, Any], *, is_runnable: bool) -> Iterator[str]:
+    """What speaks against a worst value without a run."""
+    if part["confirmed"]:
+        return
+    if is_runnable:
+        yield "the model can be run there, and was not"
+    elif part.get("grade") == "attacked":
+        yield "it is called attacked without a run"
 
 
 def _against_grade(part: Mapping[str, Any]) -> Iterator[str]:
@@ -108,8 +132,10 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
     limit = document["bound"] + tolerance * abs(document["bound"])
     if document["closed"] and (attack is None or document["worst"] > limit * (1 + ROUNDING)):
         against.append("it is called closed without an attack that it withstood")
-    if document["verdict"] == "green" and document["reasons"]:
-        against.append(f"its verdict is green although {document['reasons'][0]}")
+    if document["closed"] and document["broken_by_samples"]:
+        against.append("it is called closed although a sample of the uncertainty lies beyond its bound")
+    if document["verdict"] == "green":
+        against.extend(f"its verdict is green although {why}" for why in _against_green(document))
     for name, kept in document["layouts"].items():
         lowest = max((v for v in kept["values"] if v is not None), default=float("inf"))
         if lowest < document["bound"] * (1 - ROUNDING):
@@ -121,6 +147,22 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
             unit=str(document["unit"]), sense="max", kind="run", against=tuple(against),
         )
     ]  # fmt: skip
+
+
+def _against_green(document: Mapping[str, Any]) -> Iterator[str]:
+    """What speaks against a green verdict of a robust loop, by its own records."""
+    yield from document["reasons"]
+    others, tolerance = document["other_starts"], document["tolerance"]
+    if not document["closed"]:
+        yield "its loop is not closed"
+    if others is None:
+        yield "no other start was tried"
+    elif not others["agrees"] or others["apart"] > tolerance * (1 + ROUNDING):
+        yield f"other starts stayed {100 * others['apart']:.3g} % above it"
+    ended = document["optimiser"]
+    if ended is not None and (ended["kkt"] is None or ended["kkt"] > ended["allowed"]):
+        how = "ended" if ended["converged"] else "stopped at its limit"
+        yield f"its optimiser {how} before the first-order condition held"
 
 
 def refuse_contradictions(claim: Claim, known: Iterable[tuple[str, float]]) -> None:

@@ -39,6 +39,7 @@ from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.other_starts import OtherStarts, random_densities
 from workbench.robust_layout.record import (
+    FIRST_ORDER,
     LoopSettings,
     OtherStartsFound,
     RobustLayout,
@@ -57,7 +58,6 @@ Case = Mapping[str, Any]
 
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 JOINING = 6  # cases that join the next optimisation at most
-FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
 LONGER = 2  # optimisations more, at most, of a layout that is not settled
 GAIN = 1e-3  # relative improvement that is worth another one
 JUDGED = "judged in the cases of the others alone"

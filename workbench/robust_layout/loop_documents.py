@@ -8,7 +8,7 @@ from workbench.engine.layout.outcome.purify import fractional_members
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
 from workbench.robust_layout.model import LayoutModel
-from workbench.robust_layout.record import RobustLayout
+from workbench.robust_layout.record import FIRST_ORDER, RobustLayout
 
 __all__ = ["COMPARED", "best_layout_document", "loop_document", "response_slope"]
 
@@ -55,6 +55,13 @@ def loop_document(
                 "density": found.layouts[name].tolist(),
             }
             for shown, name in named.items()
+        },
+        "optimiser": None
+        if not found.document
+        else {
+            "converged": bool(found.document["converged"]),
+            "kkt": found.document["kkt"],
+            "allowed": FIRST_ORDER,
         },
         "failures": found.failures,
         "samples": len(compared.values) - len(found.cases),

@@ -10,10 +10,21 @@ from numpy.typing import NDArray
 from workbench.errors import NotEnoughRuns
 from workbench.robust_layout.oracle import Found
 
-__all__ = ["LoopSettings", "OtherStartsFound", "RobustLayout", "Round", "excess", "largest", "loop_status"]
+__all__ = [
+    "FIRST_ORDER",
+    "LoopSettings",
+    "OtherStartsFound",
+    "RobustLayout",
+    "Round",
+    "excess",
+    "largest",
+    "loop_status",
+]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
+
+FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +100,15 @@ class RobustLayout:
     may_exceed: float
     other_starts: OtherStartsFound | None = None
     document: Mapping[str, Any] = field(default_factory=dict)  # of the robust layout, as `layout.json`
+
+    def broken_by(self, value: float) -> None:
+        """Take back what was said of a loop that a sample of the uncertainty goes beyond."""
+        above = excess(value, self.worst[self.robust].value)
+        said = f"a sample of the uncertainty lies {100 * above:.3g} % above its worst case"
+        self.closed = False
+        self.may_exceed = max(self.may_exceed, above)
+        self.status = f"The samples were run, and {said}. The loop is not closed."
+        self.reasons = [said, *(reason for reason in self.reasons if reason != said)]
 
     @property
     def bound(self) -> float:

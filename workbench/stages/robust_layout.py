@@ -78,6 +78,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
             start = [*found.cases, broken]
         assert found is not None
         found.rounds = rounds
+        if broken is not None:
+            found.broken_by(compared.summaries[-1].worst_run)
         bill = robust_bill(model, found.cases, found.layouts[found.robust])
         write_bill(campaign.folder, bill)
         write_json(campaign.folder / "layout.json", best_layout_document(model, found))

@@ -54,7 +54,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     given = _rows_of_table(campaign) if is_table else []
     document = _document(campaign, table, wanted, [row.as_outcome() for row in runs], given)
     known = [*known_outcomes(campaign), *given]
-    for claim, target in zip(worst_case_claims(document), wanted, strict=True):
+    claims = worst_case_claims(document, is_runnable=not is_table)
+    for claim, target in zip(claims, wanted, strict=True):
         refuse_contradictions(claim, _values(campaign.study, target, known))
     write_json(campaign.folder / "worst_case.json", document)
     return document

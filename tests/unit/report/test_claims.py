@@ -14,13 +14,15 @@ from workbench.search.evidence.attack.share import counted_share
 WORST = {"response": "y", "unit": "m", "sense": "max", "value": 2.0, "confirmed": True, "run_key": "b"}
 LOOP = {
     "unit": "m", "attack": {"runs": 1500}, "tolerance": 0.02, "bound": 1.0, "worst": 1.015, "closed": True,
-    "verdict": "green", "reasons": [],
+    "verdict": "green", "reasons": [], "broken_by_samples": False,
+    "other_starts": {"worst": 1.01, "apart": 0.01, "agrees": True, "starts": ["second start"]},
+    "optimiser": {"converged": False, "kkt": 0.01, "allowed": 0.02},
     "layouts": {"robust": {"values": [1.0, 0.4]}, "uniform": {"values": [1.2, None]}},
 }  # fmt: skip
 
 
 def claim(**changes):
-    (found,) = worst_case_claims({**WORST, **changes})
+    (found,) = worst_case_claims({**WORST, **changes}, is_runnable=True)
     return found
 
 
@@ -77,7 +79,7 @@ def test_a_searched_worst_case_may_have_an_attack_that_does_not_count():
 
 def test_every_response_of_a_search_makes_a_claim():
     document = {**WORST, "others": [{**WORST, "response": "z", "confirmed": False, "sense": "min"}]}
-    first, second = worst_case_claims(document)
+    first, second = worst_case_claims(document, is_runnable=False)
     assert (first.kind, second.kind) == ("run", "prediction")
     assert second.subject == "the worst case of z"
 
@@ -94,6 +96,25 @@ def test_rounding_is_no_contradiction():
         ({"worst": 1.03}, "called closed without an attack that it withstood"),
         ({"attack": {"share": {"hits": 1, "draws": 9, "low": 0.0, "high": 0.1}}}, "its attack share says"),
         ({"reasons": ["starts disagree"]}, "its verdict is green although starts disagree"),
+        ({"broken_by_samples": True}, "closed although a sample of the uncertainty lies beyond its bound"),
+        ({"closed": False}, "its verdict is green although its loop is not closed"),
+        ({"other_starts": None}, "its verdict is green although no other start was tried"),
+        (
+            {"other_starts": {"agrees": False, "apart": 0.08}},
+            "its verdict is green although other starts stayed 8 % above it",
+        ),
+        (
+            {"other_starts": {"agrees": True, "apart": 0.08}},
+            "its verdict is green although other starts stayed 8 % above it",
+        ),
+        (
+            {"optimiser": {"converged": False, "kkt": 0.3, "allowed": 0.02}},
+            "green although its optimiser stopped at its limit before the first-order condition held",
+        ),
+        (
+            {"optimiser": {"converged": True, "kkt": None, "allowed": 0.02}},
+            "green although its optimiser ended before the first-order condition held",
+        ),
         ({"layouts": {"uniform": {"values": [0.9, 0.8]}}}, "the layout 'uniform' is better over the cases"),
     ],
 )
@@ -104,3 +125,20 @@ def test_what_a_robust_layout_may_not_say(changes, said):
     with pytest.raises(Contradiction, match=said):
         refuse_contradictions(wrong, [])
     assert isinstance(wrong, Claim)
+
+
+def test_an_amber_verdict_may_have_what_a_green_one_may_not():
+    doubts = {"verdict": "amber", "reasons": ["starts disagree"], "closed": False, "other_starts": None}
+    refuse_contradictions(*robust_layout_claims({**LOOP, **doubts}), [])
+
+
+def test_a_prediction_has_no_place_where_the_model_can_be_run():
+    predicted = {**WORST, "confirmed": False, "run_key": ""}
+    (of_a_table,) = worst_case_claims(predicted, is_runnable=False)
+    refuse_contradictions(of_a_table, [("a", 1.9)])
+    (wrong,) = worst_case_claims(predicted, is_runnable=True)
+    with pytest.raises(Contradiction, match="by a prediction, is not written: the model can be run there"):
+        refuse_contradictions(wrong, [])
+    (wrong,) = worst_case_claims({**predicted, **ATTACKED}, is_runnable=False)
+    with pytest.raises(Contradiction, match="it is called attacked without a run"):
+        refuse_contradictions(wrong, [])

@@ -15,7 +15,7 @@ from workbench.report.writing import write_report
 from workbench.robust_layout.model import load_layout_model
 from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.other_starts import OtherStarts
-from workbench.robust_layout.record import OtherStartsFound, loop_status
+from workbench.robust_layout.record import OtherStartsFound, RobustLayout, loop_status
 from workbench.stages import robust_layout as robust_layout_stage
 from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
@@ -289,3 +289,17 @@ def test_a_sample_that_breaks_the_bound_counts_where_another_layout_failed():
     compared = SimpleNamespace(summaries=[summary])
     assert robust_layout_stage._broken(compared, found, 0.02) == {"u": 1.0}
     assert robust_layout_stage._broken(compared, found, 0.3) is None
+
+
+def test_a_loop_that_a_sample_broke_is_taken_back():
+    found = RobustLayout(
+        robust="best", closed=True, status="closed", layouts={}, cases=[], values={}, rounds=[], failures=[],
+        worst={"best": Found(value=2.0, case={}, runs=9, status="", attack={"exhaustive": False})},
+        reasons=["starts disagree"], may_exceed=0.02,
+    )  # fmt: skip
+    assert found.grade == "attacked"
+    found.broken_by(2.5)
+    assert (found.closed, found.grade, found.may_exceed) == (False, "searched", 0.25)
+    said = "a sample of the uncertainty lies 25 % above its worst case"
+    assert found.reasons == [said, "starts disagree"]
+    assert said in found.status

@@ -18,6 +18,7 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.fit import GOOD_Q2, trust_in
+from workbench.report.sections.green_answers import refuse_green
 from workbench.report.sections.screening import verdict_level
 from workbench.report.worst_case.section import gap_sentence
 
@@ -49,7 +50,7 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
             for other in worst.get("others") or ()
         ]
     if (layout := folder["layout"]) is not None:
-        cards.append(_no_better_than(loop, _layout(layout)))
+        cards.append(_no_better_than(loop, _layout(layout, is_judged=loop is not None)))
     if (robust := folder["robust"]) is not None:
         cards.append(_no_better_than(loop, _robust(robust)))
     if (screening := folder["screening"]) is not None:
@@ -61,6 +62,10 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
     if screening is not None and screening_state(screening) == "not resolved":
         # what rests on a doubtful list of parameters comes behind the doubt
         cards.sort(key=lambda card: card.section != "screening")
+    refuse_green(
+        {card.section: card.level for card in cards},
+        screening="" if screening is None else screening_state(screening), layout=layout, loop=loop,
+    )  # fmt: skip
     return cards
 
 
@@ -142,16 +147,21 @@ def _worst(
     )
 
 
-def _layout(layout: Mapping[str, Any]) -> Card:
+def _layout(layout: Mapping[str, Any], *, is_judged: bool) -> Card:
+    """The card of a layout; of one that a loop has judged the loop says how far it was optimised."""
     unit = str(layout.get("unit") or "1")
     baselines = layout.get("baselines") or {}
     better = all(float(layout["value"]) < float(value) for value in baselines.values())
+    detail = improvement_sentence(layout)
+    settled = is_judged or layout.get("converged", True)
+    if not settled:
+        detail = f"{detail} The optimiser stopped at its limit: a better layout may stand nearby."
     return Card(
         question="Which layout holds fast in it?",
         answer=f"worst {layout['response']} {quantity(layout['value'], unit)}",
-        detail=improvement_sentence(layout),
+        detail=detail,
         section="layout",
-        level="good" if baselines and better else "fair",
+        level="good" if baselines and better and settled else "fair",
     )
 
 
