@@ -32,6 +32,7 @@ Floats = NDArray[np.float64]
 EXACT = 5e8
 SAMPLE = 1.6e8
 SUBSET = 1024
+ROWS = 65536  # of the points of which there may be a copy
 PROBES = 512
 # n^2 d^2 / 4 up to which all two-dimensional projections are looked at
 PAIRS = 2e8
@@ -165,8 +166,10 @@ def _linear_information(points: Floats) -> tuple[Floats, Floats]:
     """X'X of the linear model on [-1, 1] and the correlation matrix, from one product of the points."""
     n, d = points.shape
     mean = points.mean(axis=0)
-    centred = points - mean
-    products = centred.T @ centred
+    products = np.zeros((d, d))
+    for begin in range(0, n, ROWS):
+        centred = points[begin : begin + ROWS] - mean
+        products += centred.T @ centred
     information = np.empty((d + 1, d + 1))
     coded = 2.0 * mean - 1.0
     information[0, 0] = n

@@ -14,6 +14,7 @@ __all__ = ["centred_lhs", "checked_size", "lhs", "points_in_cells"]
 
 Floats = NDArray[np.float64]
 LARGEST = 2**31 - 1
+ROWS = 65536  # of a design that are filled in at a time
 
 
 def lhs(n: int, d: int, *, rng: np.random.Generator) -> Floats:
@@ -48,8 +49,14 @@ def points_in_cells(cells: NDArray[np.integer], draws: Draws) -> Floats:
     The quotient is kept below the stratum's upper bound, which rounding may reach.
     """
     n = len(cells)
-    jittered = (cells + unit_numbers(cells.shape, draws)) / n
-    return np.ascontiguousarray(np.minimum(jittered, np.nextafter((cells + 1) / n, 0.0)))
+    points = unit_numbers(cells.shape, draws)
+    # some rows at a time: of a design that fills the memory there is one array of points
+    for begin in range(0, n, ROWS):
+        some, part = points[begin : begin + ROWS], cells[begin : begin + ROWS]
+        some += part
+        some /= n
+        np.minimum(some, np.nextafter((part + 1) / n, 0.0), out=some)
+    return points
 
 
 def checked_size(n: int, d: int) -> tuple[int, int]:
