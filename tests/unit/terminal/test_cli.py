@@ -298,6 +298,7 @@ def test_a_damaged_store_is_examined_mended_and_joined(tmp_path, capsys):
     assert (found["joined"], found["same"]) == (4, 4)
     code, out, _ = in_process("doctor", "--store", study, capsys=capsys)
     assert (code, out.count("BAD")) == (0, 0)
+    assert "ok   checksums   8 runs and " in out
     data = bytearray(store.read_bytes())
     at = data.rindex(b'{"a": ')
     data[at + 8] ^= 1
@@ -305,6 +306,8 @@ def test_a_damaged_store_is_examined_mended_and_joined(tmp_path, capsys):
     code, out, _ = in_process("doctor", "--store", ours / "s.holdfast", "--json", capsys=capsys)
     (state,) = json.loads(out)
     assert (code, state["sound"]) == (5, False)
+    code, out, _ = in_process("doctor", "--store", study, capsys=capsys)
+    assert "BAD  to recover  7 answered runs are whole, 1 damaged; `holdfast recover` saves them\n" in out
     code, _, err = in_process("design", study, capsys=capsys)
     assert code == 5
     assert "1 rows of evaluation are not as they were stored" in err

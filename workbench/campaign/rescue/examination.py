@@ -145,11 +145,13 @@ def _rows(db: sqlite3.Connection, path: Path) -> list[Check]:
                 text = f"schema {version}; tables missing: {', '.join(sorted(missing)) or 'none'}"
                 return [Check(name="schema", ok=False, text=text)]
             wrong = wrong_rows(db)
-            count = sum(db.execute(f"SELECT COUNT(*) FROM {table}").fetchone()[0] for table in CHECKED)
+            counts = {t: db.execute(f"SELECT COUNT(*) FROM {t}").fetchone()[0] for t in CHECKED}
     except StoreError as exc:
         return [Check(name="checksums", ok=False, text=str(exc))]
     if not wrong:
-        return [Check(name="checksums", ok=True, text=f"all {count} rows are as they were stored")]
+        runs = counts.pop("evaluation")
+        text = f"{runs} runs and {sum(counts.values())} rows beside them, all as they were stored"
+        return [Check(name="checksums", ok=True, text=text)]
     parts = [
         f"{len(numbers)} of {table} ({', '.join(map(str, numbers[:SHOWN]))}"
         f"{', ...' if len(numbers) > SHOWN else ''})"
@@ -178,7 +180,6 @@ def _stock(path: Path) -> Check:
     """What `holdfast recover` would find in the file and its log."""
     found = stock_of(path)
     good = sum(row["status"] not in ("queued", "running") for row in found.rows["evaluation"].values())
-    text = f"{good} answered runs can be read as they were stored"
-    if found.damaged:
-        text += f", {len(found.damaged)} runs are damaged"
-    return Check(name="to recover", ok=False, text=f"{text}; `holdfast recover` makes a store of them")
+    damaged = f", {len(found.damaged)} damaged" if found.damaged else ""
+    text = f"{good} answered runs are whole{damaged}; `holdfast recover` saves them"
+    return Check(name="to recover", ok=False, text=text)
