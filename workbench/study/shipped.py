@@ -9,7 +9,11 @@ from workbench.system.atomic import write_whole
 __all__ = ["DEMO", "STUDIES", "copy_study"]
 
 DEMO = "occupant"
-STUDIES = {"occupant": "occupant_demo.toml", "welch20": "welch20.toml"}
+STUDIES = {
+    "occupant": "occupant_demo.toml",
+    "welch20": "welch20.toml",
+    "gunner": "gunner/restraints/restraint_demo.toml",
+}
 
 
 def copy_study(folder: Path, name: str = DEMO) -> Path:
@@ -25,7 +29,7 @@ def copy_study(folder: Path, name: str = DEMO) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as exc:
         raise StoreError(f"cannot make the folder {folder}: {exc.strerror}. Choose another --folder") from exc
-    place = folder / STUDIES[name]
+    place = folder / Path(STUDIES[name]).name
     if not place.exists():
         write_whole(place, (files("studies") / STUDIES[name]).read_bytes())
     return place

@@ -241,7 +241,9 @@ def demo(
     folder: Annotated[Path, typer.Option(help="Where to put the study and its campaign.")] = Path(
         "holdfast-demo"
     ),
-    study: Annotated[str, typer.Option(help="Which shipped study: occupant or welch20.")] = "occupant",
+    study: Annotated[
+        str, typer.Option(help="Which shipped study: occupant, welch20 or gunner.")
+    ] = "occupant",
     json_: Json = False,
 ) -> None:
     """Run a shipped study from design to report."""

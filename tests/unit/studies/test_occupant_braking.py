@@ -162,9 +162,9 @@ def test_the_demo_is_the_study_in_a_small_setting():
     assert dict(small["robust_layout"]["nominal"]) == NOMINAL
 
 
-def test_both_demonstrations_are_copied_and_load(tmp_path):
+def test_all_demonstrations_are_copied_and_load(tmp_path):
     for name in STUDIES:
         study = load_study(copy_study(tmp_path, name))
         assert study.worst_case is not None
-    with pytest.raises(StudyError, match="no demonstration 'gunner'; there are occupant, welch20"):
-        copy_study(tmp_path, "gunner")
+    with pytest.raises(StudyError, match="no demonstration 'lorry'; there are occupant, welch20, gunner"):
+        copy_study(tmp_path, "lorry")
