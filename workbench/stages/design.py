@@ -34,6 +34,7 @@ __all__ = [
     "drawn_design",
     "evaluate",
     "queue_design",
+    "waiting_rows",
 ]
 
 AT_ONCE = 20_000  # rows of a design that are held in memory as runs
@@ -94,16 +95,22 @@ def _planned_runs(study: Study, folder: Path) -> int | None:
 WORK = Work(run=_run, inputs=_inputs, lines=design_lines, planned_runs=_planned_runs)
 
 
-def queue_design(campaign: CampaignRuns, document: Mapping[str, Any]) -> list[Asked]:
-    """Put the design's rows in the queue; those that have no answer yet. A table answers its rows at once.
-
-    Of a model that others run, the rows that a search waits for are given behind the design's.
-    """
+def queue_design(campaign: CampaignRuns, document: Mapping[str, Any]) -> int:
+    """Put the design's rows in the queue; how many of them wait. A table answers its rows at once."""
     if campaign.study.model["kind"] == "table":
         evaluate(campaign)
-    keys: set[str] = set()
+    keys: list[str] = []
     for rows in _some_rows(campaign, document):
-        keys.update(campaign.enqueue(rows, batch="design"))
+        keys += campaign.enqueue(rows, batch="design")
+    return sum(status == "queued" for status in campaign.store.statuses(keys).values())
+
+
+def waiting_rows(campaign: CampaignRuns) -> list[Asked]:
+    """The rows of the design that wait for an answer.
+
+    Of a model that others run, the rows that a search waits for stand behind them.
+    """
+    keys = set(design_keys(campaign.folder / "design.json") or ())
     waiting = campaign.ask()
     others = [run for run in waiting if run.key not in keys] if campaign.study.model["kind"] == "ask" else []
     return [*(run for run in waiting if run.key in keys), *others]

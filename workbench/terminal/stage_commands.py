@@ -75,7 +75,7 @@ def design(
 ) -> None:
     from workbench.campaign.telling import asked_csv, asked_lines, asked_rows
     from workbench.report.lines.design import comparison_lines, design_lines
-    from workbench.stages.design import compared_designs, drawn_design, queue_design
+    from workbench.stages.design import compared_designs, drawn_design, queue_design, waiting_rows
     from workbench.stages.run_all import run_stage
     from workbench.system.atomic import write_text
 
@@ -83,15 +83,18 @@ def design(
         document = run_stage(campaign, "design") if campaign.study.has_points else None
         if document is None and (quality or compare is not None):
             raise StudyError("--quality and --compare look at a design; give the study a [design] table")
-        asked = asked_rows(campaign) if document is None else queue_design(campaign, document)
+        by_others = campaign.study.model["kind"] == "ask"
+        waits = 0 if document is None else queue_design(campaign, document)
+        if document is None:
+            asked = asked_rows(campaign)
+        else:  # very many rows are only held for those who run them elsewhere
+            asked = waiting_rows(campaign) if by_others or csv is not None else []
         if csv is not None:
             text = asked_csv(asked, campaign.study.space.names, list(campaign.study.reductions))
             write_text(csv, text)
         where = campaign.folder
         others = compared_designs(document, where, compare.split(",")) if document and compare else None
-        listed = (
-            asked_lines(asked, study=str(study), csv=csv) if campaign.study.model["kind"] == "ask" else []
-        )
+        listed = asked_lines(asked, study=str(study), csv=csv) if by_others else []
     if document is None:
         rows = [{"key": run.key, "parameters": dict(run.parameters)} for run in asked]
         lines = [f"no [design] table; {len(asked)} runs asked for by a search wait for their results"]
@@ -99,7 +102,7 @@ def design(
         finish({"asked": rows}, [*lines, *listed], as_json=json_)
         return
     what = f"{document['n']} runs of {document['d']} parameters ({document['algorithm']})"
-    lines = [f"{what}, {len(asked)} without an answer"]
+    lines = [f"{what}, {len(asked) or waits} without an answer"]
     lines += design_lines(document, whole=quality) if others is None else comparison_lines(others)
     if quality:
         lines.append(f"pairs, correlations and distances drawn in {drawn_design(document, where)}")

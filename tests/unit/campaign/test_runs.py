@@ -9,7 +9,7 @@ from workbench.campaign.telling import asked_csv, tell_csv
 from workbench.errors import Interrupted, NotEnoughRuns, StudyError
 from workbench.space.box import Parameter, Response, Space
 from workbench.stages.campaign import Campaign
-from workbench.stages.design import evaluate, queue_design
+from workbench.stages.design import evaluate, queue_design, waiting_rows
 from workbench.stages.run_all import run_stage
 from workbench.stages.stored_runs import screening_runs
 from workbench.stages.validation import check_study
@@ -155,7 +155,8 @@ def test_ask_and_tell_through_csv(tmp_path):
     path = study(tmp_path, 'kind = "ask"', '[design]\nkind = "sobol"\nruns = 4')
     with Campaign.from_file(path) as campaign:
         document = run_stage(campaign, "design")
-        asked = queue_design(campaign, document)
+        assert queue_design(campaign, document) == 4
+        asked = waiting_rows(campaign)
         assert len(asked) == 4
         with pytest.raises(Interrupted, match="4 runs wait for their results: `holdfast design` lists them"):
             evaluate(campaign)
