@@ -1,4 +1,4 @@
-"""Slopes of the gunner's responses over 1 s by grip, joints, seat and mass are those of differences."""
+"""Slopes of the gunner's responses over 1 s are those of differences, in the cab and on the vehicle."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ import pytest
 from studies.gunner.cab import braked
 from studies.gunner.cases import Case, system
 from studies.gunner.occupant_responses import objectives
+from studies.gunner.uncertain import case_of
 from workbench.engine import GeneralisedAlpha, parameter_slopes, simulate
 
 pytestmark = pytest.mark.slow
@@ -63,3 +64,20 @@ def test_slopes_are_those_of_differences(run, around, name):
         expected = (8.0 * (c - b) - (d - a)) / 12e-4  # by the logarithm of the parameter
         near = pytest.approx(expected, rel=DIFFERENCES.get(name, 1e-6), abs=FLOOR * level)
         assert found[parameter] * value == near, parameter
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("k_elbow", 1.0), ("seat_rate", 1e4), ("mass", 77.0), ("friction", 0.8)]
+)
+def test_slopes_on_the_steered_vehicle_are_those_of_differences(name, value):
+    def at(x):
+        return system(case_of("step steer", {name: x}))
+
+    ran = run_of(at(value))
+    moved = [run_of(at(value * (1.0 + 1e-4 * k))) for k in (-2, -1, 1, 2)]
+    for key in ("g1", "smooth_g1"):
+        objective = objectives(ran.system, t_end=1.0)[key]
+        a, b, c, d = (objective.value(one) for one in moved)
+        expected = (8.0 * (c - b) - (d - a)) / 12e-4
+        found = parameter_slopes(ran, objective, {name: (value, at)})[name]
+        assert found * value == pytest.approx(expected, rel=1e-6), key
