@@ -18,6 +18,8 @@ __all__ = ["Swept", "TreeGradient", "adjoints_of"]
 
 Array = np.ndarray[Any, Any]
 
+ROWS = 64e6  # bytes of adjoint states that one sweep over several rows may hold
+
 NO_CAP = 1e30  # N
 
 
@@ -35,7 +37,12 @@ def adjoints_of(sweep: Callable[[TreeTrajectory, NodeSeeds], Swept]) -> Adjoints
     """How the run of a scheme goes backwards, from its sweep."""
 
     def by_density(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Array:
-        return trajectory.by_density(_by_scale(trajectory, sweep(trajectory, seeds)))
+        out = np.empty((len(seeds.starts), len(trajectory.density)))
+        some = max(1, int(ROWS // (8 * len(trajectory.times) * trajectory.parts.size)))
+        for first in range(0, len(out), some):
+            rows, part = seeds.of_objectives(first, first + some)
+            out[rows] = trajectory.by_density(_by_scale(trajectory, sweep(trajectory, part)))
+        return out
 
     def by_parameter(trajectory: TreeTrajectory, seeds: NodeSeeds) -> TreeGradient:
         return _by_parameter(trajectory, seeds, sweep(trajectory, seeds))
