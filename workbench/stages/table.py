@@ -51,7 +51,7 @@ STAGES = (
     Stage(
         name="design",
         document="design",
-        help="Make the design and put its rows in the queue; list the rows that somebody else is to run.",
+        help="Make the design and queue its rows. It lists those that somebody else is to run.",
         runs_model=True,
         workers=True,
     ),
@@ -64,26 +64,26 @@ STAGES = (
     Stage(
         name="worst_case",
         document="worst_case",
-        help="Where the worst case lies; every candidate is confirmed by a true run.",
+        help="Where the worst case lies. Every candidate is confirmed by a true run.",
         runs_model=True,
         workers=True,
     ),
     Stage(
         name="layout",
         document="layout",
-        help="Optimise the layout of the study's multibody problem; run it again to continue.",
+        help="Optimise the layout of the multibody problem. Run it again to continue.",
     ),
     Stage(
         name="robust",
         document="robust",
-        help="Compare designs over the whole uncertainty, at the same points.",
+        help="Compare designs over the whole uncertainty. All at the same points.",
         runs_model=True,
         workers=True,
     ),
     Stage(
         name="robust_layout",
         document="robust_layout",
-        help="Layout for the worst cases, worst case of that layout, in turn; run it again to continue.",
+        help="Layout for the worst cases, and attacks on it, in turn. Run it again to continue.",
         workers=True,
     ),
 )

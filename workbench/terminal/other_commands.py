@@ -42,7 +42,7 @@ def verify(
     sample: Annotated[int, typer.Option(min=1, help="How many stored runs to make once more.")] = 3,
     json_: Json = False,
 ) -> None:
-    """Make some stored runs once more and compare; ends with 2 when one comes out different."""
+    """Make some stored runs once more and compare. Ends with 2 when one comes out different."""
     from workbench.stages.validation import verification_lines, verify_runs
 
     with opened_campaign(study, folder) as campaign:
@@ -67,7 +67,7 @@ def plan(
     trials: Annotated[int, typer.Option(min=1, help="Simulated screenings per number of runs.")] = 20,
     json_: Json = False,
 ) -> None:
-    """What `run` would do: stages, runs, runs already made, and how long that takes at the pace so far.
+    """What `run` would do, and how long it takes. Stages, runs, runs already made, at the pace so far.
 
     With --factors: how many runs to plan for a screening, by simulation.
     """
@@ -89,7 +89,7 @@ def plan(
 
 @commands.command()
 def failures(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
-    """Which runs gave no value, why, and where in the input space they sit."""
+    """Which runs gave no value, why, and where they sit."""
     from workbench.campaign.results.failures import failure_document, failure_lines
 
     with viewed_campaign(study, folder) as view:
@@ -127,7 +127,7 @@ def show(
     folder: Folder = None,
     json_: Json = False,
 ) -> None:
-    """All that is known of one run: values, attempts, the state of the model, files, log."""
+    """All that is known of one run. Values, attempts, the state of the model, files, log."""
     from workbench.campaign.view import CampaignView
     from workbench.study.loading import load_study
     from workbench.terminal.showing import run_document, run_lines
@@ -146,7 +146,7 @@ def watch(
     page: Annotated[Path | None, typer.Option(help="Write a page that reloads itself to this file.")] = None,
     json_: Json = False,
 ) -> None:
-    """Look at a campaign while it runs elsewhere; ends when nothing is left to run."""
+    """Look at a campaign while it runs elsewhere. Ends when nothing is left to run."""
     import time
 
     from workbench.study.loading import load_study
@@ -173,7 +173,7 @@ def doctor(
     ] = None,
     json_: Json = False,
 ) -> None:
-    """Check this installation: versions, packages of the same name, workers, disk."""
+    """Check this installation. Versions, packages of the same name, workers, disk."""
     if store is not None:
         from workbench.campaign.rescue.examination import DATABASES, examined, examined_histories
         from workbench.study.loading import load_study
@@ -211,7 +211,7 @@ def doctor(
 
 @commands.command()
 def recover(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
-    """Make a new store of what can be read of a damaged one, its log, runs.csv and results.nc."""
+    """Make a new store of what can be read of a damaged one. Its log, runs.csv and results.nc are read."""
     from workbench.campaign.rescue.recovery import recovered, recovery_lines
     from workbench.study.loading import load_study
 
@@ -227,7 +227,7 @@ def merge(
     folder: Folder = None,
     json_: Json = False,
 ) -> None:
-    """Take over the answers of another campaign of the same model in the same state; it stays as it is."""
+    """Take over the answers of another campaign. It stays as it is; the states of both models must agree."""
     from workbench.campaign.rescue.merging import merged, merging_lines
 
     with opened_campaign(study, folder) as campaign:

@@ -44,7 +44,7 @@ def run(
     retry_failed: Retry = False,
     json_: Json = False,
 ) -> None:
-    """Walk all stages of a study; run it again to continue where it stopped."""
+    """Walk all stages of a study. Run it again to continue where it stopped."""
     from workbench.campaign.permissions import Permissions
     from workbench.stages.run_all import run_lines
 
@@ -117,7 +117,7 @@ def tell(
     folder: Folder = None,
     json_: Json = False,
 ) -> None:
-    """Take results that were made elsewhere: a CSV with keys or parameters, and responses."""
+    """Take results that were made elsewhere. A CSV with keys or parameters, and responses."""
     from dataclasses import asdict
 
     from workbench.campaign.telling import tell_csv
@@ -138,7 +138,7 @@ def tell(
 
 @commands.command()
 def reread(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
-    """Read the responses again from what all stored runs left; nothing is run."""
+    """Read the responses of stored runs again. From what they left; nothing is run."""
     with opened_campaign(study, folder) as campaign:
         found = campaign.reread(every=True)
     document = {"read": found.read, "stored": found.looked_at}
@@ -231,7 +231,7 @@ for _stage in STAGES:
 
 @commands.command()
 def report(study: StudyFile, folder: Folder = None, output: Output = None, json_: Json = False) -> None:
-    """Write the report and the exports of what the folder holds, also while the campaign runs."""
+    """Write the report and the exports of what the folder holds. Also while the campaign runs."""
     from workbench.report.writing import report_numbers
     from workbench.stages.run_all import report as write
 

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 
@@ -94,6 +95,17 @@ def test_every_command_has_help(capsys):
         assert code == 0
         assert "--json" in text
         assert max(map(len, text.splitlines())) <= 80
+
+
+def test_one_line_says_what_a_command_does(capsys):
+    _, out, _ = in_process("--help", capsys=capsys)
+    assert "..." not in out.split("Commands:")[1]
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_the_version_is_told(capsys):
+    code, out, _ = in_process("--version", capsys=capsys)
+    assert (code, out) == (0, f"holdfast {version('holdfast')}\n")
 
 
 def test_screening_methods_are_listed_with_what_they_cannot_see(tmp_path, capsys):
