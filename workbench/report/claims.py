@@ -13,6 +13,7 @@ it. Refused are
     a prediction where the model could have been run
     a loop called closed, or green, that a sample of the uncertainty broke
     a green verdict over an optimiser at its limit, over disagreeing starts or none
+    a worst scenario of a design that its own runs go beyond, or a share that they do not make
 
 The colours of the answers on the page are checked by `workbench.report.sections.green_answers`.
 """
@@ -28,7 +29,9 @@ from workbench.search.evidence.grade import ARRIVED
 __all__ = [
     "Claim",
     "Contradiction",
+    "known_values",
     "refuse_contradictions",
+    "robust_claims",
     "robust_layout_claims",
     "worst_case_claims",
 ]
@@ -123,6 +126,45 @@ def _against_shares(document: Any, name: str = "") -> Iterator[str]:
             )
     for key, part in document.items():
         yield from _against_shares(part, f"{name} {key}".strip())
+
+
+def robust_claims(document: Mapping[str, Any]) -> list[Claim]:
+    """The claims of `robust.json`: the worst run of each design, in the order of `summaries`."""
+    found = []
+    for summary in document["summaries"]:
+        name = summary["design"]
+        found.append(
+            Claim(
+                subject=f"the worst run of the design '{name}'",
+                value=float(summary["worst_run"]),
+                unit=str(document["unit"]),
+                sense=document["sense"],
+                kind="run",
+                against=tuple(_against_beyond(document, summary)),
+            )
+        )
+    return found
+
+
+def _against_beyond(document: Mapping[str, Any], summary: Mapping[str, Any]) -> Iterator[str]:
+    """What speaks against the share of the drawn scenarios beyond the limit: the values themselves."""
+    said, limit = summary["beyond_limit"], document["limit"]
+    if said is None:
+        return
+    sign = 1.0 if document["sense"] == "max" else -1.0
+    drawn = [row[: document["drawn"]] for row in document["values"].values()]
+    whole = [k for k, row in enumerate(zip(*drawn, strict=True)) if None not in row]
+    own = document["values"][summary["design"]]
+    beyond = sum(sign * own[k] > sign * limit for k in whole)
+    if abs(said[0] * len(whole) - beyond) > ROUNDING * len(whole):
+        yield f"{100 * said[0]:.3g} % are said to lie beyond {limit:.6g} where {beyond} of {len(whole)} do"
+    elif not said[1] - ROUNDING <= said[0] <= said[2] + ROUNDING:
+        yield f"its share {said[0]:.3g} lies outside of its interval {said[1]:.3g} to {said[2]:.3g}"
+
+
+def known_values(document: Mapping[str, Any], design: str) -> list[tuple[str, float]]:
+    """Every value of a design in `robust.json`, with the scenario's number for a key."""
+    return [(f"in scenario {k + 1}", v) for k, v in enumerate(document["values"][design]) if v is not None]
 
 
 def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:

@@ -8,6 +8,7 @@ from typing import Any
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
 from workbench.models.evaluator import Evaluator, Outcome
+from workbench.report.claims import known_values, refuse_contradictions, robust_claims
 from workbench.report.lines.robust import robust_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
 from workbench.stages.work import Work
@@ -63,6 +64,8 @@ def _with_values(campaign: CampaignRuns, values: Mapping[str, Any]) -> Evaluator
 
 def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     document = _compared(campaign, table).to_dict()
+    for claim, design in zip(robust_claims(document), document["designs"], strict=True):
+        refuse_contradictions(claim, known_values(document, design))
     write_json(campaign.folder / "robust.json", document)
     return document
 

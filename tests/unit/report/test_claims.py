@@ -5,7 +5,9 @@ import pytest
 from workbench.report.claims import (
     Claim,
     Contradiction,
+    known_values,
     refuse_contradictions,
+    robust_claims,
     robust_layout_claims,
     worst_case_claims,
 )
@@ -142,3 +144,35 @@ def test_a_prediction_has_no_place_where_the_model_can_be_run():
     (wrong,) = worst_case_claims({**predicted, **ATTACKED}, is_runnable=False)
     with pytest.raises(Contradiction, match="it is called attacked without a run"):
         refuse_contradictions(wrong, [])
+
+
+COMPARED = {
+    "designs": ["a", "b"], "sense": "max", "unit": "m", "limit": 2.0, "drawn": 4,
+    "values": {"a": [1.0, 2.5, 3.0, None, 9.0], "b": [1.0, 1.5, 2.0, 4.0, 1.0]},
+    "summaries": [
+        {"design": "a", "worst_run": 9.0, "beyond_limit": [2 / 3, 0.2, 0.9]},
+        {"design": "b", "worst_run": 4.0, "beyond_limit": [0.0, 0.0, 0.6]},
+    ],
+}  # fmt: skip
+
+
+def test_designs_claim_the_worst_of_all_their_runs():
+    first, second = robust_claims(COMPARED)
+    refuse_contradictions(first, known_values(COMPARED, "a"))
+    refuse_contradictions(second, known_values(COMPARED, "b"))
+    mild = {**COMPARED, "summaries": [{**COMPARED["summaries"][0], "worst_run": 3.0}]}
+    with pytest.raises(Contradiction, match=r"design 'a', 3 m by a run, .* run in scenario 5 gave 9 m"):
+        refuse_contradictions(robust_claims(mild)[0], known_values(mild, "a"))
+
+
+@pytest.mark.parametrize(
+    ("share", "said"),
+    [
+        ([1 / 3, 0.2, 0.9], "33.3 % are said to lie beyond 2 where 2 of 3 do"),
+        ([2 / 3, 0.7, 0.9], "its share 0.667 lies outside of its interval 0.7 to 0.9"),
+    ],
+)
+def test_a_share_beyond_the_limit_is_that_of_the_values(share, said):
+    wrong = {**COMPARED, "summaries": [{**COMPARED["summaries"][0], "beyond_limit": share}]}
+    with pytest.raises(Contradiction, match=said):
+        refuse_contradictions(robust_claims(wrong)[0], [])

@@ -56,10 +56,12 @@ def improvement_sentence(layout: Mapping[str, Any]) -> str:
     if not baselines:
         return "No trivial layout was computed to compare with."
     name = min(baselines, key=lambda n: baselines[n])
-    change = 1.0 - float(layout["value"]) / float(baselines[name]) if baselines[name] else 0.0
-    if change <= 0:
-        return f"That is no better than the {name} layout ({number(baselines[name])})."
-    return f"That is {100 * change:.1f} % below the best trivial layout ({name}, {number(baselines[name])})."
+    value, best = float(layout["value"]), float(baselines[name])
+    if value >= best:
+        return f"That is no better than the {name} layout ({number(best)})."
+    # a share of a number that is not positive says nothing
+    gain = f"{100 * (1 - value / best):.1f} %" if best > 0 else number(best - value)
+    return f"That is {gain} below the best trivial layout ({name}, {number(best)})."
 
 
 def layout_section(folder: CampaignFolder) -> Section | None:

@@ -18,8 +18,9 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.fit import GOOD_Q2, trust_in
-from workbench.report.sections.green_answers import refuse_green
+from workbench.report.sections.green_answers import GREEN_GRADES, refuse_green
 from workbench.report.sections.screening import verdict_level
+from workbench.report.sections.worse_runs import worse_run
 from workbench.report.worst_case.section import gap_sentence
 
 __all__ = ["answer_cards", "question"]
@@ -43,12 +44,7 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
     """One card per stage that has run."""
     cards = []
     loop = folder["robust_layout"]
-    if (worst := folder["worst_case"]) is not None:
-        cards.append(_worst(folder, worst, loop, section="worst-case"))
-        cards += [
-            _worst(folder, other, loop, section=f"worst-case-{other['response']}")
-            for other in worst.get("others") or ()
-        ]
+    cards += [_worst(folder, found, loop, section=name) for name, found in _worst_by_section(folder).items()]
     if (layout := folder["layout"]) is not None:
         cards.append(_no_better_than(loop, _layout(layout, is_judged=loop is not None)))
     if (robust := folder["robust"]) is not None:
@@ -65,8 +61,18 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
     refuse_green(
         {card.section: card.level for card in cards},
         screening="" if screening is None else screening_state(screening), layout=layout, loop=loop,
+        robust=folder["robust"], worst=_worst_by_section(folder),
     )  # fmt: skip
     return cards
+
+
+def _worst_by_section(folder: CampaignFolder) -> dict[str, Mapping[str, Any]]:
+    """The worst cases of a study by the sections of their cards."""
+    worst = folder["worst_case"]
+    if worst is None:
+        return {}
+    others = worst.get("others") or ()
+    return {"worst-case": worst, **{f"worst-case-{other['response']}": other for other in others}}
 
 
 def _trust(screening: Mapping[str, Any]) -> Card:
@@ -98,17 +104,20 @@ def _no_better_than(loop: Mapping[str, Any] | None, card: Card) -> Card:
     return replace(card, detail=detail, level="fair" if card.level == "good" else card.level)
 
 
-def _beyond(worst: Mapping[str, Any], loop: Mapping[str, Any] | None) -> str:
-    """The run of the robust loop that goes beyond a worst case of the bare model, or ""."""
+def _beyond(folder: CampaignFolder, worst: Mapping[str, Any], loop: Mapping[str, Any] | None) -> str:
+    """The run of another stage that goes beyond a worst case, or ""."""
+    unit = str(worst.get("unit") or "1")
+    later = worse_run(folder, worst)
+    if later is not None:
+        value, key = later
+        return f"A run that came after the search went to {quantity(value, unit)}: {folder.run_name(key)}."
     bare = ((loop or {}).get("layouts") or {}).get("none") or {}
     known, sign = bare.get("worst"), 1.0 if worst["sense"] == "max" else -1.0
     if loop is None or known is None or loop["response"] != worst["response"]:
         return ""
     if sign * (known - worst["value"]) <= 0:
         return ""
-    return (
-        f"A run of the robust loop without a layout went to {quantity(known, str(worst.get('unit') or '1'))}."
-    )
+    return f"A run of the robust loop without a layout went to {quantity(known, unit)}."
 
 
 def _worst(
@@ -121,7 +130,7 @@ def _worst(
         if worst.get("mean") is not None:
             how = f"{worst['label'][:1].upper()}{worst['label'][1:]}"
         detail = f"{how}, after {worst['evaluations']} runs of the search. {gap_sentence(worst)}"
-        beyond = _beyond(worst, loop)
+        beyond = _beyond(folder, worst, loop)
         border = worst.get("border") or {}
         if border.get("borders") or border.get("is_answer"):
             detail = f"{border['sentence']} {detail}"
@@ -129,7 +138,7 @@ def _worst(
             "fair"
             if beyond or border.get("is_answer")
             else "plain"
-            if worst.get("grade") == "searched"
+            if worst.get("grade") not in GREEN_GRADES or border.get("borders")
             else "good"
         )
         detail = " ".join(part for part in (detail, worst.get("grade_sentence"), beyond) if part)
@@ -169,20 +178,22 @@ def _robust(robust: Mapping[str, Any]) -> Card:
     unit, last = str(robust.get("unit") or "1"), robust["summaries"][-1]
     first = robust["summaries"][0]
     sign = 1.0 if robust.get("sense", "max") == "max" else -1.0
-    better = sign * (first["worst"] - last["worst"]) >= 0
+    # all runs of a design count, also where others gave no value
+    worst, at_first = (s.get("worst_run", s["worst"]) for s in (last, first))
+    better = sign * (at_first - worst) >= 0
     beyond = last.get("beyond_limit")
-    before = quantity(first["worst"], unit)
-    met = int(robust["samples"]) - int(robust.get("left_out") or 0)
-    detail = f"Worst of {met} scenarios; with {first['design']} it was {before}."
+    met = int(robust["samples"]) - int(last.get("failed") or 0)
+    detail = f"Worst of {met} scenarios; with {first['design']} it was {quantity(at_first, unit)}."
     if beyond is not None:
         share, most = percent(beyond[0], 1), percent(beyond[2], 1)
         detail += f" {share} of scenarios exceed the limit (95 % interval up to {most})."
     doubtful = bool(robust.get("left_out") and robust.get("warnings"))
     if doubtful:
         detail += " Runs failed and may hide something worse."
+    doubtful |= beyond is not None and beyond[0] > 0
     return Card(
         question="Does it hold over the whole uncertainty?",
-        answer=f"{last['design']}: {quantity(last['worst'], unit)} at worst",
+        answer=f"{last['design']}: {quantity(worst, unit)} at worst",
         detail=detail,
         section="robust",
         level="poor" if not better else "fair" if doubtful else "good",

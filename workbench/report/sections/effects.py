@@ -7,6 +7,7 @@ from workbench.figures.screening import plot_main_effect
 from workbench.report.page.blocks import (
     Column,
     Figure,
+    Note,
     Panel,
     Section,
     Table,
@@ -14,6 +15,7 @@ from workbench.report.page.blocks import (
     number,
 )
 from workbench.report.page.folder import CampaignFolder
+from workbench.report.sections.fit import trust_in
 
 __all__ = ["effects_section"]
 
@@ -30,12 +32,16 @@ def effects_section(folder: CampaignFolder) -> Section | None:
     swing = {name: max(effects[name]["mean"]) - min(effects[name]["mean"]) for name in names}
     response, unit = str(screening["response"]), str(screening.get("unit") or "1")
     largest = max(names, key=lambda name: swing[name])
+    loo = screening.get("leave_one_out")
+    trust = trust_in(loo) if loo else None
     sentences = (
-        f"Averaged over all other parameters, {largest} moves {response} most: by "
+        f"By the Kriging, averaged over all other parameters, {largest} moves {response} most: by "
         f"{number(swing[largest])} {'' if unit == '1' else unit}".rstrip()
         + " from its lowest to its highest mean.",
         "A parameter that acts only together with others has a flat line here although it matters.",
+        *(() if trust is None else (trust.sentence,)),
     )
+    doubt = Note(text="The Kriging predicts poorly here: its effects are a guess.", level="poor")
     low = min(min(effects[name]["lower"]) for name in names)
     high = max(max(effects[name]["upper"]) for name in names)
     pad = MARGIN * (high - low)
@@ -45,6 +51,7 @@ def effects_section(folder: CampaignFolder) -> Section | None:
         title="Main effects",
         sentences=sentences,
         blocks=(
+            *((doubt,) if trust is not None and trust.level == "poor" else ()),
             Figure(
                 id="main-effects",
                 title=f"Mean of {response} along each selected parameter",

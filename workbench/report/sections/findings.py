@@ -161,10 +161,16 @@ def _beside(kept: Mapping[str, Any], others: Mapping[str, Any], unit: str) -> st
     }
     found = []
     for name, what in words.items():
-        if name in others and others[name]["worst"] > 0 and others[name] is not kept:
-            change = 100 * (1 - kept["worst"] / others[name]["worst"])
-            side = "below" if change >= 0 else "above"
-            found.append(f"{abs(change):.3g} % {side} {what} ({quantity(others[name]['worst'], unit, 4)})")
+        if name in others and others[name] is not kept:
+            worst, other = float(kept["worst"]), float(others[name]["worst"])
+            side = "below" if worst <= other else "above"
+            # a share of a number that is not positive says nothing
+            far = (
+                f"{abs(100 * (1 - worst / other)):.3g} %"
+                if other > 0
+                else quantity(abs(worst - other), unit, 3)
+            )
+            found.append(f"{far} {side} {what} ({quantity(other, unit, 4)})")
     return " and ".join(found) or "nothing to compare it with"
 
 

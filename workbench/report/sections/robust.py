@@ -31,7 +31,7 @@ def robust_section(folder: CampaignFolder) -> Section | None:
     unit, designs = str(robust.get("unit") or "1"), list(robust["designs"])
     response = str(robust.get("response") or folder.main_response or "response")
     summaries = list(robust["summaries"])
-    worst = [f"{s['design']} {quantity(s['worst'], unit)}" for s in summaries]
+    worst = [f"{s['design']} {quantity(s.get('worst_run', s['worst']), unit)}" for s in summaries]
     drawn = int(robust.get("drawn") or robust["samples"])
     given = int(robust["samples"]) - drawn
     met = f"{drawn} scenarios drawn from the uncertainty" + (f" and {given} given ones" if given else "")
@@ -118,7 +118,7 @@ def _summaries(robust: Mapping[str, Any], summaries: list[dict[str, Any]], respo
     limit = robust.get("limit")
     columns = [Column(name="design"), Column(name="mean", unit=unit)]
     columns += [Column(name=q, unit=unit) for q in quantiles]
-    columns += [Column(name="worst met", unit=unit), Column(name="mean regret", unit=unit)]
+    columns += [Column(name="worst met in common", unit=unit), Column(name="mean regret", unit=unit)]
     columns += [Column(name="largest regret", unit=unit), Column(name="at nominal", unit=unit)]
     columns += [Column(name="price of robustness", unit=unit)]
     shares = {} if limit is None else {"beyond_limit": f"beyond {quantity(limit, unit)} (95 % interval)"}

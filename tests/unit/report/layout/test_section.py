@@ -9,6 +9,7 @@ import pytest
 from tests.browser import needs_browser, print_pdf, visit
 from tests.sample_campaign import write_loop, write_sample
 from workbench.motion.frames import Motion
+from workbench.report.layout.section import improvement_sentence
 from workbench.report.writing import report_numbers, write_report
 
 LARGEST_PAGE = 1_500_000  # bytes
@@ -186,3 +187,18 @@ def test_it_prints(folder, tmp_path):
     assert (
         content.count(b"/Type /Page\n") + content.count(b"/Type /Page ") + content.count(b"/Type/Page/") >= 3
     )
+
+
+@pytest.mark.parametrize(
+    ("value", "uniform", "said"),
+    [
+        (3.0, 4.0, "That is 25.0 % below the best trivial layout (uniform, 4)."),
+        (4.0, 4.0, "That is no better than the uniform layout (4)."),
+        (-2.0, -1.0, "That is 1 below the best trivial layout (uniform, -1)."),
+        (-2.0, 0.0, "That is 2 below the best trivial layout (uniform, 0)."),
+        (-1.0, -2.0, "That is no better than the uniform layout (-2)."),
+    ],
+)
+def test_a_gain_is_a_share_of_positive_numbers_only(value, uniform, said):
+    """The card of a layout that is better was green while its sentence called it no better."""
+    assert improvement_sentence({"value": value, "baselines": {"uniform": uniform}}) == said

@@ -7,6 +7,7 @@ import pytest
 from tests.sample_campaign import write_loop, write_sample
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.answers import answer_cards
+from workbench.report.sections.worse_runs import worse_run
 
 DOCUMENTS = ["design", "screening", "worst_case", "layout", "robust", "robust_layout"]
 OPEN = {"closed": False, "verdict": "amber", "reasons": ["the loop is not closed"], "may_exceed": 0.043}
@@ -55,3 +56,83 @@ def test_a_worse_run_of_the_loop_without_layout_is_named(tmp_path, factor, is_be
     cards, _ = cards_with(tmp_path / "second", loop=bare, grade="attacked")
     assert ("without a layout went to" in cards["worst-case"].detail) == is_beyond
     assert cards["worst-case"].level == ("fair" if is_beyond else "good")
+
+
+def opened(tmp_path, **documents):
+    """A sample folder whose documents are changed by functions of themselves."""
+    path = write_sample(tmp_path / "sample.holdfast", q2=0.95)
+    write_loop(path)
+    for name, change in documents.items():
+        place = path / f"{name}.json"
+        document = json.loads(place.read_text())
+        change(document)
+        place.write_text(json.dumps(document))
+    return CampaignFolder.opened(path, documents=DOCUMENTS)
+
+
+def card_of(folder, section):
+    return next(card for card in answer_cards(folder) if card.section == section)
+
+
+@pytest.mark.parametrize("sense", ["max", "min"])
+def test_a_worse_run_of_a_later_stage_is_named_and_takes_the_green_away(tmp_path, sense):
+    def milder(worst):
+        worst |= {"sense": sense, "value": 0.0, "grade": "attacked", "border": None}
+
+    folder = opened(tmp_path, worst_case=milder)
+    values = folder.runs.values("y")[folder.runs.with_status("ok")]
+    value, key = worse_run(folder, folder["worst_case"])
+    assert value == (values.max() if sense == "max" else values.min())
+    card = card_of(folder, "worst-case")
+    assert f"A run that came after the search went to {value:.4g}"[:44] in card.detail
+    assert folder.run_name(key) in card.detail
+    assert card.level == "fair"
+
+
+def test_a_worst_case_that_no_run_goes_beyond_stays_green(tmp_path):
+    folder = opened(tmp_path, worst_case=lambda worst: worst.update(value=1e6, grade="attacked"))
+    assert worse_run(folder, folder["worst_case"]) is None
+    assert card_of(folder, "worst-case").level == "good"
+
+
+def test_runs_outside_the_bounds_or_the_limits_and_noisy_ones_are_no_worse_runs(tmp_path):
+    mild = opened(tmp_path / "mild", worst_case=lambda worst: worst.update(value=0.0))
+    assert worse_run(mild, mild["worst_case"]) is not None
+    assert worse_run(mild, {**mild["worst_case"], "mean": 0.0}) is None
+    held = {**mild["worst_case"], "within": {"y": [None, 0.0]}}
+    assert worse_run(mild, held) is None
+
+    def narrow(lock):
+        for parameter in lock["resolved"]["parameter"]:
+            parameter |= {"lower": 0.49, "upper": 0.5}
+
+    narrowed = opened(
+        tmp_path / "narrow", worst_case=lambda worst: worst.update(value=0.0), **{"study.lock": narrow}
+    )
+    assert worse_run(narrowed, narrowed["worst_case"]) is None
+
+
+def test_a_worst_case_at_a_border_of_failures_is_not_green(tmp_path):
+    def borders(worst):
+        said = {"borders": True, "is_answer": False, "sentence": "It borders on failures."}
+        worst |= {"value": 1e6, "grade": "attacked", "border": said}
+
+    assert card_of(opened(tmp_path, worst_case=borders), "worst-case").level == "plain"
+
+
+@pytest.mark.parametrize(("share", "level"), [(0.0, "good"), (0.01, "fair")])
+def test_designs_that_exceed_their_limit_do_not_hold(tmp_path, share, level):
+    def beyond(robust):
+        robust["left_out"] = 0
+        robust["summaries"][-1]["beyond_limit"] = [share, 0.0, 0.1]
+
+    assert card_of(opened(tmp_path, robust=beyond), "robust").level == level
+
+
+def test_the_worst_of_a_design_is_that_of_all_its_runs(tmp_path):
+    def hidden(robust):
+        robust["summaries"][-1]["worst_run"] = 999.0  # where the other design gave no value
+
+    card = card_of(opened(tmp_path, robust=hidden), "robust")
+    assert card.answer.startswith("after: 999")
+    assert card.level == "poor"
