@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from workbench.engine import Trajectory, TreeTrajectory
+from workbench.engine.elements.timed import bare
 from workbench.errors import StudyError
 from workbench.motion.frames import Body, Member, MotionRun, planar_poses
 from workbench.motion.trees import tree_dataset, tree_frames
@@ -124,7 +125,7 @@ def frames(
     index = {name: i for i, name in enumerate(names)}
     members = tuple(
         Member(
-            name=f"M{i}", kind=_KINDS.get(type(m.law).__name__, "belt"),
+            name=f"M{i}", kind=_KINDS.get(type(bare(m.law)).__name__, "belt"),
             density=float(min(1.0, trajectory.density[i])),
             body_a=index.get(m.a, -1), point_a=(m.point_a[0], 0.0, m.point_a[1]),
             body_b=index.get(m.b, -1), point_b=(m.point_b[0], 0.0, m.point_b[1]),

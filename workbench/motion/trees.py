@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from workbench.engine import TreeTrajectory
+from workbench.engine.elements.timed import bare
 from workbench.motion.frames import Body, Member, MotionRun
 
 __all__ = ["tree_dataset", "tree_frames"]
@@ -128,7 +129,7 @@ def tree_frames(
 
     members = tuple(
         Member(
-            name=m.name or f"M{i}", kind=_KINDS.get(type(m.law).__name__, "belt"),
+            name=m.name or f"M{i}", kind=_KINDS.get(type(bare(m.law)).__name__, "belt"),
             density=float(min(1.0, trajectory.density[i])),
             body_a=index.get(m.a, -1), point_a=seen(m.a, m.point_a),
             body_b=index.get(m.b, -1), point_b=seen(m.b, m.point_b),

@@ -1,6 +1,7 @@
 """The discrete adjoint equals difference quotients on random systems of bodies, joints and laws."""
 
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 
 import numpy as np
@@ -32,6 +33,7 @@ from workbench.engine import (
     StoredEnergy,
     System,
     Terminal,
+    Timed,
     gradient,
     gradients,
     parameter_gradient,
@@ -52,6 +54,7 @@ LAWS = (
     lambda r: Impulse(f0=r.uniform(-9, 9), sigma=r.uniform(50, 400), t0=r.uniform(0.05, 0.15)),
     lambda r: Belt(k1=r.uniform(300, 900), k2=r.uniform(50, 200), knee=0.02, width=0.015, c=r.uniform(0, 5)),
     lambda r: Airbag(c0=r.uniform(10, 40), length=0.16, cap=0.12, width=0.004, deploy=0.02, rise=0.05),
+    lambda r: Timed(law=Spring(k=r.uniform(50, 500), c=3.0), start=0.0313, end=0.1217, rise=0.03),
 )
 
 
@@ -213,10 +216,16 @@ def test_coincident_ends_and_vanishing_lengths_give_numbers():
     assert found == pytest.approx(quotient(value, 1e-4), rel=QUOTIENT)
 
 
+def number(law, name):
+    return law.parameters[law.names.index(name)]
+
+
 def bump(system, kind, index, name, e):
     part = getattr(system, kind)[index]
     if kind == "members" and name != "natural_length":
-        new = replace(part, law=replace(part.law, **{name: getattr(part.law, name) + e}))
+        law = part.law
+        change = law.changed if isinstance(law, Timed) else partial(replace, law)
+        new = replace(part, law=change(**{name: number(law, name) + e}))
     else:
         new = replace(part, **{name: getattr(part, name) + e})
     return replace(
@@ -231,6 +240,7 @@ PARAMETERS = [
     *[("members", 4, name) for name in ("f0", "sigma", "t0")],
     *[("members", 5, name) for name in ("k1", "k2", "knee", "c")],
     *[("members", 6, name) for name in ("c0", "c1", "length", "power", "onset", "deploy")],
+    *[("members", 7, name) for name in ("k", "c", "start", "end")],
     ("members", 0, "natural_length"),
     *[("springs", 0, name) for name in ("k", "c", "rest", "k_stop", "upper", "lower")],
     *[("bushings", 0, name) for name in ("k", "c", "cap", "hold")],
@@ -258,7 +268,7 @@ def prepared():
     for i, member in enumerate(members):
         c, s = np.cos(place[2]), np.sin(place[2])
         p = place[:2] + np.array([[c, -s], [s, c]]) @ np.array(member.point_a) - np.array(member.point_b)
-        lengths.append(float(np.sqrt(p @ p + member.offset**2)) + stretch.get(i % 7, 0.01))
+        lengths.append(float(np.sqrt(p @ p + member.offset**2)) + stretch.get(i % len(LAWS), 0.01))
     members = [replace(m, natural_length=length) for m, length in zip(members, lengths, strict=True)]
     springs = (replace(system.springs[0], rest=0.1), system.springs[1])
     x, y, th = system.bodies[1].position
@@ -290,7 +300,8 @@ def test_parameters_of_laws_springs_bushings_and_bodies(prepared, kind, index, n
         return objective.value(simulate(bump(system, kind, index, name, e), density, 0.2, 60))
 
     part = getattr(system, kind)[index]
-    now = getattr(part.law if kind == "members" and name != "natural_length" else part, name)
+    by_law = kind == "members" and name != "natural_length"
+    now = number(part.law, name) if by_law else getattr(part, name)
     step = 1e-4 * max(abs(now), 0.1)
     assert got == pytest.approx(quotient(value, step), rel=QUOTIENT, abs=3e-11)
     assert got != 0.0 or name in ("lower", "upper")

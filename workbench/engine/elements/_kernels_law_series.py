@@ -9,7 +9,10 @@ from ._kernels_laws import energies, laws
 
 @njit(**ENTRY)
 def law_series(code, p, delta, rate, times, f, fd, fv, energy):
-    """Fill f, df/ddelta, df/drate and the stored energy (nodes, members) at unit density; p (9, members)."""
+    """Fill f, df/ddelta, df/drate and the stored energy (nodes, members) at unit density.
+
+    p: (PARAMETERS, members)
+    """
     for node in range(delta.shape[0]):
         members = delta.shape[1]
         laws(code, p, 0, members, delta[node], rate[node], times[node], f[node], fd[node], fv[node])

@@ -8,11 +8,14 @@ tables and public names read these tables.
 __all__ = ["ELEMENTS", "LAWS", "PARAMETERS", "USER", "code_of"]
 
 # record -> file; the place in the table is the code of the law, and segments of members are sorted by it
-LAWS = {"Spring": "spring", "Contact": "contact", "Impulse": "impulse", "Belt": "belt", "Airbag": "airbag"}
+LAWS = {
+    "Spring": "spring", "Contact": "contact", "Impulse": "impulse", "Belt": "belt", "Airbag": "airbag",
+    "Timed": "timed",
+}  # fmt: skip
 # record -> file; the place in the table is the code of the element
 ELEMENTS = {"JointSpring": "joint_spring", "Bushing": "bushing"}
 USER = 99  # code of laws written in Python, behind all others
-PARAMETERS = 9  # most parameters of a law
+PARAMETERS = 13  # most parameters of a law: nine, and the window around it
 
 
 def code_of(name: str) -> int:

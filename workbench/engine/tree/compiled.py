@@ -16,6 +16,7 @@ import numpy as np
 from ..compiler.held import marked
 from ..elements.laws import UserLaw
 from ..elements.spring import Spring
+from ..elements.table import PARAMETERS
 from ..errors import InvalidSystem
 from ._kernels.factors import Pattern, elimination
 from ._kernels.members import NEAR
@@ -239,7 +240,7 @@ def _members(system: TreeSystem, links: _Links, pairs: _Pairs) -> tuple[dict[str
             segment.append([pair, code, at, at])
         segment[-1][3] = at + 1
     count = len(keyed)
-    geometry, law = np.zeros((7, count)), np.zeros((9, count))
+    geometry, law = np.zeros((7, count)), np.zeros((PARAMETERS, count))
     for at, (_, _, i, s, r) in enumerate(keyed):
         geometry[:3, at], geometry[3:6, at] = s, r
         given = system.members[i].law

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..elements.table import PARAMETERS
 from ..integration.kinds import Adjoints, Change
 from ..integration.seeds import NodeSeeds
 from ._kernels.contraction import TINY, contract, contract_parameters, work_along
@@ -71,7 +72,7 @@ class TreeGradient:
     """Gradient of an objective by what a tree has numbers for.
 
     density: (N,).
-    law: (9, N) by the laws' parameters, row j as in `law.names`.
+    law: (PARAMETERS, N) by the laws' parameters, row j as in `law.names`.
     natural_length: (N,).
     point_a, point_b: (N, 3), in the bodies' frames, natural lengths held.
     spring: (7, springs) by k, c, rest, k_stop, upper, lower, torque.
@@ -109,14 +110,14 @@ def _by_parameter(trajectory: TreeTrajectory, seeds: NodeSeeds, swept: Swept) ->
     r, tables = trajectory, swept.tables
     count, links = len(r.density), len(tables.link)
     density = _by_scale(r, swept)
-    law, length, points = np.zeros((9, count)), np.zeros(count), np.zeros((6, count))
+    law, length, points = np.zeros((PARAMETERS, count)), np.zeros(count), np.zeros((6, count))
     spring, ball = np.zeros(tables.spring.shape), np.zeros((2, len(tables.ball)))
     coupling, inertia = np.zeros((3, len(tables.coupling))), np.zeros((10, links))
     bushing = np.zeros((15, len(tables.bushing_pair)))
     contract_parameters(
         tables, r.work, swept.nodes, int(swept.starts[0]), np.ascontiguousarray(swept.mu[:, 0]),
-        np.zeros((links + 1, 6)), law, length, points, spring, ball, coupling, bushing, inertia, np.zeros(9),
-        np.zeros((3, 6)), np.zeros((26, 1), complex),
+        np.zeros((links + 1, 6)), law, length, points, spring, ball, coupling, bushing, inertia,
+        np.zeros(PARAMETERS), np.zeros((3, 6)), np.zeros((26, 1), complex),
     )  # fmt: skip
     order = np.argsort(r.parts.order)
     # a limit of 1e30 N is none

@@ -17,6 +17,7 @@ from workbench.engine import (
     Retractor,
     Spring,
     System,
+    Timed,
     simulate,
 )
 from workbench.engine.planar._kernels.energy import member_energy_series
@@ -83,6 +84,8 @@ LAWS = (
     Belt(k1=300.0, k2=90.0, knee=0.02, width=0.02, c=0.5),
     Airbag(width=0.01),
     Impulse(f0=3.0, sigma=10.0, t0=0.1),
+    Timed(law=Belt(k1=300.0, k2=90.0, knee=0.02, width=0.02, c=0.5), start=0.17, end=0.19, rise=0.015),
+    Timed(law=Airbag(width=0.01), start=0.15, rise=0.09),
 )
 STEP = 1e-6
 
@@ -189,3 +192,24 @@ def test_a_bushing_that_opens_one_way_holds_more_when_pressed_on():
     assert held((500.0, 0.0)) == pytest.approx(100.0, rel=1e-3)
     assert held((0.0, 500.0)) == pytest.approx(100.0, rel=1e-3)
     assert held((-500.0, 0.0)) == pytest.approx(300.0, rel=1e-3)
+
+
+def test_a_window_is_closed_outside_and_open_inside():
+    belt = Belt(c=3.0)
+    timed = Timed(law=belt, start=0.2, end=0.5, rise=0.1)
+    for t, share in ((0.2, 0.0), (0.25, 0.5), (0.3, 1.0), (0.5, 1.0), (0.55, 0.5), (0.6, 0.0), (9.0, 0.0)):
+        for got, full in zip(look(timed, 0.1, 0.4, t), look(belt, 0.1, 0.4, t), strict=True):
+            assert got == pytest.approx(share * full, abs=1e-12)
+    assert look(Timed(law=belt), 0.1, 0.4) == look(belt, 0.1, 0.4)
+    changed = timed.changed(k1=5e3, end=0.7)
+    assert (changed.law.k1, changed.end, changed.start) == (5e3, 0.7, 0.2)
+
+
+def test_windows_that_cannot_be_are_refused():
+    with pytest.raises(ValueError, match="rise > 0"):
+        Timed(law=Belt(), rise=0.0)
+    with pytest.raises(ValueError, match=r"start \+ rise <= end"):
+        Timed(law=Belt(), start=0.1, end=0.11, rise=0.02)
+    for law in (Impulse(f0=1.0, sigma=1.0, t0=0.0), Timed(law=Belt())):
+        with pytest.raises(ValueError, match="needs one of Spring, Contact, Belt, Airbag"):
+            Timed(law=law)

@@ -66,10 +66,10 @@ def contract(T, W, R, starts, mu, V, gradient):
 def contract_parameters(
     T, W, R, last, mu, V, law, length, points, spring, ball, coupling, bushing, inertia, dp, six, own
 ):
-    """Slopes of a row by laws (9, N), natural lengths, points of members (6, N), springs (8, T), ball springs
-    (2, B), couplings (3, C), bushings (15, U) and the links' inertias (10, L).
+    """Slopes of a row by laws (PARAMETERS, N), natural lengths, points of members (6, N), springs (8, T),
+    balls (2, B), couplings (3, C), bushings (15, U) and the links' inertias (10, L).
 
-    Scratch dp (9,), six (3, 6), own (26, 1) complex.
+    Scratch dp (PARAMETERS,), six (3, 6), own (26, 1) complex.
     """
     for node in range(last + 1):
         q, v = R.position[node], R.velocity[node]
@@ -85,14 +85,14 @@ def contract_parameters(
             for i in range(T.segment[g, 2], T.segment[g, 3]):
                 along = T.scale[i] * virtual_rate(W.line[i], A, B)
                 length[i] -= W.fd[i] * along
-                for j in range(9):
+                for j in range(dp.shape[0]):
                     dp[j] = 0.0
                 if code == SPRING:
                     dp[0] = W.delta[i]
                     dp[1] = W.rate[i]
                 else:
                     other_parameters(T, W, code, i, T.times[node], dp)
-                for j in range(9):
+                for j in range(dp.shape[0]):
                     law[j, i] += dp[j] * along
                 point_slopes(T, W, pair, i, A, B, points)
         spring_slopes(T, q, v, m, six[0], dp, spring)

@@ -38,7 +38,7 @@ class TreeTables(NamedTuple):
     segment: Array  # (S, 4) pair, law code, first, last member
     other_law: Array  # codes of laws other than springs
     geometry: Array  # (7, N) point on a, point on b, natural length
-    law: Array  # (9, N)
+    law: Array  # (PARAMETERS, N)
     scale: Array  # (N,) alpha^power
     spring_column: Array  # (T, 2) column, place in q
     spring: Array  # (8, T) k, c, rest, k_stop, upper, lower, width, constant torque
