@@ -24,6 +24,7 @@ from .bound.linear_steps import linear_steps
 from .bound.min_max import min_max
 from .bound.secant_path import follow_secant_path
 from .formulation.aggregate import aggregated
+from .formulation.law_variables import values_at
 from .formulation.peaks import local_peaks
 from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProblem
 from .formulation.transient import Scenario, transient_problem
@@ -349,6 +350,7 @@ def _result(
         iterates=tuple(recorder.iterates),
         contradiction=proof,
         limits=limits,
+        variables=values_at(problem, density),
     )
 
 

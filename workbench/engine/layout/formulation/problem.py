@@ -156,6 +156,7 @@ class LayoutProblem:
     names: a name per budget.    title, response, unit: words for reports.
     simulated: alpha -> (name, run) of every scenario, for what is told of single members; None for a problem
         without runs.
+    variables: of laws (`law_variables.LawVariable`), behind the densities in every design, start and bound.
 
     Raises InvalidLayout when sizes, bounds, costs or limits cannot be met.
 
@@ -181,6 +182,7 @@ class LayoutProblem:
     response: str = "objective"
     unit: str = "1"
     simulated: Callable[[Array], Sequence[tuple[str, AnyTrajectory]]] | None = None
+    variables: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.start)
@@ -198,6 +200,11 @@ class LayoutProblem:
     def members(self) -> int:
         """Number of design variables."""
         return len(self.start)
+
+    @property
+    def densities(self) -> int:
+        """Number of those that are densities; law variables stand behind them."""
+        return self.members - len(self.variables)
 
     @property
     def budgets(self) -> int:

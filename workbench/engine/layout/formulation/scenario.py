@@ -20,6 +20,7 @@ from ...objectives.reductions import (
     nodes_within,
 )
 from ...sensitivity.discrete_adjoint import discrete_adjoints
+from .law_variables import LawVariable, extended_gradients
 
 __all__ = ["Scenario", "ScenarioRun"]
 
@@ -50,11 +51,13 @@ class ScenarioRun:
     forward: gradients by sweeps forward where many are wanted
     values: (nodes,) over the scale; nodes outside the window lie below all inside
     tops: refined peaks by their highest node.  first, last: nodes of the window.
+    variables: of the laws; gradients then are (N + K,), by densities and by their shares.
     """
 
     scenario: Scenario
     trajectory: AnyTrajectory
     forward: bool
+    variables: tuple[LawVariable, ...] = ()
     values: Array = field(init=False)
     tops: dict[int, Peak] = field(init=False)
     first: int = field(init=False)
@@ -107,7 +110,18 @@ class ScenarioRun:
             )
             for node in nodes
         ]
-        return discrete_adjoints(self.trajectory, peaks) / self.scenario.scale
+        return self.by_design(peaks) / self.scenario.scale
+
+    def by_design(self, objectives: list[Any]) -> Array:
+        """(R, N + K) gradients of objectives of this run by densities and law variables."""
+        if self.variables:
+            return extended_gradients(self.trajectory, objectives, self.variables)
+        return discrete_adjoints(self.trajectory, objectives)
+
+    @property
+    def width(self) -> int:
+        """N + K, the number of design variables."""
+        return len(self.trajectory.density) + len(self.variables)
 
     def _by_sensitivities(self, node: int) -> Array:
         """(N,) of the value at a node from dq/dalpha."""

@@ -19,12 +19,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...elements.timed import bare
 from ...errors import NotConverged
 from ...integration.kinds import AnySystem, AnyTrajectory
 from ...objectives.quantities import Deviation
-from ...sensitivity.discrete_adjoint import discrete_adjoints
 from ...simulation.side_by_side import side_by_side
 from ...simulation.simulate import simulate
+from .law_variables import LawVariable, check_variables, with_values
 from .limits import Limit, LimitedRow, limited_rows
 from .problem import (
     InvalidLayout,
@@ -67,13 +68,12 @@ class _Evaluation:
     def constraint_gradients(self) -> Array:
         """(c, N): one backward sweep per run, when first asked for."""
         if self._limit_gradients is None:
-            members = len(self.runs[0].trajectory.density)
-            found: list[Array] = [np.zeros((0, members))] * len(self.runs)
+            found: list[Array] = [np.zeros((0, self.runs[0].width))] * len(self.runs)
 
             def fill(case: int) -> None:
                 rows = self.limited[case]
                 slopes = np.array([row.slope for row in rows])
-                sweep = discrete_adjoints(self.runs[case].trajectory, [row.objective for row in rows])
+                sweep = self.runs[case].by_design([row.objective for row in rows])
                 found[case] = slopes[:, None] * sweep
 
             some = [case for case, rows in enumerate(self.limited) if rows]
@@ -86,7 +86,7 @@ class _Evaluation:
         nodes, few = self.values.shape[1], len(rows) <= _FEW * len(self.runs)
         rows = np.asarray(rows)
         cases = rows // nodes
-        found = np.empty((len(rows), len(self.runs[0].trajectory.density)))
+        found = np.empty((len(rows), self.runs[0].width))
 
         def fill(case: int) -> None:
             own = np.flatnonzero(cases == case)
@@ -131,8 +131,9 @@ class TransientObjective:
         sensitivities: Literal["auto", "forward", "adjoint"] = "auto",
         power: float = 1.0,
         limits: Sequence[Limit] = (),
+        variables: Sequence[LawVariable] = (),
     ) -> None:
-        self.scenarios, self.limits = tuple(scenarios), tuple(limits)
+        self.scenarios, self.limits, self.variables = tuple(scenarios), tuple(limits), tuple(variables)
         if not self.scenarios:
             raise InvalidLayout("a transient objective needs at least one scenario")
         if len({(s.steps, len(s.system.members)) for s in self.scenarios}) > 1:
@@ -143,7 +144,13 @@ class TransientObjective:
         n = first.system.size
         size = 8.0 * 3 * (first.steps + 1) * n * N * len(self.scenarios)
         probe = simulate(first.system, np.zeros(N), 1e-3 * first.t_end, 1, scheme=first.scheme)
-        if sensitivities == "auto":
+        for scenario in self.scenarios if variables else ():
+            check_variables(scenario.system, variables, scenario.t_end / scenario.steps)
+        if variables and sensitivities == "forward":
+            raise InvalidLayout("law variables have gradients by adjoint sweeps alone; leave sensitivities")
+        if variables:
+            choice, why = "adjoint", "numbers of the laws are design variables too"
+        elif sensitivities == "auto":
             if not probe.goes_forward:
                 choice, why = "adjoint", "the system has internal states, redundant joints or laws in Python"
             elif size > _MEMORY:
@@ -155,21 +162,27 @@ class TransientObjective:
         self.forward = choice == "forward"
         self.reason = f"{choice} sensitivities: {why}"
 
-    def _trajectory(self, scenario: Scenario, density: Array) -> AnyTrajectory:
+    def _trajectory(self, scenario: Scenario, design: Array) -> AnyTrajectory:
+        system, count = scenario.system, len(scenario.system.members)
+        if self.variables:
+            values = [v.at(share) for v, share in zip(self.variables, design[count:], strict=True)]
+            system = with_values(system, self.variables, values)
         return simulate(
-            scenario.system, density**self.power, scenario.t_end, scenario.steps, scheme=scenario.scheme
+            system, design[:count] ** self.power, scenario.t_end, scenario.steps, scheme=scenario.scheme
         )
 
-    def simulated(self, density: Array) -> tuple[tuple[str, AnyTrajectory], ...]:
+    def simulated(self, design: Array) -> tuple[tuple[str, AnyTrajectory], ...]:
         """The name and the run of every scenario."""
-        return tuple((scenario.name, self._trajectory(scenario, density)) for scenario in self.scenarios)
+        return tuple((scenario.name, self._trajectory(scenario, design)) for scenario in self.scenarios)
 
-    def __call__(self, density: Array) -> _Evaluation:
-        """Simulate all scenarios."""
+    def __call__(self, design: Array) -> _Evaluation:
+        """Simulate all scenarios. design: densities, then the shares of law variables."""
 
         def run(scenario: Scenario) -> ScenarioRun:
-            trajectory = self._trajectory(scenario, density)
-            return ScenarioRun(scenario=scenario, trajectory=trajectory, forward=self.forward)
+            trajectory = self._trajectory(scenario, design)
+            return ScenarioRun(
+                scenario=scenario, trajectory=trajectory, forward=self.forward, variables=self.variables
+            )
 
         runs = side_by_side(run, self.scenarios, threads=_threads(self.scenarios))
         limited = (
@@ -177,7 +190,9 @@ class TransientObjective:
         )
         evaluation = _Evaluation(runs=runs, values=np.array([run.values for run in runs]), limited=limited)
         if self.power != 1.0:
-            return _powered(evaluation, self.power * density ** (self.power - 1))  # type: ignore[return-value]
+            slope = self.power * design ** (self.power - 1)
+            slope[len(self.scenarios[0].system.members) :] = 1.0
+            return _powered(evaluation, slope)  # type: ignore[return-value]
         return evaluation
 
 
@@ -226,8 +241,8 @@ def member_geometry(system: AnySystem) -> MemberGeometry:
     """End points of all members at the start, in global coordinates."""
     return MemberGeometry(
         **system.member_ends()._asdict(),
-        kind=tuple(type(m.law).__name__.lower() for m in system.members),
-        stiffness=np.array([float(getattr(m.law, "k", 1.0)) for m in system.members]),
+        kind=tuple(type(bare(m.law)).__name__.lower() for m in system.members),
+        stiffness=np.array([float(getattr(bare(m.law), "k", 1.0)) for m in system.members]),
     )
 
 
@@ -245,30 +260,35 @@ def transient_problem(
     response: str = "objective",
     unit: str = "1",
     limits: Sequence[Limit] = (),
+    variables: Sequence[LawVariable] = (),
 ) -> LayoutProblem:
     """A layout problem over scenarios of moving systems.
 
     budgets: (costs of all members, limit) each.    power: SIMP exponent on every density, (7.2).
     limits: on peaks of any quantity, in every scenario.
+    variables: numbers of the laws, firing times for example, which stand behind the densities in the design
+        as shares of their ranges; no budget counts them.
     """
-    objective = TransientObjective(scenarios, sensitivities=sensitivities, power=power, limits=limits)
-    first = scenarios[0]
+    objective = TransientObjective(
+        scenarios, sensitivities=sensitivities, power=power, limits=limits, variables=variables
+    )
+    first, more = scenarios[0], len(variables)
     n = len(first.system.members)
     costs, allowed = budget_rows(n, budgets)
 
-    def evaluate(density: Array) -> _Evaluation:
+    def evaluate(design: Array) -> _Evaluation:
         try:
-            return objective(density)
+            return objective(design)
         except NotConverged as error:
             error.add_note("while evaluating a layout; a softer lower bound or a smaller step may help")
             raise
 
     return LayoutProblem(
         evaluate=evaluate,
-        start=np.broadcast_to(np.asarray(start, dtype=float), (n,)),
-        lower=np.broadcast_to(np.asarray(lower, dtype=float), (n,)),
-        upper=np.broadcast_to(np.asarray(upper, dtype=float), (n,)),
-        costs=costs,
+        start=np.r_[np.broadcast_to(np.asarray(start, dtype=float), (n,)), [v.first for v in variables]],
+        lower=np.r_[np.broadcast_to(np.asarray(lower, dtype=float), (n,)), np.zeros(more)],
+        upper=np.r_[np.broadcast_to(np.asarray(upper, dtype=float), (n,)), np.ones(more)],
+        costs=np.hstack([costs, np.zeros((len(costs), more))]),
         limits=allowed,
         times=np.linspace(0.0, first.t_end, first.steps + 1),
         names=names,
@@ -277,4 +297,5 @@ def transient_problem(
         response=response,
         unit=unit,
         simulated=objective.simulated,
+        variables=tuple(variables),
     )

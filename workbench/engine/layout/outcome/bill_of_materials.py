@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...elements.timed import bare
 from ...objectives.member_histories import MemberHistories, member_histories
 from ..formulation.problem import InvalidLayout, LayoutProblem
 
@@ -104,16 +105,17 @@ def bill_of_materials(problem: LayoutProblem, density: Array) -> Bill:
         raise InvalidLayout(f"density needs one number for each of the {problem.members} members")
     there = density > problem.lower + LEAST * (problem.upper - problem.lower)
     there |= ~problem.free & (density > 0.0)
+    there = there[: problem.densities]
     chosen = np.flatnonzero(there)
     chosen = chosen[np.argsort(-density[chosen], kind="stable")]
     runs = problem.simulated(density)
     limits = np.where(problem.limits == 0.0, 1.0, problem.limits)
-    shares = problem.costs * density / limits[:, None]
+    shares = (problem.costs * density / limits[:, None])[:, : problem.densities]
     found = [member_histories(run, chosen.tolist()) for _, run in runs]
     times = [np.asarray(run.times) for _, run in runs]
     system = runs[0][1].system
     ends = system.member_ends()
-    kinds = [type(m.law).__name__.lower() for m in system.members]
+    kinds = [type(bare(m.law)).__name__.lower() for m in system.members]
     if problem.geometry is not None:
         kinds = list(problem.geometry.kind)
     entries = []

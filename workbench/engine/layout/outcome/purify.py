@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..formulation.law_variables import variables_held
 from ..formulation.problem import InvalidLayout, LayoutProblem, MemberGeometry
 from .linear_programme import linear_programme
 
@@ -51,6 +52,7 @@ class PurifiedLayout:
 def fractional_members(problem: LayoutProblem, density: Array) -> int:
     """Members whose density is more than 0.001 of the width away from both bounds."""
     free = problem.free
+    free[problem.densities :] = False
     share = (density - problem.lower)[free] / (problem.upper - problem.lower)[free]
     return int(((share > _FRACTIONAL) & (share < 1 - _FRACTIONAL)).sum())
 
@@ -91,6 +93,8 @@ def purify(
                 "purification needs the sums to keep: give `sums`, or a problem with a geometry"
             )
         sums = rigid_body_sums(problem.geometry)
+    problem = variables_held(problem, density)
+    sums = np.hstack([sums, np.zeros((len(sums), problem.members - sums.shape[1]))])
     evaluation = problem.checked(density)
     values = np.atleast_2d(evaluation.values)
     before = float(values.max())

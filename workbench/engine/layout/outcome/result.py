@@ -98,6 +98,7 @@ class LayoutResult:
     excess: largest relative violation of a budget or, in its own unit, of a further constraint
     verdicts: plain sentences    strategy: what was done and why    optima: values of other local optima seen
     limits: those of the runs, with their prices
+    variables: values of law variables by name; their shares of their ranges stand behind the densities
     contradiction: the certificate of INFEASIBLE; with NONE_FOUND the density is the one that violates least
     """
 
@@ -117,9 +118,10 @@ class LayoutResult:
     iterates: tuple[Array, ...] = ()
     contradiction: Contradiction | None = None
     limits: tuple[LimitOutcome, ...] = ()
+    variables: dict[str, float] = field(default_factory=dict)
 
     @property
     def grayness(self) -> float:
         """4 mean(a (1 - a)) of the density, 0 for a layout of zeros and ones."""
-        a = self.density
+        a = self.density[: len(self.density) - len(self.variables)]
         return float(4 * np.mean(a * (1 - a)))

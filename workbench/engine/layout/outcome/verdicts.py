@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ..formulation.law_variables import values_at
 from ..formulation.problem import LayoutProblem
 from .history import Recorder
 from .limits import limit_sentence
@@ -56,8 +57,14 @@ def verdicts(
     for name, value in baselines.items():
         if value == recorder.best:
             said.append(f"The trivial layout '{name}' is the best one found.")
+    for variable, value in zip(problem.variables, values_at(problem, density).values(), strict=True):
+        said.append(
+            f"'{variable.name}' is {value:.4g} {variable.unit}, of {variable.lower:g} to {variable.upper:g}."
+        )
     count = fractional_members(problem, density)
-    said.append(f"{count} of {problem.members} members are neither at their lower nor at their upper bound.")
+    said.append(
+        f"{count} of {problem.densities} members are neither at their lower nor at their upper bound."
+    )
     return tuple(said)
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..formulation.problem import InvalidLayout, LayoutProblem, MemberGeometry
+from ..formulation.groups import twins
+from ..formulation.problem import InvalidLayout, LayoutProblem
 
 __all__ = ["Choices", "choices", "twins"]
 
@@ -158,23 +159,3 @@ def choices(
             f"forbidden pairs; got count={count} and {len(always)} members that are always on"
         )
     return found
-
-
-def twins(geometry: MemberGeometry, *, axes: Sequence[int] = (0, 1)) -> list[list[int]]:
-    """Groups of members that join the same bodies at the same points, seen along the axes given.
-
-    >>> import numpy as np
-    >>> a, b = np.zeros((3, 3)), np.array([[1.0, 0.0, 0.2], [1.0, 0.0, -0.2], [0.0, 1.0, 0.0]])
-    >>> one = MemberGeometry(body_a=np.zeros(3, int), point_a=a, body_b=np.ones(3, int), point_b=b,
-    ...                      kind=("belt",) * 3)
-    >>> twins(one)
-    [[0, 1]]
-    """
-    kept = [k for k in axes if k < np.asarray(geometry.point_a).shape[1]]
-    points = np.hstack([np.asarray(geometry.point_a)[:, kept], np.asarray(geometry.point_b)[:, kept]])
-    reach = max(float(np.ptp(points)), 1e-300)
-    keys: dict[tuple[object, ...], list[int]] = {}
-    for i, row in enumerate(np.round(points / reach, 6) + 0.0):
-        key = (int(geometry.body_a[i]), int(geometry.body_b[i]), geometry.kind[i], *row.tolist())
-        keys.setdefault(key, []).append(i)
-    return [members for members in keys.values() if len(members) > 1]
