@@ -7,7 +7,7 @@ far.
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import blake2b
 from pathlib import Path
@@ -51,6 +51,7 @@ def run_layout(
     purified: bool = True,
     whole: int | None = None,
     whole_evaluations: int = 300,
+    whole_sizes: Sequence[float] = (),
     study_folder: Path | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
@@ -63,7 +64,7 @@ def run_layout(
         method, evaluations, tolerance, peaks: as in `optimise_layout`.
         purified: also look for a layout with few fractions.
         whole: also look for a layout of at most so many members, on or off.
-        whole_evaluations: simulations for it.
+        whole_evaluations: simulations for it.    whole_sizes: densities that its members may have.
         progress: called with every history entry.
 
     Raises StudyError for an unusable problem, Interrupted when the user stops it (run again to go on).
@@ -91,7 +92,10 @@ def run_layout(
         )  # fmt: skip
         check = check_gradient(full)
         clean = purify(full, result.density) if purified and full.geometry is not None else None
-        found = None if whole is None else whole_members(full, whole, evaluations=whole_evaluations)
+        found = (
+            None if whole is None
+            else whole_members(full, whole, evaluations=whole_evaluations, sizes=whole_sizes)
+        )  # fmt: skip
     except KeyboardInterrupt:
         raise Interrupted(
             f"layout stopped after {len(kept.history)} evaluations, best value {kept.best:.6g}; "

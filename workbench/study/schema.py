@@ -247,7 +247,7 @@ class WorstCaseTable(Table):
 
 class LayoutTable(Table):
     """`[layout]`: a problem of the engine; `scenarios` hands it the worst cases found. `whole` also looks
-    for a layout of at most so many members, each on or off."""
+    for a layout of at most so many members, each off or on, in one of `whole_sizes` if there are any."""
 
     problem: Text
     options: dict[str, Any] = Field(default_factory=dict)
@@ -259,6 +259,7 @@ class LayoutTable(Table):
     purified: bool = True
     whole: Count | None = None
     whole_evaluations: Annotated[int, Field(ge=2)] = 300
+    whole_sizes: list[Positive] = Field(default_factory=list)
 
 
 class RobustDesignTable(Table):

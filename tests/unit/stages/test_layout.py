@@ -140,3 +140,7 @@ def test_whole_members_stand_in_the_document_and_in_the_terminal(tmp_path):
     assert whole["price_of_rounding"] == pytest.approx(whole["value"] / whole["relaxed"] - 1)
     assert any("The price of rounding is" in line for line in layout_lines(document))
     assert json.loads((tmp_path / "layout.json").read_text())["whole"] == whole
+    sized = run_layout(
+        tmp_path, problem=problem, evaluations=8, whole=count, whole_evaluations=40, whole_sizes=[0.5, 0.8]
+    )
+    assert {round(x, 3) for x in sized["whole"]["density"]} <= {0.0, 0.5, 0.8}

@@ -1,4 +1,4 @@
-"""whole_members: at most n members, each on or off, simulated as they are, with the price of rounding.
+"""whole_members: at most n members, off or in given sizes, simulated as they are; the price of rounding.
 
 | how many choices, what rows | what is done | what is said |
 |---|---|---|
@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .formulation.groups import tied
 from .formulation.problem import InvalidLayout, LayoutProblem
 from .optimise import as_layout_problem, optimise_layout
 from .outcome.result import LayoutResult
@@ -25,6 +26,7 @@ from .whole.choices import Choices, choices
 from .whole.evaluated import Evaluated
 from .whole.outer_approximation import outer_approximation
 from .whole.response_space import response_space_search
+from .whole.spending import Spending
 
 __all__ = ["WholeLayout", "WholeStatus", "whole_members"]
 
@@ -53,6 +55,7 @@ class WholeLayout:
     value: simulated    members: those on    bound: nothing is better than this; -inf where nothing is known
     relaxed: value of the relaxed layout (convex rows: a bound as good as it has converged)
     evaluations: all, the relaxed layout included    runners_up: (value, members) of the next best
+    spent, anchors: what members and anchors cost, and how many anchors are used; nan and -1 if not asked for
     """
 
     density: Array
@@ -63,6 +66,8 @@ class WholeLayout:
     relaxed: float
     evaluations: int
     runners_up: tuple[tuple[float, tuple[int, ...]], ...] = ()
+    spent: float = np.nan
+    anchors: int = -1
 
     @property
     def price_of_rounding(self) -> float:
@@ -78,6 +83,9 @@ class WholeLayout:
                 f"{len(self.members)} whole members: {self.value:.6g}; with fractions "
                 f"{self.relaxed:.6g}. The price of rounding is {100 * self.price_of_rounding:.3g} %."
             )
+        if np.isfinite(self.spent):
+            used = f" and {self.anchors} anchors" if self.anchors else ""
+            said.append(f"{self.spent:.6g} is spent on {len(self.members)} members{used}.")
         if self.status in (WholeStatus.LIMIT, WholeStatus.SWAPPED) and np.isfinite(self.bound):
             said.append(f"No choice is better than {self.bound:.6g}.")
         return tuple(said)
@@ -92,6 +100,8 @@ def whole_members(
     forbidden: Sequence[tuple[int, int]] = (),
     always: Sequence[int] = (),
     minimum: float | None = None,
+    sizes: Sequence[float] = (),
+    spending: Spending | None = None,
     seed: int = 0,
     progress: Callable[[int, float, float], None] | None = None,
 ) -> WholeLayout:
@@ -103,6 +113,8 @@ def whole_members(
         groups: members that are on or off together (`whole.choices.twins`).    always: members that are on.
         forbidden: pairs of members of which one at most may be on.
         minimum: a density from which to the upper bound members that are on may vary; None: on is on.
+        sizes: densities that members which are on may have, each of its own; () for the upper bounds.
+        spending: what members and anchors cost and what may be spent.
         seed: of the random choices.    progress: called with the number, the value and the best so far.
 
     Raises InvalidLayout for a count, groups or members that cannot be met.
@@ -123,7 +135,11 @@ def whole_members(
         and not ((minimum >= problem.lower) & (minimum <= problem.upper))[problem.free].all()
     ):
         raise InvalidLayout(f"minimum needs to lie between the bounds of every member, got {minimum}")
-    open_ = choices(problem, count, groups=groups, forbidden=forbidden, always=always)
+    if minimum is not None and len(sizes):
+        raise InvalidLayout("give either sizes or a minimum: densities above a minimum are no given sizes")
+    open_ = choices(
+        problem, count, groups=groups, forbidden=forbidden, always=always, sizes=sizes, spending=spending
+    )
     relaxed = _relaxed(open_, max(1, int(_SHARE * evaluations)))
     polish = 0 if minimum is None else max(1, evaluations // 6)
     seen = Evaluated(
@@ -146,6 +162,8 @@ def whole_members(
         density=density, value=value, members=_members(open_, seen, best), status=status, bound=bound,
         relaxed=relaxed.value, evaluations=relaxed.evaluations + len(seen.values) + spent,
         runners_up=tuple((seen.values[k], _members(open_, seen, k)) for k in order if k != best),
+        spent=np.nan if open_.spending is None else open_.spending.spent(seen.on[best]),
+        anchors=-1 if open_.spending is None else open_.spending.used(seen.on[best]),
     )  # fmt: skip
 
 
@@ -158,10 +176,8 @@ def _choose(
         for on in everything:
             seen.look(on)
         return WholeStatus.ENUMERATED, min(seen.values)
-    share = open_.table @ (
-        (relaxed.density - problem.lower) / np.where(problem.free, problem.upper - problem.lower, 1)
-    )
-    seen.look(open_.filled(np.argsort(-share / open_.sizes, kind="stable")))
+    width = np.where(problem.free, problem.upper - problem.lower, 1.0)
+    seen.look(open_.filled(_by_share(open_, (relaxed.density - problem.lower) / width)))
     bound = -np.inf
     if problem.convex and not problem.checked(problem.into_budgets(problem.start)).constraints.size:
         outer = outer_approximation(seen, open_, until=max(2, seen.limit // 2))
@@ -173,16 +189,32 @@ def _choose(
     return (WholeStatus.SWAPPED if settled else WholeStatus.LIMIT), bound
 
 
+def _by_share(open_: Choices, share: Array) -> NDArray[np.intp]:
+    """States in the order of their group's share in the relaxed layout, the nearest size first."""
+    inside = open_.table > 0
+    of_group = np.where(inside, share, 0.0).sum(axis=1) / open_.sizes
+    size = open_.table.sum(axis=1) / open_.sizes
+    return np.lexsort((np.abs(size - of_group), open_.group, -of_group))
+
+
 def _relaxed(open_: Choices, evaluations: int) -> LayoutResult:
-    """Densities between the bounds, shares summing up to the count; groups are not tied."""
+    """Densities between off and the largest size, shares of it summing up to the count; groups are tied."""
     problem = open_.problem
-    width = np.where(problem.free, problem.upper - problem.lower, 0.0)
-    share = np.where(width > 0, 1.0 / np.where(width > 0, width, 1.0), 0.0)
+    largest = open_.table.max(axis=0, initial=0.0)
+    smallest = np.where(open_.table > 0, open_.table, np.inf).min(axis=0, initial=np.inf)
+    inside = largest > 0
+    width = problem.upper - problem.lower
+    always = inside & ((open_.always[open_.group] @ open_.table) > 0)
+    upper = np.where(inside & (largest < 1.0), problem.lower + largest * width, problem.upper)
+    lower = np.where(always, problem.lower + np.where(inside, smallest, 0.0) * width, problem.lower)
+    lower = np.minimum(lower, upper)
+    full = np.where(inside, upper - problem.lower, 0.0)
+    share = np.where(full > 0, 1.0 / np.where(full > 0, full, 1.0), 0.0)
     limited = replace(
         problem, costs=np.vstack([problem.costs, share]),
         limits=np.r_[problem.limits, float(open_.count) + float(share @ problem.lower)],
-        names=(*problem.names, "members"),
-        lower=np.where(open_.always @ open_.table > 0, problem.upper, problem.lower),
+        names=(*problem.names, "members"), lower=lower, upper=upper,
+        start=np.clip(problem.start, lower, upper),
     )  # fmt: skip
     if not limited.free.any():
         limited = problem
@@ -190,7 +222,12 @@ def _relaxed(open_: Choices, evaluations: int) -> LayoutResult:
         limited.upper - limited.lower
     )
     start = replace(limited, start=limited.into_budgets(spread))
-    return optimise_layout(start, max_evaluations=evaluations, tolerance=1e-6)
+    groups = [np.flatnonzero(row > 0).tolist() for row in open_.table[:: open_.states // open_.groups]]
+    if all(len(members) == 1 for members in groups):
+        return optimise_layout(start, max_evaluations=evaluations, tolerance=1e-6)
+    both = tied(start, groups)
+    found = optimise_layout(both.problem, max_evaluations=evaluations, tolerance=1e-6)
+    return replace(found, density=both.design(found.density))
 
 
 def _members(open_: Choices, seen: Evaluated, place: int) -> tuple[int, ...]:

@@ -1,13 +1,16 @@
 """Layouts of whole members: against enumeration, proofs, prices, groups, minimum densities."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from studies import trusses
 from studies.whole_members import enumerated, largest_densities, random_problem
-from workbench.engine.layout.formulation.problem import InvalidLayout, static_problem
+from workbench.engine.layout.formulation.groups import tied
+from workbench.engine.layout.formulation.problem import InvalidLayout, MemberGeometry, static_problem
+from workbench.engine.layout.whole.spending import Spending
 from workbench.engine.layout.whole_members import WholeStatus, whole_members
 
 
@@ -137,3 +140,100 @@ def test_a_search_without_a_feasible_choice_says_so():
     assert found.members == ()
     with pytest.raises(InvalidLayout, match="evaluations needs to be >= 2, got 1"):
         whole_members(problem, 3, evaluations=1)
+
+
+def brute_force(problem, count, sizes, allowed=lambda levels: True):
+    """The best of all choices, each member off or in one of the sizes."""
+    best = (np.inf, ())
+    for levels in itertools.product(range(len(sizes) + 1), repeat=problem.members):
+        if sum(level > 0 for level in levels) <= count and allowed(levels):
+            density = np.where(np.array(levels) > 0, np.array([0.0, *sizes])[list(levels)], problem.lower)
+            if problem.excess(density) <= 1e-12:
+                best = min(best, (float(np.max(problem.evaluate(density).values)), levels))
+    return best
+
+
+def test_given_sizes_are_enumerated():
+    problem, _ = random_problem(6, most=400)
+    few = tied(problem, [list(range(7, problem.members))]).problem  # seven members and a heap
+    sizes = (0.3, 1.0)
+    found = whole_members(few, 2, sizes=sizes, evaluations=200)
+    assert found.status is WholeStatus.ENUMERATED
+    value, levels = brute_force(few, 2, sizes)
+    assert found.value == value
+    assert found.members == tuple(np.flatnonzero(levels))
+    assert set(np.unique(found.density)) <= {1e-4, 0.3, 1.0}
+    assert found.value <= whole_members(few, 2, evaluations=200).value
+
+
+def test_given_sizes_under_a_budget_and_with_groups_are_proved_by_tangents():
+    problem = bowls(8, seed=3)
+    costs = np.random.default_rng(5).uniform(0.5, 1.5, 8)
+    problem = replace(problem, costs=costs[None], limits=np.array([1.6]), names=("mass",))
+    sizes = (0.25, 0.6, 1.0)
+    value, levels = brute_force(
+        problem, 4, sizes, allowed=lambda levels: levels[0] == levels[1] and levels[2] > 0
+    )
+    found = whole_members(problem, 4, sizes=sizes, groups=[[0, 1]], always=[2], evaluations=300)
+    assert found.status is WholeStatus.BOUNDED
+    assert found.value == pytest.approx(value, rel=1e-9)
+    assert found.members == tuple(np.flatnonzero(levels))
+    assert problem.excess(found.density) == 0.0
+    assert found.relaxed <= found.value
+
+
+def posts(members=8, seed=1):
+    """Convex rows with a geometry: members of body 0 to four anchors of body 1."""
+    r = np.random.default_rng(seed)
+    ends = r.uniform(-1, 1, (4, 2))[np.arange(members) % 4]
+    geometry = MemberGeometry(
+        body_a=np.zeros(members, int), point_a=r.uniform(-1, 1, (members, 2)),
+        body_b=np.ones(members, int), point_b=ends, kind=("belt",) * members,
+    )  # fmt: skip
+    return replace(bowls(members, seed=seed), geometry=geometry)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_anchors_are_paid_once_and_the_proof_counts_them(seed):
+    problem, count = posts(seed=seed), 4
+    price = np.random.default_rng(seed).uniform(0.5, 2.0, 8)
+    spending = Spending(member=price, anchor=3.0, bodies=[1], at_most=10.0)
+
+    def spent(levels):
+        on = np.flatnonzero(levels)
+        return price[on].sum() + 3.0 * len({int(i) % 4 for i in on})
+
+    value, levels = brute_force(problem, count, (1.0,), allowed=lambda levels: spent(levels) <= 10.0)
+    for evaluations in (400, 120):  # enumerated, then by tangents
+        found = whole_members(problem, count, spending=spending, evaluations=evaluations)
+        assert found.value == pytest.approx(value, rel=1e-9)
+        assert found.status in (WholeStatus.ENUMERATED, WholeStatus.BOUNDED)
+        assert found.members == tuple(np.flatnonzero(levels))
+        assert found.spent == pytest.approx(spent(levels))
+        assert found.anchors == len({int(i) % 4 for i in np.flatnonzero(levels)})
+        assert any("is spent on" in said for said in found.verdicts)
+    assert whole_members(problem, count, evaluations=120).value < found.value
+
+
+@pytest.mark.slow
+def test_sizes_of_a_transient_problem_are_searched():
+    problem, _ = random_problem(2, most=400)
+    few = tied(problem, [list(range(6, problem.members))]).problem
+    sizes = (0.4, 1.0)
+    found = whole_members(few, 3, sizes=sizes, evaluations=200)
+    assert found.value <= 1.02 * brute_force(few, 3, sizes)[0]
+    assert set(np.unique(found.density)) <= {1e-4, 0.4, 1.0}
+
+
+def test_sizes_and_spending_that_cannot_be_are_refused():
+    problem = posts()
+    with pytest.raises(InvalidLayout, match=r"sizes need to lie above the lower .* got 1\.5"):
+        whole_members(problem, 3, sizes=(0.5, 1.5))
+    with pytest.raises(InvalidLayout, match="either sizes or a minimum"):
+        whole_members(problem, 3, sizes=(0.5,), minimum=0.3)
+    with pytest.raises(InvalidLayout, match="need to be >= 0"):
+        whole_members(problem, 3, spending=Spending(anchor=-1.0))
+    with pytest.raises(InvalidLayout, match="need a problem with a geometry"):
+        whole_members(bowls(), 3, spending=Spending(anchor=1.0))
+    with pytest.raises(InvalidLayout, match="leave room for what is always on"):
+        whole_members(problem, 3, always=[0, 1], spending=Spending(anchor=1.0, at_most=1.0, bodies=[1]))

@@ -1,4 +1,8 @@
-"""What may be chosen: groups of members, on or off together, at most so many, some of them excluded."""
+"""What may be chosen: groups of members, off or in one of the given sizes, at most so many, some excluded.
+
+A choice is a vector of zeros and ones over *states*: a group in one of its sizes. Densities, costs of
+material and tangents are linear in it; at most one state of a group is on.
+"""
 
 import itertools
 import math
@@ -10,56 +14,80 @@ from numpy.typing import NDArray
 
 from ..formulation.groups import twins
 from ..formulation.problem import InvalidLayout, LayoutProblem
+from .spending import Bills, Spending, bills
 
 __all__ = ["Choices", "choices", "twins"]
 
 Array = NDArray[np.float64]
 On = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
 
 _ROUNDING = 1e-9
+_MOST = 2e5  # choices that are looked through
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
-    """Groups to choose from.
+    """States of groups to choose from.
 
-    problem: its bounds are the two states of a member    table (groups, members): which members a group holds
-    count: the largest number of members on    sizes (groups,): members of each group
-    costs (budgets, groups), limits (budgets,): of the problem's budgets, above the lower bounds
-    forbidden: pairs of groups of which one may be on    always: groups that are on
+    problem: its bounds are the least and the full density of a member    table (states, members): the share
+    of that range which members have in a state; 1 where a group has one size
+    group (states,): which group each is a state of    sizes (states,): members of its group
+    count: the largest number of members on
+    costs (budgets, states), limits (budgets,): of the problem's budgets, above the lower bounds
+    forbidden: pairs of groups of which one may be on    always (groups,): groups that are on
+    spending: what members and anchors cost, if asked for
     """
 
     problem: LayoutProblem
     table: Array
+    group: Numbers
     count: int
-    sizes: NDArray[np.intp]
+    sizes: Numbers
     costs: Array
     limits: Array
     forbidden: tuple[tuple[int, int], ...]
     always: On
+    spending: Bills | None = None
 
     @property
     def groups(self) -> int:
         """Number of groups."""
-        return len(self.sizes)
+        return len(self.always)
+
+    @property
+    def states(self) -> int:
+        """Number of states, those of all groups."""
+        return len(self.group)
 
     def density(self, on: On) -> Array:
-        """(members,): the upper bound for members of groups that are on, the lower bound for all others."""
+        """(members,): the lower bound for members that are off, their size for all others."""
         lower, upper = self.problem.lower, self.problem.upper
-        return np.asarray(np.where(on @ self.table > 0, upper, lower), dtype=float)
+        share = on @ self.table
+        return np.asarray(np.where(share == 1.0, upper, lower + share * (upper - lower)), dtype=float)
+
+    def groups_on(self, on: On) -> NDArray[np.intp]:
+        """(groups,): how many states of each group are on."""
+        return np.bincount(self.group, weights=on, minlength=self.groups).astype(int)
+
+    def fits(self, on: On) -> bool:
+        """True when count, budgets, spending and exclusions are met, whatever is always on."""
+        groups = self.groups_on(on)
+        return bool(
+            groups.max(initial=0) <= 1
+            and self.sizes @ on <= self.count
+            and (self.costs @ on <= self.limits + _ROUNDING * np.maximum(np.abs(self.limits), 1e-300)).all()
+            and not any(groups[i] and groups[j] for i, j in self.forbidden)
+            and (self.spending is None or self.spending.met(on))
+        )
 
     def allowed(self, on: On) -> bool:
-        """True when count, budgets and exclusions are met."""
-        return bool(
-            self.sizes @ on <= self.count
-            and (self.costs @ on <= self.limits + _ROUNDING * np.maximum(np.abs(self.limits), 1e-300)).all()
-            and not any(on[i] and on[j] for i, j in self.forbidden)
-            and (on | ~self.always).all()
-        )
+        """True when this may be chosen."""
+        return self.fits(on) and bool((self.groups_on(on) > 0)[self.always].all())
 
     def everything(self, *, at_most: int) -> list[On] | None:
         """All that may be chosen, or None when there is more than `at_most` (or it takes long to see)."""
-        if self.groups > 40 or self._subsets() > 2e5:
+        if self.groups > 40 or self._subsets() > _MOST:
             return None
         found: list[On] = []
         for on in self._each():
@@ -69,27 +97,35 @@ class Choices:
                     return None
         return found
 
+    def _most(self) -> int:
+        return min(self.groups, self.count // max(1, int(self.sizes.min())))
+
     def _subsets(self) -> float:
-        most = min(self.groups, self.count // max(1, int(self.sizes.min())))
-        return float(sum(math.comb(self.groups, k) for k in range(most + 1)))
+        each = int(np.bincount(self.group).max())
+        return float(sum(math.comb(self.groups, k) * each**k for k in range(self._most() + 1)))
 
     def _each(self) -> Iterator[On]:
-        most = min(self.groups, self.count // max(1, int(self.sizes.min())))
-        for k in range(most + 1):
-            for which in itertools.combinations(range(self.groups), k):
-                on = np.zeros(self.groups, dtype=bool)
-                on[list(which)] = True
-                yield on
+        states = [np.flatnonzero(self.group == g) for g in range(self.groups)]
+        for k in range(self._most() + 1):
+            for which in itertools.combinations(states, k):
+                for some in itertools.product(*which):
+                    on = np.zeros(self.states, dtype=bool)
+                    on[list(some)] = True
+                    yield on
 
     def beside(self, on: On) -> list[On]:
-        """All choices one step away: a group more, a group less, or one for another."""
+        """All choices one step away: a state more, a state less, one for another (another size included)."""
         found = []
         inside, outside = np.flatnonzero(on), np.flatnonzero(~on)
+        taken = self.groups_on(on) > 0
         steps = [
-            *(([], [j]) for j in outside),
+            *(([], [j]) for j in outside if not taken[self.group[j]]),
             *(([i], []) for i in inside),
-            *(([i], [j]) for i in inside for j in outside),
-        ]
+            *(
+                ([i], [j]) for i in inside for j in outside
+                if self.group[i] == self.group[j] or not taken[self.group[j]]
+            ),
+        ]  # fmt: skip
         for off, more in steps:
             other = on.copy()
             other[off], other[more] = False, True
@@ -98,12 +134,25 @@ class Choices:
         return found
 
     def filled(self, order: NDArray[np.intp]) -> On:
-        """Groups taken in an order as long as they fit."""
-        on = self.always.copy()
-        for group in order:
-            if not on[group]:
-                on[group] = True
-                on[group] = self.allowed(on)
+        """States taken in an order as long as they fit, beside what is always on in the smallest size."""
+        on = self._least()
+        waiting = self.always.copy()  # in the smallest size until the order brings another
+        for state in order:
+            group = self.group[state]
+            taken = np.flatnonzero(on & (self.group == group))
+            if taken.size and not waiting[group]:
+                continue
+            other = on.copy()
+            other[taken], other[state] = False, True
+            if self.fits(other):
+                on, waiting[group] = other, False
+        return on
+
+    def _least(self) -> On:
+        on = np.zeros(self.states, dtype=bool)
+        for g in np.flatnonzero(self.always):
+            states = np.flatnonzero(self.group == g)
+            on[states[self.table[states].sum(axis=1).argmin()]] = True
         return on
 
 
@@ -114,16 +163,54 @@ def choices(
     groups: Sequence[Sequence[int]] = (),
     forbidden: Sequence[tuple[int, int]] = (),
     always: Sequence[int] = (),
+    sizes: Sequence[float] = (),
+    spending: Spending | None = None,
 ) -> Choices:
     """Choices of a problem: members that stand in no group are groups of their own, fixed ones are left out.
 
     groups: members that are on or off together    forbidden: pairs of members of which one may be on
-    always: members that are on.    Raises InvalidLayout for members that do not exist or stand in two groups,
-    and when nothing may be chosen.
+    always: members that are on.    sizes: densities that members which are on may have; () for their upper
+    bounds.    Raises InvalidLayout for members that do not exist or stand in two groups, for sizes that are
+    not between the bounds, and when nothing may be chosen.
     """
     free = problem.free
-    seen: set[int] = set()
-    tied: list[list[int]] = []
+    if free[problem.densities :].any():
+        raise InvalidLayout(
+            "whole members need the law variables fixed: `variables_held(problem, design)` holds firing times"
+        )
+    tied = _groups(problem, groups)
+    home = {i: g for g, members in enumerate(tied) for i in members}
+    for i in (*always, *(k for pair in forbidden for k in pair)):
+        if int(i) not in home:
+            raise InvalidLayout(
+                f"always and forbidden need free members from 0 to {problem.members - 1}, got {i}"
+            )
+    kept = np.zeros(len(tied), dtype=bool)
+    kept[[home[int(i)] for i in always]] = True
+    width = problem.upper - problem.lower
+    shares = _shares(problem, sizes)
+    table = np.zeros((len(tied) * len(shares), problem.members))
+    for g, members in enumerate(tied):
+        for s, share in enumerate(shares):
+            table[g * len(shares) + s, members] = share[members]
+    counts = np.repeat([len(members) for members in tied], len(shares))
+    found = Choices(
+        problem=problem, table=table, group=np.repeat(np.arange(len(tied)), len(shares)), count=int(count),
+        sizes=counts, costs=problem.costs * width @ table.T,
+        limits=problem.limits - problem.costs @ problem.lower,
+        forbidden=tuple((home[int(i)], home[int(j)]) for i, j in forbidden if home[int(i)] != home[int(j)]),
+        always=kept, spending=None if spending is None else bills(spending, problem, table > 0),
+    )  # fmt: skip
+    if count < 1 or not found.allowed(found.filled(np.zeros(0, dtype=np.intp))):
+        raise InvalidLayout(
+            f"count needs to be >= 1 and to leave room for what is always on, with the budgets and without "
+            f"forbidden pairs; got count={count} and {len(always)} members that are always on"
+        )
+    return found
+
+
+def _groups(problem: LayoutProblem, groups: Sequence[Sequence[int]]) -> list[list[int]]:
+    free, seen, tied = problem.free, set[int](), []
     for group in groups:
         members = [int(i) for i in group]
         for i in members:
@@ -134,28 +221,20 @@ def choices(
                 )
             seen.add(i)
         tied.append(members)
-    tied += [[int(i)] for i in np.flatnonzero(free) if int(i) not in seen]
-    table = np.zeros((len(tied), problem.members))
-    for g, members in enumerate(tied):
-        table[g, members] = 1.0
-    home = {i: g for g, members in enumerate(tied) for i in members}
-    for i in (*always, *(k for pair in forbidden for k in pair)):
-        if int(i) not in home:
+    return [*tied, *([int(i)] for i in np.flatnonzero(free) if int(i) not in seen)]
+
+
+def _shares(problem: LayoutProblem, sizes: Sequence[float]) -> list[Array]:
+    """The share of the range of every member in each size, ascending."""
+    if not len(sizes):
+        return [np.ones(problem.members)]
+    free, width = problem.free, problem.upper - problem.lower
+    found = []
+    for size in sorted({float(s) for s in sizes}):
+        if not ((problem.lower < size) & (size <= problem.upper))[free].all():
             raise InvalidLayout(
-                f"always and forbidden need free members from 0 to {problem.members - 1}, got {i}"
+                f"sizes need to lie above the lower and up to the upper bound of every member, got {size:g}"
             )
-    kept = np.zeros(len(tied), dtype=bool)
-    kept[[home[int(i)] for i in always]] = True
-    width = problem.upper - problem.lower
-    found = Choices(
-        problem=problem, table=table, count=int(count), sizes=table.sum(axis=1).astype(int),
-        costs=problem.costs * width @ table.T, limits=problem.limits - problem.costs @ problem.lower,
-        forbidden=tuple((home[int(i)], home[int(j)]) for i, j in forbidden if home[int(i)] != home[int(j)]),
-        always=kept,
-    )  # fmt: skip
-    if count < 1 or not found.allowed(kept):
-        raise InvalidLayout(
-            f"count needs to be >= 1 and to leave room for what is always on, with the budgets and without "
-            f"forbidden pairs; got count={count} and {len(always)} members that are always on"
-        )
+        share = np.where(free, (size - problem.lower) / np.where(free, width, 1.0), 1.0)
+        found.append(np.where(problem.upper == size, 1.0, share))
     return found

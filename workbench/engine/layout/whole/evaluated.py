@@ -1,4 +1,4 @@
-"""Choices that were evaluated: values, gradients by group, the best; nothing is simulated twice."""
+"""Choices that were evaluated: values, gradients by state, the best; nothing is simulated twice."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 @dataclass(slots=True, kw_only=True)
 class Evaluated:
     """limit: of evaluations    on: choices in their order    values: inf where the model failed or a further
-    constraint is not met    slopes: per choice (cases, groups), the change of each case's largest row for a
-    group that is put on or taken off, to first order, or None.
+    constraint is not met    slopes: per choice (cases, states), the change of each case's largest row for a
+    state that is put on or taken off, to first order, or None.
     """
 
     choices: Choices

@@ -2,7 +2,8 @@
 
 Every evaluation gives tangents that lie below convex rows at all choices; the mixed integer programme (HiGHS)
 
-    min t   subject to   g_k + dg_k (x - x_k) <= t  for all tangents so far,   x in {off, on},  count, budgets
+    min t   subject to   g_k + dg_k (x - x_k) <= t  for all tangents so far,   x in {off, on},  count,
+                         budgets, one size a group, y_a >= x for every anchor a of a state, spending
 
 is a lower bound, and its solution is evaluated next (Duran and Grossmann 1986, Fletcher and Leyffer 1994). A
 choice that the model cannot stand, a mechanism, is cut off by itself.
@@ -42,32 +43,44 @@ def outer_approximation(seen: Evaluated, choices: Choices, *, until: int) -> flo
 
 def _master(seen: Evaluated, choices: Choices) -> tuple[On | None, float] | None:
     """The next choice (None where the time ran out) and a lower bound; None when no choice is left."""
-    m = choices.groups
-    rows, right = [], []
+    m, bills = choices.states, choices.spending
+    paid = 0 if bills is None else bills.table.shape[1]
+    rows: list[Array] = []
+    right: list[float] = []
+
+    def at_most(bound: float, states: Array, t: float = 0.0, anchors: Array | None = None) -> None:
+        rows.append(np.r_[states, np.zeros(paid) if anchors is None else anchors, t])
+        right.append(bound)
+
     scale = max((abs(v) for v in seen.values if np.isfinite(v)), default=1.0)
     for on, tops, slopes in zip(seen.on, seen.tops, seen.slopes, strict=True):
         if slopes is None:  # not this one again
-            sign = np.where(on, 1.0, -1.0)
-            rows.append(np.r_[sign, 0.0])
-            right.append(float(on.sum()) - 1.0)
+            at_most(float(on.sum()) - 1.0, np.where(on, 1.0, -1.0))
             continue
         for top, slope in zip(tops, slopes, strict=True):
-            rows.append(np.r_[slope / scale, -1.0])
-            right.append((float(slope @ on) - float(top)) / scale)
+            at_most((float(slope @ on) - float(top)) / scale, slope / scale, -1.0)
+    member = (choices.group == np.arange(choices.groups)[:, None]).astype(float)  # (groups, states)
     for i, j in choices.forbidden:
-        pair = np.zeros(m + 1)
-        pair[[i, j]] = 1.0
-        rows.append(pair)
-        right.append(1.0)
-    rows += [np.r_[choices.sizes, 0.0], *(np.r_[cost, 0.0] for cost in choices.costs)]
-    right += [float(choices.count), *(float(h) for h in choices.limits)]
+        at_most(1.0, member[i] + member[j])
+    for g in range(choices.groups):
+        if member[g].sum() > 1.0:
+            at_most(1.0, member[g])
+        if choices.always[g]:
+            at_most(-1.0, -member[g])
+    at_most(float(choices.count), choices.sizes.astype(float))
+    for cost, limit in zip(choices.costs, choices.limits, strict=True):
+        at_most(float(limit), cost)
+    if bills is not None and np.isfinite(bills.at_most):
+        at_most(bills.at_most, bills.states, anchors=np.full(paid, bills.anchor))
+        for state, anchor in np.argwhere(bills.table):
+            at_most(0.0, np.eye(m)[state], anchors=-np.eye(paid)[anchor])
     known = any(s is not None for s in seen.slopes)
-    least = -np.inf if known else 0.0  # without tangents: as many groups as there may be
+    least = -np.inf if known else 0.0  # without tangents: as many states as there may be
     solved = milp(
-        np.r_[np.zeros(m) if known else -np.ones(m), 1.0],
+        np.r_[np.zeros(m) if known else -np.ones(m), np.zeros(paid), 1.0],
         constraints=LinearConstraint(np.array(rows), -np.inf, np.array(right)),
-        bounds=Bounds(np.r_[choices.always.astype(float), least], np.r_[np.ones(m), np.inf]),
-        integrality=np.r_[np.ones(m), 0.0],
+        bounds=Bounds(np.r_[np.zeros(m + paid), least], np.r_[np.ones(m + paid), np.inf]),
+        integrality=np.r_[np.ones(m), np.zeros(paid + 1)],
         options={"time_limit": _SECONDS, "mip_rel_gap": 1e-7},
     )
     if solved.status == 2:

@@ -4,7 +4,7 @@ Between rigid bodies the response sees the densities through a few sums (`outcom
 number of members. The gradients of the choices evaluated so far span these directions: their leading singular
 vectors V turn a choice x into features V'x, in which a Gaussian process (Matern 5/2, log of the value) learns
 from few simulations. Next is the choice of the largest expected improvement (Jones, Schonlau and Welch 1998)
-among the steps beside the best choices, steps of two groups, and random ones; every third look goes to the
+among the steps beside the best choices, steps of two states, and random ones; every third look goes to the
 swap that the adjoint scores of the best choice rate best. Once all steps beside the best choice were looked
 at, it cannot be improved by one swap.
 """
@@ -38,11 +38,11 @@ def response_space_search(seen: Evaluated, choices: Choices, *, rng: np.random.G
     for _ in range(4 * _FIRST):
         if len(seen.values) >= min(_FIRST, seen.limit):
             break
-        seen.look(choices.filled(rng.permutation(choices.groups)))
+        seen.look(choices.filled(rng.permutation(choices.states)))
     fit, since = None, _AGAIN
     while seen.left > 0:
         if not np.isfinite(seen.values).any():
-            seen.look(choices.filled(rng.permutation(choices.groups)))
+            seen.look(choices.filled(rng.permutation(choices.states)))
             if len(seen.values) >= seen.limit or not _unseen(seen, choices, rng):
                 break
             continue
@@ -83,13 +83,13 @@ def _unseen(seen: Evaluated, choices: Choices, rng: np.random.Generator) -> list
         for k in rng.permutation(len(beside))[:25]:
             pool[beside[k].tobytes()] = beside[k]
     for _ in range(300):
-        on = choices.filled(rng.permutation(choices.groups))
+        on = choices.filled(rng.permutation(choices.states))
         pool[on.tobytes()] = on
     return [on for key, on in list(pool.items())[:_CANDIDATES] if on not in seen]
 
 
 def _directions(seen: Evaluated) -> Array:
-    """(groups, k): what the gradients seen so far span, each direction with its share of the strength."""
+    """(states, k): what the gradients seen so far span, each direction with its share of the strength."""
     table = np.vstack([
         s / max(float(np.abs(s).max()), 1e-300) for s in seen.slopes if s is not None
     ])  # fmt: skip
@@ -134,7 +134,7 @@ def _lengths(seen: Evaluated) -> tuple[Array, float]:
 
 
 def _expected_improvement(seen: Evaluated, fit: tuple[Array, float], pool: Array) -> Array:
-    """Of the value relative to the best, for choices (p, groups)."""
+    """Of the value relative to the best, for choices (p, states)."""
     V, noise = fit
     y, spread = _responses(seen)
     F, P = np.array(seen.on, dtype=float) @ V, pool @ V
