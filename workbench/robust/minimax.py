@@ -75,8 +75,8 @@ def minimax(
             worst cases, or those of an earlier search.
         attack: true runs of an adversary at the returned design beside the budget, see
             `workbench.robust.attacked`; None for what a search that ended by itself has left, 0 for none.
-            Take 150 and more per uncertain coordinate: of thirty games with two peaks 17 were then graded
-            attacked, with 50 none (`studies.two_peak_games`).
+            Take 150 and more per uncertain coordinate: fewer leave no room for climbs from elsewhere
+            (`studies.two_peak_games`).
 
     Returns: a `Minimax`; its `status` says why the search stopped, `failed` holds the runs without a value.
 

@@ -29,8 +29,9 @@ def test_both_peaks_stand_in_the_box():
 
 @pytest.mark.slow
 def test_no_claim_of_the_small_games_is_false():
-    """Of thirty games with one seed two claims were: numbers 4 and 17, which are not among these."""
-    found = run((0, 1, 3, 9))
+    """Numbers 4 and 17 were called attacked 1.8 and 9.6 % under the true worst: their narrow peak was known
+    at other designs, and the last attack climbed the broad one alone."""
+    found = run((0, 1, 3, 4, 9, 17))
     claims = found["claims"].values > 0
     assert claims.sum() >= 3
     assert float(found["short"].values[claims].max()) <= FALSE

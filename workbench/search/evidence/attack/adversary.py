@@ -4,8 +4,8 @@
                  uncertainty beyond the value is counted
     corner       corners, in equal shares of every combination of unordered levels; all where they fit
     near corner  the same with some coordinates inside
-    change, cliff, pattern, gradient    climbs from the claimed case and from the best cases of each stratum,
-                 see `workbench.search.evidence.attack.climbs`
+    change, cliff, pattern, gradient    climbs from the claimed case, from other cases known to be bad, and
+                 from the best cases of each stratum, see `workbench.search.evidence.attack.climbs`
     empty place  cases far from all others, once climbs repeat each other
 
 An adversary shares with the search that it attacks neither a surrogate nor a start design nor a stream of
@@ -16,7 +16,7 @@ Falsification of simulated systems lives on such attacks (ARCH-COMP, category fa
 is split was measured by `studies/adversary.py`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,6 +62,9 @@ def attack(
     response: str | Reading | None = None,
     split: Split = DEFAULT_SPLIT,
     claimed: Mapping[str, Any] | None = None,
+    known: Sequence[tuple[Mapping[str, Any], float]] = (),
+    goes_on: bool = False,
+    enough: float | None = None,
 ) -> Attack:
     """Look for a case beyond `value` over `space` with up to `budget` true runs.
 
@@ -75,6 +78,11 @@ def attack(
         response: the name of the attacked response, or a function of the outputs; not needed for one.
         split: what part of the budget is drawn at random.
         claimed: the case at which `value` was found: the first climbs begin there.
+        known: bad cases with their values, the claimed one among them where its top may be near: the first
+            climbs are local ones from each.
+        goes_on: an attack on the same claim has climbed from the claimed case before.
+        enough: beyond this value the claim is broken, and no more runs are made once the climbs from known
+            cases have ended.
 
     Raises:
         StudyError: the sense, the value or the budget is of no use, or no case meets the constraints.
@@ -107,8 +115,12 @@ def attack(
         ):
             points = draw(round(part * budget), rng)
             trials.run(points, [kind] * len(points))
+        starts = [(where.unit([case])[0], trials.sign * at) for case, at in known]
         start = None if claimed is None else (where.unit([claimed])[0], trials.sign * value)
-        arrivals = Ascents(trials=trials, strata=strata, seed=seed, claimed=start).run()
+        arrivals = Ascents(
+            trials=trials, strata=strata, seed=seed, claimed=start, known=starts, goes_on=goes_on,
+            enough=None if enough is None else trials.sign * enough,
+        ).run()  # fmt: skip
     return _record(
         trials,
         strata,

@@ -1,17 +1,18 @@
 """Climbs side by side, the budget going where it earns.
 
-Climbs begin at the claimed case, which is where a claim is attacked first, and at the worst drawn cases of
-the strata by turns. Every second one climbs corners, the others inside. Once `ENOUGH` of those from drawn
-cases have ended at the worst value known, more of them would only repeat it: the budget then goes into cases
-far from all that were run, in batches, with a climb from the one that stands furthest out of the trend.
+Climbs begin at cases known to be bad and at the claimed one, which is where a claim is attacked first, and
+at the worst drawn cases of the strata by turns. Every second one climbs corners, the others inside. Once
+`ENOUGH` of those from drawn cases have ended at the worst value known, more of them would only repeat it: the
+budget then goes into cases far from all that were run, in batches, with a climb from the one that stands
+furthest out of the trend.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.search.evidence.attack.climbs import Climb, Step, corner_climb, interior_climb
+from workbench.search.evidence.attack.climbs import Climb, Step, corner_climb, interior_climb, local_climb
 from workbench.search.evidence.attack.empty_places import CANDIDATES, emptiest
 from workbench.search.evidence.attack.strata import Strata
 from workbench.search.evidence.attack.surprise import surprises
@@ -29,8 +30,8 @@ NEAR = 0.02  # of the value or of the range of the values, the smaller: a climb 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrivals:
-    """Climbs that began at drawn cases, not at the claimed one, and how many `arrived`: within 2 % of the
-    worst known."""
+    """Climbs that began at drawn cases, not at the claimed or a known one, and how many `arrived`: within 2 %
+    of the worst known."""
 
     begun: int = 0
     arrived: int = 0
@@ -41,7 +42,7 @@ class _Going:
     """A climb, the next case it wants run, and the worst signed value that it has met."""
 
     climb: Climb
-    is_from_claim: bool
+    is_from_known: bool
     worst: float
     step: Step | None = None
 
@@ -62,12 +63,17 @@ class _Going:
 
 @dataclass(slots=True, kw_only=True)
 class Ascents:
-    """Climbs side by side, until the budget ends. `claimed`: the attacked case (d,) and its signed value."""
+    """Climbs side by side, until the budget ends. `claimed`: the attacked case (d,) and its signed value;
+    `known`: others that are nearly as bad. Where an attack `goes_on`, none but local climbs begin at them.
+    `enough`: the signed value beyond which no more is sought once the climbs from known cases have ended."""
 
     trials: Trials
     strata: Strata
     seed: int
     claimed: tuple[np.ndarray, float] | None = None
+    known: Sequence[tuple[np.ndarray, float]] = ()
+    goes_on: bool = False
+    enough: float | None = None
     climbs: list[_Going] = field(default_factory=list)
     redrawn: int = 0
     used: set[int] = field(default_factory=set)
@@ -86,13 +92,21 @@ class Ascents:
                 break
             values = self.trials.run([step.point for step in steps], [step.kind for step in steps])
             active = [g for g, v in zip(active, values, strict=False) if g.asks(self.trials, v)]
+            if self._has_enough(active):
+                break
         return self.arrivals()
+
+    def _has_enough(self, active: list[_Going]) -> bool:
+        """Whether the claim is broken and no climb from a known case goes on."""
+        if self.enough is None or any(going.is_from_known for going in active):
+            return False
+        return max(self.trials.values) > self.enough
 
     def arrivals(self) -> Arrivals:
         """How many climbs from drawn cases have met the worst value known."""
-        drawn = [going.worst for going in self.climbs if not going.is_from_claim]
-        claim = [] if self.claimed is None else [self.claimed[1]]
-        finite = np.array([v for v in (*self.trials.values, *claim) if v > -np.inf])
+        drawn = [going.worst for going in self.climbs if not going.is_from_known]
+        given = [value for _, value in ([] if self.claimed is None else [self.claimed]) + list(self.known)]
+        finite = np.array([v for v in (*self.trials.values, *given) if v > -np.inf])
         if not len(finite):
             return Arrivals(begun=len(drawn))
         near = NEAR * min(float(np.ptp(finite)), float(np.abs(finite).max()))
@@ -107,11 +121,14 @@ class Ascents:
         return None
 
     def _starts(self) -> Iterator[_Going]:
-        """Climbs from the claimed case, then from the worst cases of the strata by turns, and from new
-        near-corners when no drawn case is left; from cases in empty places once enough have arrived."""
-        if self.claimed is not None:
+        """Climbs from known cases and from the claimed one, then from the worst cases of the strata by turns,
+        and from new near-corners when no drawn case is left; from cases in empty places once enough have
+        arrived."""
+        for start, value in self.known:
+            yield self._begun(start, value, is_from_known=True, is_local=True)
+        if self.claimed is not None and not self.goes_on:
             for _ in range(2):
-                yield self._begun(*self.claimed, is_from_claim=True)
+                yield self._begun(*self.claimed, is_from_known=True)
         places = self.plain
         while True:
             queue = self._queue(places)
@@ -172,17 +189,22 @@ class Ascents:
         self.used.add(i)
         return self._begun(self.trials.points[i], self.trials.values[i])
 
-    def _begun(self, start: np.ndarray, value: float, *, is_from_claim: bool = False) -> _Going:
-        """A climb from `start`: every other one of corners, every other one inside."""
+    def _begun(
+        self, start: np.ndarray, value: float, *, is_from_known: bool = False, is_local: bool = False
+    ) -> _Going:
+        """A climb from `start`: a local one, or every other one of corners, every other one inside."""
         trials, number = self.trials, len(self.climbs)
         rng = stream(self.seed, "climb", replicate=number)
-        if number % 2 == 0:
+        climb: Climb
+        if is_local:
+            climb = local_climb(trials.where, start, value, slope=trials.slope, rng=rng)
+        elif number % 2 == 0:
             climb = corner_climb(
                 trials.where, start, value, slope=trials.slope, spread=lambda: _spread(trials.values), rng=rng
             )
         else:
             climb = interior_climb(trials.where, start, value, slope=trials.slope, rng=rng)
-        return _Going(climb=climb, is_from_claim=is_from_claim, worst=value)
+        return _Going(climb=climb, is_from_known=is_from_known, worst=value)
 
 
 def _spread(values: list[float]) -> float:

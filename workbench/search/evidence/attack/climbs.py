@@ -12,6 +12,8 @@ many there are at once.
     pattern    Hooke and Jeeves 1961: coordinate steps, halved when none gains, and the whole move repeated;
                before they are halved, steps along the way climbed so far and of two coordinates at once
     gradient   along the projected gradient, where the model gives one, with steps doubled and halved
+    local      short coordinate steps from a case that was found to be bad already; once none gains, a step to
+               the top of the parabolas through them, and shorter ones
 """
 
 from collections.abc import Callable, Generator
@@ -21,9 +23,10 @@ import numpy as np
 
 from workbench.search.runs.unit_space import SearchSpace
 
-__all__ = ["Climb", "Step", "bisection", "corner_climb", "interior_climb"]
+__all__ = ["Climb", "Step", "bisection", "corner_climb", "interior_climb", "local_climb"]
 
 FIRST_STEP, LAST_STEP = 0.25, 0.02  # of the side of the cube: a worst case is sought, not its last digit
+FIRST_LOCAL, LAST_LOCAL, SHORTER = 1 / 16, 1 / 128, 4  # a search has been there: its top is near
 OBLIQUE = 1  # steps of two coordinates per coordinate, where no single step gains
 HALVINGS = 5  # of a cliff: 3 % of the distance
 CLIFF = 0.3  # of the range of the values seen: a larger drop by a single change is a cliff
@@ -76,6 +79,63 @@ def interior_climb(
     """By pattern or gradient from `start` (d,) of signed `value`, then single changes of the top."""
     top, best = yield from _inside(where, start, value, slope=slope, rng=rng)
     yield from _changes(where, top, best, rng=rng)
+
+
+def local_climb(
+    where: SearchSpace,
+    start: np.ndarray,
+    value: float,
+    *,
+    slope: Slope,
+    rng: np.random.Generator,
+) -> Climb:
+    """To the top next to `start` (d,) of signed `value`, a case that was found to be bad already.
+
+        u_j* = u_j + h (f+ - f-) / (2 (2 f - f+ - f-)),    f+- = f(u +- h e_j), where neither gains
+
+    A known case stands on the flank of its peak, where long steps leave the peak and a climb has spent its
+    runs before its steps are short.
+    """
+    if slope(start) is not None:
+        yield from _gradient(where, start, value, slope=slope, first=FIRST_LOCAL)
+        return
+    numeric = [j for j in range(where.dimension) if where.space.parameters[j].is_numeric]
+    top, best, step = start, value, FIRST_LOCAL
+    while step >= LAST_LOCAL:
+        before = top
+        peak = top.copy()
+        for j in rng.permutation(numeric):
+            reached = [-np.inf, -np.inf]  # below and above
+            for side in rng.permutation(2):
+                other = _moved(where, top, j, step if side else -step)
+                if other is None:
+                    continue
+                reached[side] = yield Step("local", other)
+                if reached[side] > best:
+                    top, best = other, reached[side]
+                    break
+            peak[j] = _vertex(before[j], step, best, *reached) if top is before else peak[j]
+        if top is before:
+            peak = where.snap(peak[None])[0]
+            if not np.array_equal(peak, top):
+                reached_there = yield Step("local", peak)
+                if reached_there > best:
+                    top, best = peak, reached_there
+            step /= SHORTER
+            continue
+        leap = where.snap((2 * top - before)[None])[0]
+        if not np.array_equal(leap, top):
+            reached_there = yield Step("local", leap)
+            if reached_there > best:
+                top, best = leap, reached_there
+
+
+def _vertex(place: float, step: float, value: float, below: float, above: float) -> float:
+    """The top of the parabola through three values, one `step` apart; `place` itself where one is missing."""
+    bend = 2 * value - below - above
+    if not (np.isfinite(bend) and bend > 0):
+        return place
+    return min(max(place + 0.5 * step * (above - below) / bend, 0.0), 1.0)
 
 
 def bisection(
@@ -237,10 +297,10 @@ def _moved(where: SearchSpace, point: np.ndarray, j: int, step: float) -> np.nda
 
 
 def _gradient(
-    where: SearchSpace, start: np.ndarray, value: float, *, slope: Slope
+    where: SearchSpace, start: np.ndarray, value: float, *, slope: Slope, first: float = FIRST_STRIDE
 ) -> Generator[Step, float, tuple[np.ndarray, float]]:
     """Along the gradient projected on the box."""
-    top, best, stride = start, value, FIRST_STRIDE
+    top, best, stride = start, value, first
     while stride >= LAST_STRIDE:
         uphill = slope(top)
         if uphill is None:

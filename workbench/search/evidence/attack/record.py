@@ -66,7 +66,42 @@ class Attack:
         sign = 1.0 if self.sense == "max" else -1.0
         beyond = sum(v is not None and sign * v > sign * value for v in self.independent)
         share = counted_share(beyond, len(self.independent))
-        return replace(self, value=value, share=share, raised_from=self.value if self.is_beaten else None)
+        first = self.value if self.is_beaten else None
+        return replace(
+            self,
+            value=value,
+            share=share,
+            raised_from=first if self.raised_from is None else self.raised_from,
+        )
+
+    def and_then(self, later: "Attack") -> "Attack":
+        """This attack and a later one on the same case, which began at the worst that this one had found.
+
+        Climbs of this one count as arrived only where the later one found nothing noticeably worse.
+        """
+        sign = 1.0 if self.sense == "max" else -1.0
+        both = [made for made in (self, later) if made.largest is not None]
+        worst = max(both, key=lambda made: sign * (made.largest or 0.0), default=later)
+        is_quiet = later.since == later.runs
+        draws = self.independent + later.independent
+        beyond = sum(v is not None and sign * v > sign * later.value for v in draws)
+        return replace(
+            later,
+            budget=self.budget + later.budget,
+            attempts=self.attempts + later.attempts,
+            largest=worst.largest,
+            parameters=worst.parameters,
+            run_key=worst.run_key,
+            since=self.since + later.runs if is_quiet else later.since,
+            independent=draws,
+            share=counted_share(beyond, len(draws)),
+            failing=counted_share(sum(v is None for v in draws), len(draws)),
+            strata=max(self.strata, later.strata),
+            is_exhaustive=self.is_exhaustive or later.is_exhaustive,
+            climbs=self.climbs + later.climbs,
+            arrived=(self.arrived if is_quiet else 0) + later.arrived,
+            raised_from=self.raised_from,
+        )
 
     @property
     def dimension(self) -> int:

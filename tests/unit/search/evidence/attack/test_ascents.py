@@ -1,6 +1,7 @@
 """Where an adversary's climbs begin, which of them arrive, and what becomes of the rest of the budget."""
 
 import numpy as np
+import pytest
 
 from workbench import Parameter, Space
 from workbench.models.evaluator import FunctionEvaluator
@@ -63,3 +64,59 @@ def test_the_record_and_the_sentence_count_arrivals():
     found = _attack(lambda x0, x1: x0 + x1, 2, value=2.0)
     assert found.to_dict()["arrived"] == found.arrived
     assert f"{found.arrived} of {found.climbs} climbs from elsewhere arrived there" in found.sentence
+
+
+def _two_peaks(**x):
+    u = np.array(list(x.values()))
+    broad = np.exp(-((u - 0.7) ** 2).sum() / (2 * 0.4**2))
+    narrow = 1.2 * np.exp(-((u - 0.2) ** 2).sum() / (2 * 0.08**2))
+    return float(broad + narrow)
+
+
+def test_a_known_case_on_the_flank_of_a_narrow_peak_is_climbed_to_its_top():
+    top = _two_peaks(u=0.2, v=0.2, w=0.2)
+    broad = {"x0": 0.7, "x1": 0.7, "x2": 0.7}
+    flank = {"x0": 0.27, "x1": 0.14, "x2": 0.25}
+    options = {"value": _two_peaks(**broad), "claimed": broad, "budget": 120, "seed": 3}
+    blind = _attack(_two_peaks, 3, **options)
+    told = _attack(
+        _two_peaks, 3, known=[(broad, _two_peaks(**broad)), (flank, _two_peaks(**flank))], **options
+    )
+    assert told.largest > 0.999 * top > blind.largest
+    assert told.kinds["local"] <= 60
+    assert told.arrived == 0  # it knew the place: nobody came there from elsewhere
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_an_attack_that_goes_on_begins_no_climb_at_the_claimed_case(goes_on):
+    place = 0.437  # of no drawn case
+    record = _attack(
+        lambda **x: -sum((v - place) ** 2 for v in x.values()),
+        2,
+        value=0.0,
+        claimed={"x0": place, "x1": place},
+        budget=80,
+        seed=0,
+        goes_on=goes_on,
+    )
+    beside = [a for a in record.attempts if np.isclose(a.point, place, atol=1e-12).sum() == 1]
+    assert bool(beside) != goes_on
+    assert record.climbs > 0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_attack_that_has_broken_a_claim_by_enough_stops_at_the_top_next_to_it(sign):
+    def signed(**x):
+        return sign * _two_peaks(**x)
+
+    broad, flank = {"x0": 0.7, "x1": 0.7, "x2": 0.7}, {"x0": 0.27, "x1": 0.14, "x2": 0.25}
+    options = {
+        "value": signed(**broad), "claimed": broad, "budget": 300, "seed": 3,
+        "sense": "max" if sign > 0 else "min", "known": [(flank, signed(**flank))],
+    }  # fmt: skip
+    whole = _attack(signed, 3, **options)
+    stopped = _attack(signed, 3, enough=signed(**broad) + 0.02 * sign, **options)
+    out_of_reach = _attack(signed, 3, enough=9.0 * sign, **options)
+    assert whole.runs == out_of_reach.runs == 300
+    assert stopped.runs < 250
+    assert sign * stopped.largest > 0.999 * _two_peaks(x0=0.2, x1=0.2, x2=0.2)

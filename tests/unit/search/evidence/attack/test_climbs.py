@@ -2,7 +2,12 @@ import numpy as np
 import pytest
 
 from workbench import Parameter, Space
-from workbench.search.evidence.attack.climbs import bisection, corner_climb, interior_climb
+from workbench.search.evidence.attack.climbs import (
+    bisection,
+    corner_climb,
+    interior_climb,
+    local_climb,
+)
 from workbench.search.runs.unit_space import SearchSpace
 
 
@@ -112,3 +117,53 @@ def test_integers_move_by_whole_levels():
     start = np.array([0.0, 1.0])
     climb = interior_climb(where, start, f(start), slope=lambda _: None, rng=np.random.default_rng(0))
     assert max(value for _, _, value in _climbed(climb, f)) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("d", [1, 2, 4])
+def test_a_local_climb_from_the_flank_of_a_narrow_peak_reaches_its_top_in_few_runs(d):
+    centre = np.linspace(0.3, 0.6, d)
+
+    def f(u):
+        return float(np.exp(-((u - centre) ** 2).sum() / (2 * 0.1**2)))
+
+    start = centre + 0.07 * (-1.0) ** np.arange(d)
+    rng = np.random.default_rng(0)
+    asked = _climbed(local_climb(_cube(d), start, f(start), slope=lambda _: None, rng=rng), f)
+    assert {kind for kind, _, _ in asked} == {"local"}
+    assert max(value for _, _, value in asked) > 0.999
+    assert len(asked) <= 10 + 10 * d
+
+
+def test_a_local_climb_stays_inside_and_leaves_categories_alone():
+    space = Space(
+        [
+            Parameter("x", lower=0, upper=1),
+            Parameter("n", kind="integer", lower=0, upper=10),
+            Parameter("c", kind="categorical", levels=tuple("abcd")),
+        ]
+    )
+    where = SearchSpace.of(space)
+    start = where.snap(np.array([[0.97, 0.5, 1 / 3]]))[0]
+
+    def f(u):
+        return float(u[0] - (u[1] - 0.7) ** 2)
+
+    asked = _climbed(
+        local_climb(where, start, f(start), slope=lambda _: None, rng=np.random.default_rng(1)), f
+    )
+    best = max(asked, key=lambda step: step[2])[1]
+    np.testing.assert_allclose(best, [1.0, 0.7, 1 / 3], atol=1e-9)
+    assert all(point[2] == start[2] and 0 <= point.min() and point.max() <= 1 for _, point, _ in asked)
+
+
+def test_a_local_climb_takes_gradients_where_the_model_gives_them():
+    def f(u):
+        return float(-((u - 0.4) ** 2).sum())
+
+    start = np.full(3, 0.45)
+    asked = _climbed(
+        local_climb(_cube(3), start, f(start), slope=lambda u: -2 * (u - 0.4), rng=np.random.default_rng(0)),
+        f,
+    )
+    assert {kind for kind, _, _ in asked} == {"gradient"}
+    assert max(value for _, _, value in asked) > -1e-3
