@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
 from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutProblem
-from workbench.engine.layout.optimise import METHODS, as_layout_problem, optimise_layout
+from workbench.engine.layout.optimise import METHODS, RUNS_ONLY, as_layout_problem, optimise_layout
 from workbench.engine.layout.outcome.purify import purify
 from workbench.engine.layout.outcome.result import HistoryEntry
 from workbench.engine.layout.whole_members import whole_members
@@ -69,8 +69,9 @@ def run_layout(
 
     Raises StudyError for an unusable problem, Interrupted when the user stops it (run again to go on).
     """
-    if method not in METHODS:
-        raise StudyError(f"layout method needs to be one of {', '.join(METHODS)}, got '{method}'")
+    known = (*METHODS, *RUNS_ONLY)
+    if method not in known:
+        raise StudyError(f"layout method needs to be one of {', '.join(known)}, got '{method}'")
     name = problem if isinstance(problem, str) else type(problem).__name__
     loaded = load_problem(problem, options, folder=study_folder) if isinstance(problem, str) else problem
     try:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bound.central_path import follow_central_path, has_interior
+from .bound.equivalent_loads import VARIANTS, equivalent_static_loads
 from .bound.linear_steps import linear_steps
 from .bound.min_max import min_max
 from .bound.secant_path import follow_secant_path
@@ -45,7 +46,7 @@ from .separable.presets import (
 )  # fmt: skip
 from .separable.sequence import approximation_sequence
 
-__all__ = ["METHODS", "as_layout_problem", "optimise_layout"]
+__all__ = ["METHODS", "RUNS_ONLY", "as_layout_problem", "optimise_layout"]
 
 Array = NDArray[np.float64]
 Peaks = Literal["all", "single", "ks", "p_norm"]
@@ -60,6 +61,7 @@ _PRESETS: dict[str, tuple[Preset, bool]] = {  # preset, globalised
     "dsqp": (DiagonalQuadratic(), False),
 }
 METHODS = ("gsao", *_PRESETS, "central_path", "secant_path", "trust_region", "linear_steps")
+RUNS_ONLY = tuple(VARIANTS)  # methods that a problem without runs of moving systems does not have
 
 _SETTLED = 1e-5  # first-order error below which a run at its limit of evaluations has converged
 _MANY = 10  # further constraints from which as many as members are active, as like as not
@@ -104,7 +106,8 @@ def optimise_layout(
 
     Args:
         problem: a `LayoutProblem`, or a study's record with system, objective, density, budget and times.
-        method: one of `METHODS`, or a preset with its own move limits (`MovingAsymptotes(move=0.3)`).
+        method: one of `METHODS` or `RUNS_ONLY`, or a preset with its own move limits
+            (`MovingAsymptotes(move=0.3)`).
         max_evaluations: of values with gradients, trivial layouts included.
         tolerance: relative improvement that is worth another step.
         peaks: "all" rows, the "single" largest, or a smooth aggregate; presets see the single largest peak
@@ -125,8 +128,8 @@ def optimise_layout(
     problem = as_layout_problem(problem)
     if max_evaluations < 1:
         raise InvalidLayout(f"max_evaluations needs to be >= 1, got {max_evaluations}")
-    if isinstance(method, str) and method not in METHODS:
-        raise InvalidLayout(f"method needs to be one of {', '.join(METHODS)}, got '{method}'")
+    if isinstance(method, str) and method not in (*METHODS, *RUNS_ONLY):
+        raise InvalidLayout(f"method needs to be one of {', '.join((*METHODS, *RUNS_ONLY))}, got '{method}'")
     if peaks not in ("all", "single", "ks", "p_norm"):
         raise InvalidLayout(f"peaks needs to be 'all', 'single', 'ks' or 'p_norm', got '{peaks}'")
     if peaks in ("ks", "p_norm"):
@@ -182,6 +185,13 @@ def _solve(
             return _few_limits(problem, recorder, allowed, tolerance, peaks == "all" and values.shape[1] == 1)
     else:
         why = "as asked"
+    if isinstance(method, str) and method in VARIANTS:
+        done = equivalent_static_loads(
+            problem, recorder, difference=VARIANTS[method], max_evaluations=allowed, tolerance=tolerance
+        )
+        return done, "equivalent static loads" + (
+            " of differences" if VARIANTS[method] else ""
+        ) + ": as asked"
     limited = method == "trust_region" and first.limit_rows
     if method in ("central_path", "secant_path", "trust_region") and not budgets_only and not limited:
         raise InvalidLayout(
