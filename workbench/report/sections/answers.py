@@ -20,8 +20,8 @@ from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.fit import GOOD_Q2, trust_in
 from workbench.report.sections.green_answers import GREEN_GRADES, refuse_green
 from workbench.report.sections.screening import verdict_level
-from workbench.report.sections.worse_runs import worse_run
 from workbench.report.worst_case.section import gap_sentence
+from workbench.report.worst_case.worse_runs import later_sentence, worse_run
 
 __all__ = ["answer_cards", "question"]
 
@@ -104,13 +104,16 @@ def _no_better_than(loop: Mapping[str, Any] | None, card: Card) -> Card:
     return replace(card, detail=detail, level="fair" if card.level == "good" else card.level)
 
 
-def _beyond(folder: CampaignFolder, worst: Mapping[str, Any], loop: Mapping[str, Any] | None) -> str:
+def _beyond(
+    folder: CampaignFolder,
+    worst: Mapping[str, Any],
+    loop: Mapping[str, Any] | None,
+    later: tuple[float, str] | None,
+) -> str:
     """The run of another stage that goes beyond a worst case, or ""."""
     unit = str(worst.get("unit") or "1")
-    later = worse_run(folder, worst)
     if later is not None:
-        value, key = later
-        return f"A run that came after the search went to {quantity(value, unit)}: {folder.run_name(key)}."
+        return later_sentence(folder, later, unit)
     bare = ((loop or {}).get("layouts") or {}).get("none") or {}
     known, sign = bare.get("worst"), 1.0 if worst["sense"] == "max" else -1.0
     if loop is None or known is None or loop["response"] != worst["response"]:
@@ -129,8 +132,9 @@ def _worst(
         how = f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}"
         if worst.get("mean") is not None:
             how = f"{worst['label'][:1].upper()}{worst['label'][1:]}"
-        detail = f"{how}, after {worst['evaluations']} runs of the search. {gap_sentence(worst)}"
-        beyond = _beyond(folder, worst, loop)
+        later = worse_run(folder, worst)
+        detail = f"{how}, after {worst['evaluations']} runs of the search. {gap_sentence(worst, later)}"
+        beyond = _beyond(folder, worst, loop, later)
         border = worst.get("border") or {}
         if border.get("borders") or border.get("is_answer"):
             detail = f"{border['sentence']} {detail}"

@@ -23,6 +23,7 @@ from workbench.report.worst_case.figures import (
 from workbench.report.worst_case.gap_figure import gap_figure
 from workbench.report.worst_case.parallel_figure import parallel_figure
 from workbench.report.worst_case.tables import audit_blocks, place_table, quantile_table, ranked_runs
+from workbench.report.worst_case.worse_runs import later_sentence, worse_run
 
 __all__ = ["further_worst_cases", "gap_sentence", "worst_case_section"]
 
@@ -32,9 +33,14 @@ UNCONFIRMED = (
 )
 
 
-def gap_sentence(worst: Mapping[str, Any]) -> str:
-    """What is known about how much worse it could be."""
+def gap_sentence(worst: Mapping[str, Any], later: tuple[float, str] | None = None) -> str:
+    """What is known about how much worse it could be; `later`: value and key of a run that is worse."""
     gap = worst.get("gap")
+    upper = (gap or {}).get("upper")
+    if later is not None and upper is not None:
+        sign = 1.0 if worst["sense"] == "max" else -1.0
+        if sign * (later[0] - upper) > 0:
+            return "The bound on how much worse it could be, stated by the search, does not hold."
     return typeset(gap["sentence"]) if gap else "No bound on how much worse it could be was computed."
 
 
@@ -123,6 +129,9 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
             f"Runs have noise: {noise} (standard deviation at this point). The runs by which the point was "
             "chosen have no part in the mean; a single run beyond it is luck."
         )
+    later = worse_run(folder, worst)
+    if later is not None:
+        sentences.append(later_sentence(folder, later, unit))
     if worst.get("border"):
         sentences.append(typeset(worst["border"]["sentence"]))
     if worst.get("within"):
@@ -130,7 +139,7 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
     sentences += [typeset(f"{mode['sentence']}.") for mode in worst.get("modes") or ()]
     if confirmed:
         sentences += [typeset(worst["grade_sentence"])] if worst.get("grade_sentence") else []
-        sentences.append(gap_sentence(worst))
+        sentences.append(gap_sentence(worst, later))
     if worst.get("regime"):
         sentences.append(typeset(worst["regime"]))
     if worst.get("scale"):

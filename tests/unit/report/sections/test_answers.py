@@ -7,7 +7,8 @@ import pytest
 from tests.sample_campaign import write_loop, write_sample
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.answers import answer_cards
-from workbench.report.sections.worse_runs import worse_run
+from workbench.report.worst_case.section import worst_case_section
+from workbench.report.worst_case.worse_runs import worse_run
 
 DOCUMENTS = ["design", "screening", "worst_case", "layout", "robust", "robust_layout"]
 OPEN = {"closed": False, "verdict": "amber", "reasons": ["the loop is not closed"], "may_exceed": 0.043}
@@ -136,3 +137,16 @@ def test_the_worst_of_a_design_is_that_of_all_its_runs(tmp_path):
     card = card_of(opened(tmp_path, robust=hidden), "robust")
     assert card.answer.startswith("after: 999")
     assert card.level == "poor"
+
+
+@pytest.mark.parametrize(("upper", "holds"), [(0.1, False), (1e6, True)])
+def test_a_bound_that_a_later_run_broke_is_not_said(tmp_path, upper, holds):
+    def bounded(worst):
+        worst |= {"value": 0.0, "gap": {"upper": upper, "sentence": "At most so much worse."}}
+
+    folder = opened(tmp_path, worst_case=bounded)
+    section = worst_case_section(folder).sentences
+    assert any(said.startswith("A run that came after the search went to ") for said in section)
+    for said in (" ".join(section), card_of(folder, "worst-case").detail):
+        assert ("At most so much worse." in said) == holds
+        assert ("stated by the search, does not hold." in said) != holds

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import StudyError
+from workbench.report.page.blocks import quantity
 from workbench.report.page.folder import CampaignFolder
 from workbench.space.box import Space
 
-__all__ = ["ROUNDING", "worse_run"]
+__all__ = ["ROUNDING", "later_sentence", "worse_run"]
 
 ROUNDING = 1e-9  # of the value: what a sum in another order may change
 MOST = 1000  # runs beyond it that are looked at for one inside the bounds
@@ -46,6 +47,12 @@ def worse_run(folder: CampaignFolder, worst: Mapping[str, Any]) -> tuple[float, 
         if space is None or _is_inside(space, run.inputs):
             return float(values[place]), run.key
     return None
+
+
+def later_sentence(folder: CampaignFolder, later: tuple[float, str], unit: str) -> str:
+    """That a run of another stage, its value and key, is worse."""
+    value, key = later
+    return f"A run that came after the search went to {quantity(value, unit)}: {folder.run_name(key)}."
 
 
 def _space(folder: CampaignFolder) -> Space | None:
