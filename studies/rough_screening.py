@@ -39,6 +39,7 @@ def _g(*a: float) -> Callable[[Array], Array]:
 FUNCTIONS: dict[str, Callable[[Array], Array]] = {
     "g 0, 0.5, 3, 9": _g(0.0, 0.5, 3.0, 9.0),
     "g 0, 1, 4.5, 9": _g(0.0, 1.0, 4.5, 9.0),
+    "g 0, 1, 4.5, 99": _g(0.0, 1.0, 4.5, *[99.0] * 17),
     "three steps": lambda x: 2.0 * (x[:, 0] > 0.5) + 1.5 * (x[:, 1] > 0.3) + 1.0 * (x[:, 2] < 0.6),
     "steps and a product": lambda x: (
         2.0 * (x[:, 0] > 0.5) + 1.5 * (x[:, 1] < 0.4) + 2.5 * ((x[:, 2] > 0.5) & (x[:, 3] > 0.5))

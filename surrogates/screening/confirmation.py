@@ -13,9 +13,12 @@ import numpy as np
 
 from .hidden_share import HiddenShare, RoughSide, hidden_share, rough_side
 from .methods import Found, find_sets
+from .partitions.anova import AnovaLandscape, AnovaOptimum, anova_landscape
 from .partitions.canonical import CanonicalRuns
-from .partitions.landscape import landscape_of
+from .partitions.landscape import PACKED_RUNS, landscape_of
 from .partitions.optimum import Landscape, Optimum, left_out_errors
+from .sets.anova import AnovaSets, anova_sets
+from .sets.rival_sets import CLEAR_MARGIN, Rivals
 from .sets.rules import Rules
 from .witness import inputs_in_errors, quadratic_witness
 
@@ -26,7 +29,7 @@ RESOLVED_SHARE = 0.01  # of the variance: below, there is nothing left to testif
 STARTS = (-4.0, -1.5, 0.5)  # log theta of an input that joins
 FINE_NUGGET = 1e-8
 SMOOTH, ROUGH = 2.0, 1.5  # exponents of the correlation
-LEAD = 3.0  # in l, of the rough one
+LEAD = 3.0  # in l, of a rival of the smooth one
 MOST_DOUBT = 0.1  # that the smooth one's x may cast on it, a share of the variance
 TOLERANCE, EVALUATIONS = 1e-3, 200
 
@@ -39,6 +42,7 @@ class Examined:
         found: with the confirmed units behind the selected ones.
         confirmed, disputed: units that the witness named and the likelihood confirmed, and did not.
         eta: exponent of the correlation.
+        anova: the maximum, where the selection is that of an ANOVA correlation.
         errors: (n,) leave-one-out, of the standardised response of the canonical runs.
         share: what stays unexplained.
         open: selected units that a nearly as likely set does without.
@@ -50,6 +54,7 @@ class Examined:
     confirmed: tuple[int, ...]
     disputed: tuple[int, ...]
     eta: float
+    anova: AnovaOptimum | None = None
     errors: np.ndarray
     share: HiddenShare
     open: tuple[int, ...]
@@ -63,17 +68,79 @@ def screened(
 
     With `free` a smooth correlation (exponent 2) that leaves more than 1 % unexplained has a rough one (1.5)
     as a rival, whose selection stands when it leads by 3 in l at the price of its size. Steps and kinks look
-    to a smooth correlation like waves of inert inputs.
+    to a smooth correlation like waves of inert inputs. An ANOVA correlation, in which a weak input may bend,
+    is the next rival, of the likelier of the two and under the same terms.
     """
-    seen = _looked_at(runs, method, rules, testify=testify, seed=seed)
-    if not free or not seen.share.upper > RESOLVED_SHARE or not seen.found.accepted:
-        return seen
-    rival = _looked_at(runs, method, replace(rules, eta=ROUGH), testify=testify, seed=seed)
-    if _worth(rival, rules) <= _worth(seen, rules) + LEAD:
-        return seen
-    # the rough one's own x was exceeded in more than one of twenty screenings
-    upper = max(rival.share.upper, min(seen.share.upper, MOST_DOUBT))
-    return replace(rival, share=replace(rival.share, upper=upper))
+    smooth = _looked_at(runs, method, rules, testify=testify, seed=seed)
+    if not free or not smooth.share.upper > RESOLVED_SHARE or not smooth.found.accepted:
+        return smooth
+    doubt = min(smooth.share.upper, MOST_DOUBT)
+    rough = _looked_at(runs, method, replace(rules, eta=ROUGH), testify=testify, seed=seed)
+    stands = smooth
+    if _worth(rough, rules) > _worth(smooth, rules) + LEAD:
+        # the rough one's own x was exceeded in more than one of twenty screenings
+        stands = replace(rough, share=replace(rough.share, upper=max(rough.share.upper, doubt)))
+    if not testify or len(runs.y) > PACKED_RUNS:
+        return stands
+    anova = anova_landscape(runs, restricted=rules.restricted, eta=SMOOTH, nugget=rules.nugget)
+    sets = anova_sets(anova, smooth.found.optima[smooth.found.accepted], threshold=rules.threshold)
+    if sets.worth(sets.best) <= _worth(stands, rules) + LEAD:
+        return stands
+    return _by_anova(anova, sets, stands, runs, rules, doubt)
+
+
+def _by_anova(
+    anova: AnovaLandscape,
+    sets: AnovaSets,
+    before: Examined,
+    runs: CanonicalRuns,
+    rules: Rules,
+    doubt: float,
+) -> Examined:
+    """The selection of an ANOVA correlation in place of that of a product; x is at least `doubt`.
+
+    What reads thetas of a screening gets those of the product with these units.
+    """
+    ground = landscape_of(runs, restricted=rules.restricted, eta=before.eta)
+    best = sets.best
+    errors = anova.left_out_errors(best)
+    share = hidden_share(errors, runs.y)
+    order = [best.units[i] for i in np.argsort(-best.weight, kind="stable")]
+    chain: list[tuple[int, ...]] = [()]
+    optima = [before.found.optima[0]]
+    for unit in order:
+        optima.append(_joined(ground, optima[-1], chain[-1], unit, replace(rules, eta=before.eta)))
+        chain.append((*chain[-1], unit))
+    closest = {unit: at for unit in order if (at := sets.without(unit))}
+    falls = {unit: sets.worth(best) - sets.worth(at) for unit, at in closest.items()}
+    doubted = tuple(unit for unit in order if falls.get(unit, np.inf) < CLEAR_MARGIN)
+    without = [hidden_share(anova.left_out_errors(closest[u]), runs.y).upper for u in doubted]
+    found = replace(
+        before.found,
+        sets=chain,
+        optima=optima,
+        etas=[before.found.etas[0]] * len(chain),
+        accepted=len(order),
+        rest_gain=float("nan"),
+        starts_at_best=sets.agreeing,
+        beside=Rivals(
+            closest=tuple((at.units, sets.worth(best) - sets.worth(at)) for at in sets.optima[1:6]),
+            margin=min(falls.values(), default=float("inf")),
+            doubts=(),
+        ),
+        ranked=tuple(dict.fromkeys((*order, *before.found.ranked))),
+    )
+    return Examined(
+        found=found,
+        confirmed=(),  # their l is not the one that confirmed
+        disputed=tuple(u for u in before.disputed if u not in order),
+        eta=before.eta,
+        anova=best,
+        errors=errors,
+        share=replace(share, upper=max(share.upper, doubt)),
+        open=doubted,
+        open_share=max(without, default=0.0),
+    )
 
 
 def _looked_at(runs: CanonicalRuns, method: str, rules: Rules, *, testify: bool, seed: int) -> Examined:

@@ -19,8 +19,11 @@ from numpy.typing import NDArray
 from ..analysis.measure import Measure, uniform
 from ..analysis.sobol import sobol_indices
 from ..kriging.estimator import Kriging
+from .partitions.anova import AnovaOptimum
+from .partitions.anova_shares import drawn_total_indices
+from .partitions.canonical import CanonicalRuns
 
-__all__ = ["MINOR_SHARE", "SelectedShare", "minor_inputs", "selected_shares"]
+__all__ = ["MINOR_SHARE", "SelectedShare", "anova_shares", "minor_inputs", "selected_shares"]
 
 Array = NDArray[np.float64]
 
@@ -88,6 +91,31 @@ def selected_shares(
         SelectedShare(column=k, mean=float(m), lower=float(low), upper=float(high))
         for k, m, low, high in zip(kept, found.mean, found.lower, found.upper, strict=True)
     )
+
+
+def anova_shares(
+    runs: CanonicalRuns,
+    at: AnovaOptimum,
+    x: Array,
+    *,
+    eta: float,
+    measures: Sequence[Measure | None] | None = None,
+    seed: int = 0,
+) -> tuple[SelectedShare, ...]:
+    """The same of the units of an ANOVA correlation, from runs x (n, d) and their canonical form.
+
+    Of a unit of several columns each is said to have the share of all.
+    """
+    drawn = drawn_total_indices(
+        runs, at, eta=eta, given=x, measures=measures, draws=DRAWS, rng=np.random.default_rng(seed)
+    )
+    lower, upper = np.quantile(drawn, [0.025, 0.975], axis=0)
+    found = [
+        SelectedShare(column=k, mean=float(mean), lower=float(low), upper=float(high))
+        for unit, mean, low, high in zip(at.units, drawn.mean(axis=0), lower, upper, strict=True)
+        for k in runs.given(unit)
+    ]
+    return tuple(sorted(found, key=lambda share: share.column))
 
 
 def _measure(values: Array, given: Measure | None, is_label: bool) -> Measure | None:

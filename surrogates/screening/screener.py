@@ -28,13 +28,23 @@ from ..kriging.given_runs import (
 )
 from .confirmation import SMOOTH, Examined, screened, where_it_errs
 from .hidden_share import HiddenShare
-from .listed_apart import SelectedShare, minor_inputs, selected_shares
+from .listed_apart import SelectedShare, anova_shares, minor_inputs, selected_shares
 from .methods import METHODS, Found
-from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs, replicate_variance
+from .partitions.anova import AnovaOptimum
+from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs
 from .partitions.landscape import landscape_of
 from .partitions.optimum import left_out_q2, standard_scores
 from .path import ScreeningStep, ranked_inputs, screening_path, told
-from .sets.rules import Rules, check_columns, check_rules, criterion_in_words, threshold_for
+from .sets.anova import anova_price
+from .sets.rules import (
+    Rules,
+    check_columns,
+    check_rules,
+    criterion_in_words,
+    nugget_bounds,
+    rule_in_words,
+    threshold_for,
+)
 from .verdict import Evidence, Judgement, ScreeningDiagnosis, judge
 
 __all__ = ["KrigingScreener"]
@@ -44,8 +54,6 @@ Array = NDArray[np.float64]
 FEWEST_RUNS = 3
 # chi^2 with one degree, 95 %: fits Tables 3.1 and 3.2, whose rule is "no large increment"
 FORWARD_THRESHOLD = 1.92
-DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
-FORWARD_NUGGET = 1e-8
 NOTHING_FOUND = Found(sets=[], optima=[], accepted=0, etas=[])  # where there was nothing to screen
 
 
@@ -146,7 +154,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         scaled = self.method == "default" or not about_unit_wide(x, labels=labels)
         runs = canonical_runs(x, y, labels=labels, groups=self.groups, scaled=scaled)
         threshold = self._threshold(len(runs.units))
-        bounds = self._nugget_bounds(runs)
+        bounds = nugget_bounds(self.method, self.nugget, runs)
         # a response whose spread is rounding of its mean is constant
         constant = runs.scale <= 1e-13 * float(np.abs(y).max())
         found = seen = None
@@ -168,6 +176,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         # what a later look at the stability starts from
         self._runs = runs if found is not None else None
         self._largest = (found.sets[-1], found.optima[-1]) if found is not None else None
+        self._anova = None if seen is None else seen.anova
         self._record(runs, seen, threshold, bounds, x, y, constant)
         return self
 
@@ -194,6 +203,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             best = found.optima[found.accepted]
             landscape = landscape_of(runs, restricted=True, eta=found.etas[found.accepted])
             q2, scores = left_out_q2(landscape, best), standard_scores(landscape, best)
+            if seen is not None and seen.anova is not None:
+                q2 = 1.0 - seen.share.unexplained
         accepted = [s for s in steps if s.accepted]
         last = accepted[-1] if accepted else None
         self.path_ = told(steps) if self.method == "default" else steps
@@ -203,7 +214,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         self.sigma2_ = last.sigma2 if last else runs.scale**2
         self.nugget_ = last.nugget if last else bounds[0]
         self.log_likelihood_ = last.log_likelihood if last else base
-        shares = self._shares(x, y)
+        shares = self._shares(x, y, runs, None if seen is None else seen.anova)
         self.diagnosis_ = self._diagnosed(
             runs,
             seen,
@@ -220,9 +231,13 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         self.selected_ = np.array(kept, dtype=np.intp)
         self.minor_ = np.array(self.diagnosis_.minor, dtype=np.intp)
 
-    def _shares(self, x: Array, y: Array) -> tuple[SelectedShare, ...]:
+    def _shares(
+        self, x: Array, y: Array, runs: CanonicalRuns, anova: AnovaOptimum | None
+    ) -> tuple[SelectedShare, ...]:
         if self.method != "default" or self.n_features is not None:
             return ()
+        if anova is not None:
+            return anova_shares(runs, anova, x, eta=SMOOTH, measures=self.measures, seed=self.seed)
         return selected_shares(
             x,
             y,
@@ -275,10 +290,12 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             open_share=seen.open_share if seen else 0.0,
             rough_side=side,
             is_rough=seen is not None and self.method == "default" and seen.eta < SMOOTH,
+            is_anova=seen is not None and seen.anova is not None,
         )
         apart = minor_inputs(shares, self.groups, resolved=judge(self._evidence).state == "resolved")
         self._evidence = self._evidence.with_minor(apart, shares)
         judged = judge(self._evidence)
+        price = anova_price(threshold) if self._evidence.is_anova else threshold
         low, high = x.min(axis=0), x.max(axis=0)
         equal, near = close_pairs((x - low) / np.where(high > low, high - low, 1.0))
         return ScreeningDiagnosis(
@@ -286,7 +303,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             n_inputs=d,
             method=self.method,
             criterion=criterion_in_words(self.criterion if self.method != "welch" else "ml"),
-            rule=self._rule(threshold),
+            rule=rule_in_words(self.method, price, self.n_features),
             threshold=threshold,
             base_log_likelihood=base,
             nugget=self.nugget_,
@@ -373,25 +390,6 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         if self.threshold is not None:
             return float(self.threshold)
         return threshold_for(max(n_units, 1)) if self.method == "default" else FORWARD_THRESHOLD
-
-    def _rule(self, threshold: float) -> str:
-        if self.n_features is not None:
-            return f"{self.n_features} inputs, as asked"
-        if self.method == "default":
-            return f"the set with the largest l - {threshold:.2f} x number of inputs, if 2 above none"
-        return f"forward until the gain in l falls below {threshold:.2f}"
-
-    def _nugget_bounds(self, runs: CanonicalRuns) -> tuple[float, float]:
-        if isinstance(self.nugget, tuple):
-            return float(self.nugget[0]), float(self.nugget[1])
-        if self.nugget is not None:
-            return float(self.nugget), float(self.nugget)
-        if self.method == "default":
-            return DEFAULT_NUGGET
-        # equal inputs with unequal responses: their variance is the least noise there can be
-        noise = replicate_variance(runs)
-        value = max(FORWARD_NUGGET, noise)
-        return value, value
 
 
 def _inputs(runs: CanonicalRuns, members: Sequence[int]) -> tuple[int, ...]:

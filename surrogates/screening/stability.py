@@ -6,14 +6,19 @@ found with all runs, the set is shortened and chosen by the same rule. A share n
 carry the selection; it does not repeat the search from random starts.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from sklearn.utils.validation import check_is_fitted
 
+from .confirmation import SMOOTH
+from .partitions.anova import anova_landscape
 from .partitions.canonical import CanonicalRuns
 from .partitions.landscape import PACKED_RUNS, landscape_of
 from .partitions.optimum import Optimum
 from .screener import KrigingScreener
+from .sets.anova import anova_price, units_that_stay
 from .sets.backward import shorten
 from .sets.forward import forward_path
 
@@ -68,8 +73,12 @@ def _selected(
     start: tuple[tuple[int, ...], Optimum],
     rows: NDArray[np.intp],
 ) -> tuple[int, ...]:
-    ground = landscape_of(runs, restricted=screener.criterion == "reml", eta=screener.eta_, rows=rows)
     bounds, threshold = screener.diagnosis_.nugget_bounds, screener.diagnosis_.threshold
+    if screener._anova is not None:
+        part = replace(runs, x=np.ascontiguousarray(runs.x[rows]), y=runs.y[rows])
+        anova = anova_landscape(part, restricted=screener.criterion == "reml", eta=SMOOTH, nugget=bounds)
+        return units_that_stay(anova, screener._anova, price=anova_price(threshold))
+    ground = landscape_of(runs, restricted=screener.criterion == "reml", eta=screener.eta_, rows=rows)
     if screener.method == "forward":
         _, path = forward_path(ground, nugget=bounds, threshold=threshold, steps=screener.n_features)
         taken = path if screener.n_features else [s for s in path if s.gain >= threshold]

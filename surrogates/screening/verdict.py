@@ -128,7 +128,8 @@ class Evidence:
             cannot be resolved.
         rest_gain, q2, starts_at_best, repeated, confirmed, disputed, open, open_share, rough_side, minor: see
             `ScreeningDiagnosis`.
-        hidden_share: x; None for 1 - q2.   is_rough: whether the correlation is the rough one.
+        hidden_share: x; None for 1 - q2.
+        is_rough, is_anova: whether the correlation is the rough one, or has a weight for each input.
     """
 
     n_runs: int
@@ -149,6 +150,7 @@ class Evidence:
     rough_side: RoughSide | None = None
     minor: Sequence[int] = ()
     is_rough: bool = False
+    is_anova: bool = False
 
     def with_hidden(self, share: HiddenShare) -> "Evidence":
         """The same where left-out runs say that this share hides further inputs."""
@@ -222,13 +224,13 @@ def judge(
             advice=advice,
         )
     certain = _certainty(e, name)
-    if max(x, e.open_share) <= RESOLVED_SHARE and not (e.disputed or e.confirmed or e.is_rough):
+    if max(x, e.open_share) <= RESOLVED_SHARE and not (e.disputed or e.confirmed or e.is_rough or e.is_anova):
         verdict = "; ".join([f"resolved: {missing}", certain, *_apart(e, name)])
         return Judgement(state="resolved", verdict=verdict, advice=known)
     hide = f"{_percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
     said = [
         hide,
-        *([ROUGH_RUNS] if e.is_rough else []),
+        *([ANOVA_RUNS] if e.is_anova else [ROUGH_RUNS] if e.is_rough else []),
         *_rest(e),
         *_testimony(e, name),
         certain,
@@ -246,6 +248,7 @@ def judge(
 
 
 ROUGH_RUNS = "the runs speak for steps or kinks, where weak inputs are hard to tell"
+ANOVA_RUNS = "found by a correlation in which weak inputs may bend, where those near 1 % are hard to tell"
 ROUGH_ADVICE = "the response is rough for so many runs: elementary effects (Morris) need no smoothness"
 
 

@@ -8,8 +8,20 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-__all__ = ["Rules", "check_columns", "check_rules", "criterion_in_words", "threshold_for"]
+from ..partitions.canonical import CanonicalRuns, replicate_variance
 
+__all__ = [
+    "Rules",
+    "check_columns",
+    "check_rules",
+    "criterion_in_words",
+    "nugget_bounds",
+    "rule_in_words",
+    "threshold_for",
+]
+
+DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
+FORWARD_NUGGET = 1e-8
 LENIENT = 0.5  # of the threshold: sets that are best at that price are looked at, too
 
 
@@ -30,6 +42,15 @@ def criterion_in_words(name: str) -> str:
     """What l is for the criterion "reml" or "ml"."""
     what = "restricted log-likelihood l of (3.13)" if name == "reml" else "log-likelihood l of (3.11)"
     return f"{what}, constant 0, larger is better"
+
+
+def rule_in_words(method: str, price: float, n_features: int | None) -> str:
+    """How a set is chosen."""
+    if n_features is not None:
+        return f"{n_features} inputs, as asked"
+    if method == "default":
+        return f"the set with the largest l - {price:.2f} x number of inputs, if 2 above none"
+    return f"forward until the gain in l falls below {price:.2f}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,6 +77,21 @@ class Rules:
     def lenient(self) -> float:
         """The price at which sets are looked at beside those of the full price."""
         return LENIENT * self.threshold
+
+
+def nugget_bounds(
+    method: str, given: float | tuple[float, float] | None, runs: CanonicalRuns
+) -> tuple[float, float]:
+    """Least and largest nugget relative to sigma2, by what was given and else by the method."""
+    if isinstance(given, tuple):
+        return float(given[0]), float(given[1])
+    if given is not None:
+        return float(given), float(given)
+    if method == "default":
+        return DEFAULT_NUGGET
+    # equal inputs with unequal responses: their variance is the least noise there can be
+    value = max(FORWARD_NUGGET, replicate_variance(runs))
+    return value, value
 
 
 def check_rules(given: Any) -> None:

@@ -18,3 +18,10 @@ def test_steps_and_smooth_functions_with_four_seeds():
     assert int(right[:3].sum()) >= 10  # of 12
     assert int(right[3:].sum()) >= 7  # of 8
     assert int(found["wrongly_resolved"].sum()) == 0
+
+
+@pytest.mark.slow
+def test_sobols_g_with_four_seeds():
+    found = run(range(4), names=("g 0, 0.5, 3, 9", "g 0, 1, 4.5, 99"))
+    assert int(found["right"].isel(method=1).sum()) >= 5  # of 8; 18 of 20 with seeds 500 to 509
+    assert int(found["wrongly_resolved"].sum()) == 0
