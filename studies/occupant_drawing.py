@@ -4,13 +4,13 @@ Frame of the model: x rearward, y up. The viewer has x forward, so the drawing t
 vertical axis: x' = -x, angles change their sign.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from studies.occupant import member_sites
 from studies.occupant_body import HIP, SEGMENTS
-from workbench.engine import Deviation, Trajectory
+from workbench.engine import Deviation, Trajectory, member_histories
 from workbench.motion.frames import (
     Body,
     History,
@@ -23,6 +23,7 @@ from workbench.motion.frames import (
 __all__ = ["SHAPES", "motion_of", "outlines"]
 
 FRAMES = 81
+THINNEST = 1e-3  # density of the thinnest member that is drawn
 # segment: (lower or distal end, upper or proximal end, radius) in the reference posture, m
 SHAPES = {
     "head": ((0.2760, 1.5100), (0.2760, 1.6600), 0.095),
@@ -118,17 +119,20 @@ def _run(label: str, run: Trajectory, nodes: np.ndarray, kinds: tuple[str, ...])
         angle.append(np.zeros(len(nodes)))
         bodies.append(Body(name=name, shape="box", size=tuple(size), role="vehicle", see_through=glass))
     poses = planar_poses(-np.stack(x, 1), np.stack(y, 1), -np.stack(angle, 1))
-    return MotionRun(label=label, bodies=tuple(bodies), poses=poses, members=_members(run, kinds, centres))
+    kept = [i for i, density in enumerate(run.density) if density > THINNEST]
+    return MotionRun(
+        label=label, bodies=tuple(bodies), poses=poses, members=_members(run, kept, kinds, centres),
+        forces=member_histories(run, kept).force[nodes] if kept else None,
+    )  # fmt: skip
 
 
 def _members(
-    run: Trajectory, kinds: tuple[str, ...], centres: Mapping[str, tuple[int, np.ndarray, float]]
-) -> tuple[Member, ...]:
+    run: Trajectory, kept: Sequence[int], kinds: tuple[str, ...],
+    centres: Mapping[str, tuple[int, np.ndarray, float]],
+) -> tuple[Member, ...]:  # fmt: skip
     sites = member_sites()
     found = []
-    for i, density in enumerate(run.density):
-        if density <= 1e-3:
-            continue
+    for i in kept:
         site, kind = sites[i % len(sites)], kinds[i // len(sites)]
         body, centre, turn = centres[site.segment]
         # into the capsule's own frame, in which its axis is upright, and turned about the vertical
@@ -138,7 +142,7 @@ def _members(
         fixed = (-site.on_vehicle[0], ACROSS - site.across - site.offset, site.on_vehicle[1])
         found.append(
             Member(
-                name=f"{kind} {site.number}", kind=kind, density=float(min(density, 1.0)),
+                name=f"{kind} {site.number}", kind=kind, density=float(min(run.density[i], 1.0)),
                 body_a=body, point_a=(float(local[0]), float(local[1]), local[2]), body_b=-1, point_b=fixed,
             )
         )  # fmt: skip

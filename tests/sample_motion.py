@@ -1,5 +1,7 @@
 """A made-up motion: an occupant of six segments on a seat in a braking cab, held by members or not."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.motion.frames import (
@@ -9,7 +11,10 @@ from workbench.motion.frames import (
     Motion,
     MotionRun,
     planar_poses,
+    rotate,
+    side_by_side,
 )
+from workbench.motion.meshes import cylinder
 
 TIMES = np.linspace(0.0, 1.5, 76)
 SEGMENTS = [  # name, offset from the hip, angle from upright, (radius, length), role
@@ -42,6 +47,42 @@ def sample_motion() -> Motion:
         ),
         storyboard=(0.0, 0.5, 0.9, 1.4),
     )
+
+
+def sample_film() -> Motion:
+    """The same cab driven forth and rolled, on wheels, in two cases and with the forces of the members."""
+    shown = sample_motion()
+    drive = np.stack([9.0 * TIMES - 2.0 * TIMES**2, 0.0 * TIMES, 0.3 * TIMES**2], axis=1)
+    roll = np.pi / 3 * (TIMES / TIMES[-1]) ** 2
+    turn = np.stack([np.cos(roll / 2), np.sin(roll / 2), 0.0 * roll, 0.0 * roll], axis=1)
+    points, triangles = cylinder(0.3, 0.2)
+    wheel = Body(name="wheel", shape="mesh", role="wheel", vertices=points, triangles=triangles)
+
+    def driven(run: MotionRun, thrown: float) -> MotionRun:
+        away = np.zeros((len(TIMES), len(run.bodies), 3))
+        away[:, : len(SEGMENTS), 0] = thrown * TIMES[:, None] ** 2  # the occupant alone
+        place = drive[:, None] + rotate(turn[:, None], run.poses[..., :3] + away)
+        hub = drive + rotate(turn, [0.4, -0.6, 0.3])
+        poses = np.concatenate([place, _product(turn[:, None], run.poses[..., 3:])], axis=2)
+        poses = np.concatenate([poses, np.concatenate([hub, turn], axis=1)[:, None]], axis=1)
+        pull = 900.0 * np.clip(TIMES - 0.3, 0.0, None)[:, None] * np.arange(1, len(run.members) + 1)
+        return replace(run, poses=poses, bodies=(*run.bodies, wheel), forces=pull if run.members else None)
+
+    return side_by_side(
+        {
+            name: replace(shown, runs=tuple(driven(run, thrown) for run in shown.runs))
+            for name, thrown in (("the worst case", 6.0), ("the nominal case", 0.0))
+        }
+    )
+
+
+def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Of quaternions (..., 4)."""
+    w, u = a[..., :1], a[..., 1:]
+    s, v = b[..., :1], b[..., 1:]
+    u, v = np.broadcast_arrays(u, v)
+    real = w * s - (u * v).sum(axis=-1, keepdims=True)
+    return np.concatenate([real, w * v + s * u + np.cross(u, v)], axis=-1)
 
 
 def _run(label: str, *, slide: float, members: tuple[Member, ...]) -> MotionRun:

@@ -1,32 +1,36 @@
-"""Motion to look at: bodies, members and time histories of one or two runs, for the viewer and the stills.
+"""Motion to look at: bodies, members and time histories of some runs, for the viewer and the stills.
 
-    Shape     capsule (radius, length between the centres of its caps, along local z) or box (edges)
+    Shape     capsule (radius, length between the centres of its caps, along local z), box (edges) or mesh
     Body      a shape with a name, a role that gives its colour, and whether it may be seen through
     Member    a restraint between two body-fixed points; kind belt | airbag | retractor, density 0..1
-    History   one response over time, a series per run, with an optional limit
+    History   one response over time, a series per run of a case, with an optional limit
     Motion    times (T,), per run the poses (T, B, 7) of all bodies: x, y, z and a quaternion w, x, y, z
 
-The scene's z points up, x forward, lengths in metres. Planar results (x, y, angle), y up, become poses by
-`planar_poses`. A campaign's `motion.json` is `Motion.to_dict()`: arrays are base64 of little-endian float32,
-which is enough to look at; full data stay with the simulation.
+Runs of one case (the same uncertain parameters under several layouts, say) are shown side by side; where
+there are several cases, the page lets one be chosen. The scene's z points up, x forward, lengths in metres.
+Planar results (x, y, angle), y up, become poses by `planar_poses`. A campaign's `motion.json` is
+`Motion.to_dict()`, its arrays packed as `workbench.motion.packing` says: enough to look at; full data stay
+with the simulation.
 
-    {"title", "times", "histories": [{"name", "unit", "limit", "series": [{"label", "values"}]}],
-     "runs": [{"label", "poses", "bodies": [{"name", "shape", "size", "role", "see_through"}],
+    {"title", "times", "meshes": [{"vertices", "triangles"}],
+     "histories": [{"name", "unit", "limit", "case", "series": [{"label", "values"}]}],
+     "runs": [{"label", "case", "poses", "forces",
+               "bodies": [{"name", "shape", "size", "role", "see_through", "mesh"}],
                "members": [{"name", "kind", "density", "body_a", "point_a", "body_b", "point_b"}]}],
      "storyboard": [times of the stills]}
 
-`body_a` and `body_b` are positions in `bodies`; -1 is the ground.
+`body_a` and `body_b` are positions in `bodies`, -1 is the ground; `mesh` is a position in `meshes`.
 """
 
-from base64 import b64decode, b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import StudyError
+from workbench.motion.packing import packed, packed_in_steps, unpacked, unpacked_from_steps
 
 __all__ = [
     "KINDS",
@@ -39,29 +43,41 @@ __all__ = [
     "frame_at",
     "planar_poses",
     "rotate",
+    "side_by_side",
 ]
 
 KINDS = ("belt", "airbag", "retractor")
 ROLES = ("vehicle", "occupant", "head", "seat", "wheel", "other")
-SHAPES = {"capsule": 2, "box": 3}
+SHAPES = {"capsule": 2, "box": 3, "mesh": 0}
 UNIT_NORM = 1e-3  # quaternions further from unit length are refused, nearer ones are normalised
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """A moving shape. `size`: (radius, length) of a capsule, (x, y, z) edges of a box, m."""
+    """A moving shape. `size`: (radius, length) of a capsule, (x, y, z) edges of a box, m.
+
+    vertices, triangles: of a mesh, m in the body's axes, anticlockwise from outside; see `motion.meshes`.
+    """
 
     name: str
     shape: str
-    size: tuple[float, ...]
+    size: tuple[float, ...] = ()
     role: str = "other"
     see_through: bool = False
+    vertices: tuple[tuple[float, float, float], ...] = ()
+    triangles: tuple[tuple[int, int, int], ...] = ()
 
     def __post_init__(self) -> None:
-        if SHAPES.get(self.shape) != len(self.size) or min(self.size) < 0:
+        if SHAPES.get(self.shape) != len(self.size) or min(self.size, default=0.0) < 0:
             raise StudyError(
                 f"body {self.name!r} needs shape 'capsule' with (radius, length) or 'box' with three edges, "
-                f"got {self.shape!r} with {self.size}"
+                f"or 'mesh' without a size, got {self.shape!r} with {self.size}"
+            )
+        corners = {i for triangle in self.triangles for i in triangle}
+        if (self.shape == "mesh") != bool(self.triangles) or not corners <= set(range(len(self.vertices))):
+            raise StudyError(
+                f"body {self.name!r}: a mesh, and nothing else, has triangles over its vertices; got shape "
+                f"{self.shape!r}, {len(self.vertices)} vertices and {len(self.triangles)} triangles"
             )
         if self.role not in ROLES:
             raise StudyError(f"body {self.name!r}: role is one of {', '.join(ROLES)}, got {self.role!r}")
@@ -88,22 +104,29 @@ class Member:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """A response over the times of the motion: run label -> values (T,)."""
+    """A response over the times of the motion: label of a run of this case -> values (T,)."""
 
     name: str
     unit: str
     series: Mapping[str, NDArray[np.float64]]
     limit: float | None = None
+    case: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionRun:
-    """One run: bodies, their poses (T, B, 7), members."""
+    """One run: bodies, their poses (T, B, 7), members.
+
+    forces: of the members, (T, M) N, tension positive.
+    case: what it has in common with the runs that it is shown beside.
+    """
 
     label: str
     bodies: tuple[Body, ...]
     poses: NDArray[np.float64]
     members: tuple[Member, ...] = ()
+    forces: NDArray[np.float64] | None = None
+    case: str = ""
 
     def segments(self, frame: int) -> NDArray[np.float64]:
         """Ends of all members in a frame, (members, 2, 3)."""
@@ -119,7 +142,7 @@ class MotionRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """One run, or two to compare, over common times (T,) in s."""
+    """Runs to compare, case by case, over common times (T,) in s."""
 
     title: str
     times: NDArray[np.float64]
@@ -134,10 +157,10 @@ class Motion:
         if np.any(np.diff(self.times) <= 0):
             raise StudyError("times of a motion need to increase")
         for run in self.runs:
-            expected = (count, len(run.bodies), 7)
-            if run.poses.shape != expected:
+            shape = (count, len(run.bodies), 7)
+            if run.poses.shape != shape:
                 raise StudyError(
-                    f"poses of run {run.label!r} need shape {expected} (times, bodies, x y z w x y z), "
+                    f"poses of run {run.label!r} need shape {shape} (times, bodies, x y z w x y z), "
                     f"got {run.poses.shape}"
                 )
             if not np.isfinite(run.poses).all():
@@ -147,6 +170,13 @@ class Motion:
             norm = np.linalg.norm(run.poses[..., 3:], axis=-1)
             if norm.size and np.abs(norm - 1).max() > UNIT_NORM:
                 raise StudyError(f"quaternions of run {run.label!r} need unit length, got {norm.min():.4g}")
+            if run.forces is not None:
+                table = (count, len(run.members))
+                if run.forces.shape != table or not np.isfinite(run.forces).all():
+                    raise StudyError(
+                        f"forces of run {run.label!r} need shape {table} (times, members) and finite "
+                        f"values, got {run.forces.shape}"
+                    )
             for m in run.members:
                 if not (-1 <= m.body_a < len(run.bodies) and -1 <= m.body_b < len(run.bodies)):
                     raise StudyError(f"member {m.name!r} names a body that run {run.label!r} does not have")
@@ -157,69 +187,123 @@ class Motion:
                         f"history {history.name!r}, {label!r} needs {count} values, got {len(values)}"
                     )
 
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """The names of the cases, in order."""
+        return tuple(dict.fromkeys(run.case for run in self.runs))
+
     def to_dict(self) -> dict[str, Any]:
         """The document `motion.json`."""
+        meshes: dict[Any, int] = {}  # equal ones are written once
+        runs = [_run_document(run, meshes) for run in self.runs]
         return {
             "title": self.title,
-            "times": _packed(self.times),
+            "times": packed(self.times),
             "storyboard": [float(t) for t in self.storyboard],
+            "meshes": [
+                {"vertices": [list(p) for p in vertices], "triangles": [list(t) for t in triangles]}
+                for vertices, triangles in meshes
+            ],
             "histories": [
                 {
                     "name": h.name,
                     "unit": h.unit,
                     "limit": h.limit,
-                    "series": [{"label": label, "values": _packed(v)} for label, v in h.series.items()],
+                    "case": h.case,
+                    "series": [{"label": label, "values": packed(v)} for label, v in h.series.items()],
                 }
                 for h in self.histories
             ],
-            "runs": [
-                {
-                    "label": run.label,
-                    "poses": _packed(run.poses),
-                    "bodies": [
-                        {"name": b.name, "shape": b.shape, "size": list(b.size), "role": b.role,
-                         "see_through": b.see_through}
-                        for b in run.bodies
-                    ],
-                    "members": [
-                        {"name": m.name, "kind": m.kind, "density": m.density, "body_a": m.body_a,
-                         "point_a": list(m.point_a), "body_b": m.body_b, "point_b": list(m.point_b)}
-                        for m in run.members
-                    ],
-                }
-                for run in self.runs
-            ],
-        }  # fmt: skip
+            "runs": runs,
+        }
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> "Motion":
         """The motion of a document."""
-        times = _unpacked(data["times"])
-        runs = []
-        for run in data["runs"]:
-            bodies = tuple(Body(**{**b, "size": tuple(b["size"])}) for b in run["bodies"])
-            members = tuple(
-                Member(**{**m, "point_a": tuple(m["point_a"]), "point_b": tuple(m["point_b"])})
-                for m in run["members"]
-            )
-            poses = _unpacked(run["poses"]).reshape(len(times), len(bodies), 7)
-            runs.append(MotionRun(label=run["label"], bodies=bodies, poses=poses, members=members))
+        times = unpacked(data["times"])
+        meshes = [
+            (tuple(map(tuple, m["vertices"])), tuple(map(tuple, m["triangles"])))
+            for m in data.get("meshes", ())
+        ]
         histories = tuple(
             History(
                 name=h["name"],
                 unit=h["unit"],
                 limit=h.get("limit"),
-                series={s["label"]: _unpacked(s["values"]) for s in h["series"]},
+                case=h.get("case", ""),
+                series={s["label"]: unpacked(s["values"]) for s in h["series"]},
             )
             for h in data.get("histories", ())
         )
         return cls(
             title=data["title"],
             times=times,
-            runs=tuple(runs),
+            runs=tuple(_run_of(run, meshes, len(times)) for run in data["runs"]),
             histories=histories,
             storyboard=tuple(data.get("storyboard", ())),
         )
+
+
+def _run_document(run: MotionRun, meshes: dict[Any, int]) -> dict[str, Any]:
+    bodies = []
+    for b in run.bodies:
+        mesh = meshes.setdefault((b.vertices, b.triangles), len(meshes)) if b.shape == "mesh" else None
+        bodies.append(
+            {"name": b.name, "shape": b.shape, "size": list(b.size), "role": b.role,
+             "see_through": b.see_through, "mesh": mesh}
+        )  # fmt: skip
+    return {
+        "label": run.label,
+        "case": run.case,
+        "poses": packed_in_steps(run.poses.reshape(len(run.poses), -1)),
+        "forces": None if run.forces is None else packed_in_steps(run.forces),
+        "bodies": bodies,
+        "members": [
+            {"name": m.name, "kind": m.kind, "density": m.density, "body_a": m.body_a,
+             "point_a": list(m.point_a), "body_b": m.body_b, "point_b": list(m.point_b)}
+            for m in run.members
+        ],
+    }  # fmt: skip
+
+
+def _run_of(document: Mapping[str, Any], meshes: Sequence[Any], count: int) -> MotionRun:
+    """A run of a document, also of one whose poses are plain float32."""
+    bodies = []
+    for b in document["bodies"]:
+        given = {**b, "size": tuple(b["size"])}
+        mesh = given.pop("mesh", None)
+        vertices, triangles = ((), ()) if mesh is None else meshes[mesh]
+        bodies.append(Body(**given, vertices=vertices, triangles=triangles))
+    members = tuple(
+        Member(**{**m, "point_a": tuple(m["point_a"]), "point_b": tuple(m["point_b"])})
+        for m in document["members"]
+    )
+    kept, forces = document["poses"], document.get("forces")
+    poses = unpacked(kept) if isinstance(kept, str) else unpacked_from_steps(kept)
+    return MotionRun(
+        label=document["label"],
+        case=document.get("case", ""),
+        bodies=tuple(bodies),
+        poses=poses.reshape(count, len(bodies), 7),
+        members=members,
+        forces=None if forces is None else unpacked_from_steps(forces).reshape(count, len(members)),
+    )
+
+
+def side_by_side(motions: Mapping[str, Motion]) -> Motion:
+    """One motion of several cases, case by case in the order given, with the title and stills of the first.
+
+    Raises StudyError for motions over other times.
+    """
+    first = next(iter(motions.values()))
+    for name, motion in motions.items():
+        if len(motion.times) != len(first.times) or np.abs(motion.times - first.times).max() > 0.0:
+            raise StudyError(f"the motion of case {name!r} has other times than that of the first case")
+    return replace(
+        first,
+        runs=tuple(replace(run, case=name) for name, motion in motions.items() for run in motion.runs),
+        histories=tuple(replace(h, case=name) for name, motion in motions.items() for h in motion.histories),
+    )
 
 
 def planar_poses(x: ArrayLike, y: ArrayLike, angle: ArrayLike) -> NDArray[np.float64]:
@@ -253,11 +337,3 @@ def rotate(quaternion: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
 def frame_at(times: Sequence[float] | NDArray[np.float64], t: float) -> int:
     """The frame nearest to a time."""
     return int(np.argmin(np.abs(np.asarray(times) - t)))
-
-
-def _packed(array: ArrayLike) -> str:
-    return b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode()
-
-
-def _unpacked(text: str) -> NDArray[np.float64]:
-    return np.frombuffer(b64decode(text), dtype="<f4").astype(float)

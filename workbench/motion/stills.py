@@ -3,10 +3,11 @@
     still(motion, run=0, time=0.4)            an image (height, width, 3) of uint8
     png(image)                                its PNG bytes, the same every time
 
-Rays come from a pinhole camera; capsules and boxes are hit in closed form, so silhouettes are exact and
-hidden surfaces right. Each shape is looked at only inside the rectangle it covers on the screen. Shadows fall
-on the ground z = 0 along the light. Kinds of members differ in form as well as colour, so that a grey print
-tells them apart: a belt is a plain line, an airbag a row of beads, a retractor dashes; thickness is density.
+Rays come from a pinhole camera; capsules, boxes and triangles of meshes are hit in closed form, so outlines
+are exact and hidden surfaces right. Each shape is looked at only inside the rectangle it covers on screen.
+Shadows fall on the ground z = 0 along the light. Kinds of members differ in form as well as colour, so that
+a grey print tells them apart: a belt is a plain line, an airbag a row of beads, a retractor dashes; thickness
+is density.
 """
 
 import struct
@@ -23,6 +24,7 @@ from workbench.motion.frames import (
     frame_at,
     rotate,
 )
+from workbench.motion.ray_hits import EPSILON, hit_box, hit_capsule, hit_triangle
 
 __all__ = ["CAMERAS", "Camera", "camera_of", "member_shapes", "png", "project", "still"]
 
@@ -44,7 +46,6 @@ THINNEST, THICKEST = 0.004, 0.016  # m, radius of a member at density 0 and 1
 SEE_THROUGH = 0.3
 SHOWN = 0.01  # members of less density are too thin to see
 SAMPLES = 2  # a side of the block of rays per pixel
-EPSILON = 1e-9
 
 # direction from the target to the eye
 CAMERAS = {
@@ -71,7 +72,10 @@ class Camera:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placed:
-    """A shape in the scene: a capsule between `a` and `b`, or a box with centre `a`."""
+    """A shape in the scene: a capsule between `a` and `b`, a box with centre `a`, or a triangle.
+
+    A triangle is seen from the side from which its corners (3, 3) run anticlockwise.
+    """
 
     colour: tuple[float, float, float]
     a: Array
@@ -80,9 +84,12 @@ class Placed:
     quaternion: Array | None = None
     half: Array | None = None
     opacity: float = 1.0
+    corners_of_triangle: Array | None = None
 
     def corners(self) -> Array:
         """Points whose hull holds the shape, (k, 3)."""
+        if self.corners_of_triangle is not None:
+            return self.corners_of_triangle
         if self.half is not None and self.quaternion is not None:
             signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
             return self.a + rotate(self.quaternion, signs * self.half)
@@ -155,21 +162,31 @@ def still(
 
 
 def _body_shapes(run: MotionRun, frame: int) -> list[Placed]:
-    return [_placed(body, run.poses[frame, k]) for k, body in enumerate(run.bodies)]
+    return [shape for k, body in enumerate(run.bodies) for shape in _placed(body, run.poses[frame, k])]
 
 
-def _placed(body: Body, pose: Array) -> Placed:
+def _placed(body: Body, pose: Array) -> list[Placed]:
     colour = COLOURS[body.role]
     opacity = SEE_THROUGH if body.see_through else 1.0
     if body.shape == "box":
         half = np.array(body.size) / 2
-        return Placed(
+        box = Placed(
             colour=colour, a=pose[:3], b=pose[:3], radius=float(np.linalg.norm(half)), quaternion=pose[3:],
             half=half, opacity=opacity,
         )  # fmt: skip
+        return [box]
+    if body.shape == "mesh":
+        points = pose[:3] + rotate(pose[3:], np.array(body.vertices))
+        return [
+            Placed(
+                colour=colour, a=corners[0], b=corners[0], radius=0.0, opacity=opacity,
+                corners_of_triangle=corners,
+            )
+            for corners in points[np.array(body.triangles)]
+        ]  # fmt: skip
     radius, length = body.size
     axis = rotate(pose[3:], [0.0, 0.0, length / 2])
-    return Placed(colour=colour, a=pose[:3] - axis, b=pose[:3] + axis, radius=radius, opacity=opacity)
+    return [Placed(colour=colour, a=pose[:3] - axis, b=pose[:3] + axis, radius=radius, opacity=opacity)]
 
 
 def _all_member_shapes(run: MotionRun, frame: int) -> list[Placed]:
@@ -269,54 +286,11 @@ def _shadows(camera: Camera, shapes: list[Placed], rays: Array, colour: Array, d
 
 def _hit(shape: Placed, origin: Array, ray: Array) -> tuple[Array, Array]:
     """Distance along unit rays to the first hit (inf without one), and the normal there."""
+    if shape.corners_of_triangle is not None:
+        return hit_triangle(shape.corners_of_triangle, origin, ray)
     if shape.half is not None and shape.quaternion is not None:
-        return _hit_box(shape.a, shape.quaternion, shape.half, origin, ray)
-    return _hit_capsule(shape.a, shape.b, shape.radius, origin, ray)
-
-
-def _hit_capsule(a: Array, b: Array, radius: float, origin: Array, ray: Array) -> tuple[Array, Array]:
-    """Nearest of the cylinder's side and the two end spheres."""
-    axis = b - a
-    length2 = float(axis @ axis)
-    distance = np.full(ray.shape[:-1], np.inf)
-    if length2 > EPSILON:
-        # |o + t r - a| without its part along the axis equals the radius
-        o = origin - a
-        ra, oa = ray @ axis, o @ axis
-        p = 1.0 - ra * ra / length2
-        q = (o * ray).sum(-1) - oa * ra / length2
-        c = (o * o).sum(-1) - oa * oa / length2 - radius**2
-        root = q * q - p * c
-        with np.errstate(invalid="ignore", divide="ignore"):
-            t = np.where((root >= 0) & (p > EPSILON), (-q - np.sqrt(root)) / p, np.inf)
-            along = (oa + t * ra) / length2
-            on = (t > EPSILON) & (along >= 0) & (along <= 1)
-        distance = np.where(on, t, np.inf)
-    for centre in (a, b) if length2 > EPSILON else (a,):
-        o = origin - centre
-        q = (o * ray).sum(-1)
-        root = q * q - (o * o).sum(-1) + radius**2
-        with np.errstate(invalid="ignore"):
-            t = np.where(root >= 0, -q - np.sqrt(root), np.inf)
-        distance = np.minimum(distance, np.where(t > EPSILON, t, np.inf))
-    known = np.isfinite(distance)
-    point = origin + np.where(known, distance, 0.0)[..., None] * ray
-    share = np.clip(((point - a) @ axis) / length2, 0, 1)[..., None] if length2 > EPSILON else 0.0
-    return distance, (point - (a + share * axis)) / radius
-
-
-def _hit_box(centre: Array, quaternion: Array, half: Array, origin: Array, ray: Array) -> tuple[Array, Array]:
-    """The slab test in the box's own axes."""
-    back = quaternion * np.array([1.0, -1.0, -1.0, -1.0])
-    o, r = rotate(back, origin - centre), rotate(back, ray)
-    r = np.where(np.abs(r) < EPSILON, EPSILON, r)
-    first, second = (-half - o) / r, (half - o) / r
-    near, far = np.minimum(first, second), np.maximum(first, second)
-    enter, leave = near.max(axis=-1), far.min(axis=-1)
-    on = (enter <= leave) & (enter > EPSILON)
-    side = near.argmax(axis=-1)[..., None] == np.arange(3)
-    normal = rotate(quaternion, np.where(side, -np.sign(r), 0.0))
-    return np.where(on, enter, np.inf), normal
+        return hit_box(shape.a, shape.quaternion, shape.half, origin, ray)
+    return hit_capsule(shape.a, shape.b, shape.radius, origin, ray)
 
 
 def png(image: NDArray[np.uint8]) -> bytes:

@@ -7,19 +7,20 @@ Bodies of the engine have no shape. A frame draws each as the smallest box, cent
 the points where members, joints and bushings are tied to it.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from workbench.engine import Trajectory, TreeTrajectory
+from workbench.engine import Trajectory, TreeTrajectory, member_histories
 from workbench.engine.elements.timed import bare
 from workbench.errors import StudyError
 from workbench.motion.frames import Body, Member, MotionRun, planar_poses
-from workbench.motion.trees import tree_dataset, tree_frames
+from workbench.motion.trees import Drawn, tree_dataset, tree_frames
 
-__all__ = ["dataset", "frames", "tied_points"]
+__all__ = ["Drawn", "dataset", "frames", "tied_points"]
 
 Array = NDArray[np.float64]
 
@@ -92,11 +93,15 @@ def frames(
     count: int = 60,
     roles: dict[str, str] | None = None,
     thinnest: float = 1e-3,
+    drawn: Sequence[Drawn] = (),
 ) -> tuple[Array, MotionRun]:
     """Times (T,) and a `MotionRun` of about `count` frames, evenly taken from the run's nodes.
 
     roles: body name -> role of the viewer ("occupant", "seat", ...).    thinnest: members of a smaller
-    density are not drawn. Raises StudyError for fewer than two frames or a role for a body that is not there.
+    density are not drawn.    drawn: the shapes to draw in place of boxes; of spatial trees alone.
+
+    Raises StudyError for fewer than two frames, a role or a shape for a body that is not there, or shapes for
+    a planar run.
 
     >>> from workbench.engine import Body, System, simulate
     >>> run = simulate(System(bodies=(Body(name="ball"),)), [], t_end=1.0, steps=100)
@@ -112,8 +117,10 @@ def frames(
         raise StudyError(f"roles name {strangers[0]!r}; bodies of the run are {', '.join(names)}")
     nodes = np.unique(np.linspace(0, len(trajectory.times) - 1, count).round().astype(int))
     if isinstance(trajectory, TreeTrajectory):
-        run = tree_frames(trajectory, nodes, label=label, roles=roles or {}, thinnest=thinnest)
+        run = tree_frames(trajectory, nodes, label=label, roles=roles or {}, thinnest=thinnest, drawn=drawn)
         return trajectory.times[nodes], run
+    if drawn:
+        raise StudyError("frames takes drawn for spatial trees alone; give a planar run its boxes by roles")
     places = np.stack([trajectory.of(name)[nodes] for name in names], axis=1)
     bodies = []
     for name, points in tied_points(trajectory).items():
@@ -123,6 +130,7 @@ def frames(
             see_through=True,
         ))  # fmt: skip
     index = {name: i for i, name in enumerate(names)}
+    kept = [i for i in range(len(trajectory.system.members)) if trajectory.density[i] >= thinnest]
     members = tuple(
         Member(
             name=f"M{i}", kind=_KINDS.get(type(bare(m.law)).__name__, "belt"),
@@ -130,8 +138,9 @@ def frames(
             body_a=index.get(m.a, -1), point_a=(m.point_a[0], 0.0, m.point_a[1]),
             body_b=index.get(m.b, -1), point_b=(m.point_b[0], 0.0, m.point_b[1]),
         )
-        for i, m in enumerate(trajectory.system.members)
-        if trajectory.density[i] >= thinnest
+        for i, m in ((i, trajectory.system.members[i]) for i in kept)
     )  # fmt: skip
+    forces = member_histories(trajectory, kept).force[nodes] if kept else None
     poses = planar_poses(*(places[..., axis] for axis in range(3)))
-    return trajectory.times[nodes], MotionRun(label=label, bodies=tuple(bodies), poses=poses, members=members)
+    run = MotionRun(label=label, bodies=tuple(bodies), poses=poses, members=members, forces=forces)
+    return trajectory.times[nodes], run

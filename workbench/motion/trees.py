@@ -1,10 +1,12 @@
 """Runs of spatial trees at the edge: as an xarray Dataset, and as frames for the report's viewer.
 
 A body is drawn as the smallest box along its own axes that holds its joint, its centre of mass and the points
-where other bodies, members, bushings and contacts are tied to it.
+where other bodies, members, bushings and contacts are tied to it; or as the shapes (`Drawn`) that a caller
+gives, several on one body or none on bodies that nobody wants to see.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,16 +14,35 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.engine import TreeTrajectory
+from workbench.engine import TreeTrajectory, member_histories
 from workbench.engine.elements.timed import bare
-from workbench.motion.frames import Body, Member, MotionRun
+from workbench.errors import StudyError
+from workbench.motion.frames import Body, Member, MotionRun, rotate
 
-__all__ = ["tree_dataset", "tree_frames"]
+__all__ = ["Drawn", "tree_dataset", "tree_frames"]
 
 Array = NDArray[np.float64]
 
 _LEAST = 0.04  # m, smallest edge of a drawn box
-_KINDS = {"Airbag": "airbag", "Retractor": "retractor"}  # all other laws are drawn as belts
+_KINDS = {
+    "Airbag": "airbag",
+    "Retractor": "retractor",
+    "Impulse": "retractor",
+}  # all other laws are drawn as belts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawn:
+    """A shape on a body of the system.
+
+    on: the body that it moves with    at: its middle in that body's frame, m    turn: of its own axes from
+    those of the body, a unit quaternion w, x, y, z
+    """
+
+    shape: Body
+    on: str
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
 def _names(trajectory: TreeTrajectory) -> list[str]:
@@ -105,36 +126,64 @@ def _tied_points(trajectory: TreeTrajectory) -> dict[str, Array]:
 
 
 def tree_frames(
-    trajectory: TreeTrajectory, nodes: Array, *, label: str, roles: Mapping[str, str], thinnest: float
+    trajectory: TreeTrajectory,
+    nodes: Array,
+    *,
+    label: str,
+    roles: Mapping[str, str],
+    thinnest: float,
+    drawn: Sequence[Drawn] = (),
 ) -> MotionRun:
     """A `MotionRun` at some nodes; see `trajectories.frames`."""
-    names, tied = _names(trajectory), _tied_points(trajectory)
-    bodies, middles, poses = [], {}, []
-    for name in names:
-        low, high = tied[name].min(axis=0), tied[name].max(axis=0)
-        middles[name] = 0.5 * (low + high)
-        x, y, z = np.maximum(high - low, _LEAST)
-        bodies.append(Body(
-            name=name, shape="box", size=(float(x), float(y), float(z)), role=roles.get(name, "other"),
-            see_through=True,
-        ))  # fmt: skip
-        axes = trajectory.frames(name).axes[nodes]
-        place = trajectory.of(name, middles[name])[nodes]
-        poses.append(np.concatenate([place, _quaternions(axes)], axis=1))
-    index = {name: i for i, name in enumerate(names)}
+    shapes = tuple(drawn) or _boxes(trajectory, roles)
+    names = _names(trajectory)
+    for one in shapes:
+        if one.on not in names:
+            raise StudyError(
+                f"the shape {one.shape.name!r} is drawn on {one.on!r}; bodies of the run are "
+                f"{', '.join(names)}"
+            )
+    poses = np.empty((len(nodes), len(shapes), 7))
+    first: dict[str, int] = {}  # body -> the first shape on it, to whose frame members are tied
+    for i, one in enumerate(shapes):
+        poses[:, i, :3] = trajectory.of(one.on, np.array(one.at))[nodes]
+        turned = trajectory.frames(one.on).axes[nodes] @ Rotation.from_quat(np.roll(one.turn, -1)).as_matrix()
+        poses[:, i, 3:] = _quaternions(turned)
+        first.setdefault(one.on, i)
 
-    def seen(body: str, point: Any) -> tuple[float, float, float]:
-        x, y, z = np.asarray(point, float) - middles.get(body, np.zeros(3))
-        return float(x), float(y), float(z)
+    def tied(body: str, point: Any) -> tuple[int, tuple[float, float, float]]:
+        """The shape that an end of a member moves with, and its place in the axes of that."""
+        if body not in first:
+            if body in names:
+                raise StudyError(f"members are tied to {body!r}, on which no shape is drawn")
+            return -1, (float(point[0]), float(point[1]), float(point[2]))
+        one = shapes[first[body]]
+        back = np.array(one.turn) * (1.0, -1.0, -1.0, -1.0)
+        x, y, z = rotate(back, np.asarray(point, float) - np.array(one.at))
+        return first[body], (float(x), float(y), float(z))
 
-    members = tuple(
-        Member(
+    kept = [i for i in range(len(trajectory.system.members)) if trajectory.density[i] >= thinnest]
+    members = []
+    for i in kept:
+        m = trajectory.system.members[i]
+        (body_a, point_a), (body_b, point_b) = tied(m.a, m.point_a), tied(m.b, m.point_b)
+        members.append(Member(
             name=m.name or f"M{i}", kind=_KINDS.get(type(bare(m.law)).__name__, "belt"),
             density=float(min(1.0, trajectory.density[i])),
-            body_a=index.get(m.a, -1), point_a=seen(m.a, m.point_a),
-            body_b=index.get(m.b, -1), point_b=seen(m.b, m.point_b),
-        )
-        for i, m in enumerate(trajectory.system.members)
-        if trajectory.density[i] >= thinnest
-    )  # fmt: skip
-    return MotionRun(label=label, bodies=tuple(bodies), poses=np.stack(poses, axis=1), members=members)
+            body_a=body_a, point_a=point_a, body_b=body_b, point_b=point_b,
+        ))  # fmt: skip
+    forces = member_histories(trajectory, kept).force[nodes] if kept else None
+    bodies = tuple(one.shape for one in shapes)
+    return MotionRun(label=label, bodies=bodies, poses=poses, members=tuple(members), forces=forces)
+
+
+def _boxes(trajectory: TreeTrajectory, roles: Mapping[str, str]) -> tuple[Drawn, ...]:
+    """Each body as the box about the points that are tied to it."""
+    found = []
+    for name, points in _tied_points(trajectory).items():
+        low, high = points.min(axis=0), points.max(axis=0)
+        x, y, z = (float(edge) for edge in np.maximum(high - low, _LEAST))
+        a, b, c = (float(m) for m in 0.5 * (low + high))
+        shape = Body(name=name, shape="box", size=(x, y, z), role=roles.get(name, "other"), see_through=True)
+        found.append(Drawn(shape=shape, on=name, at=(a, b, c)))
+    return tuple(found)

@@ -18,6 +18,8 @@ from workbench.motion.frames import (
     planar_poses,
     rotate,
 )
+from workbench.motion.meshes import cylinder, prism, ring, volume
+from workbench.motion.packing import STEPS, packed
 from workbench.motion.stills import (
     Camera,
     camera_of,
@@ -27,8 +29,6 @@ from workbench.motion.stills import (
     still,
 )
 
-FLOAT32 = 1e-6  # relative rounding of what is stored
-
 
 def test_a_motion_comes_back_from_its_document():
     motion = sample_motion()
@@ -37,10 +37,46 @@ def test_a_motion_comes_back_from_its_document():
     assert back.runs[1].bodies == motion.runs[1].bodies
     assert back.runs[1].members == motion.runs[1].members
     for run, other in zip(motion.runs, back.runs, strict=True):
-        np.testing.assert_allclose(other.poses, run.poses, atol=FLOAT32 * np.abs(run.poses).max())
+        half_a_step = np.ptp(run.poses, axis=0) / STEPS / 2
+        assert (np.abs(other.poses - run.poses) <= half_a_step + 1e-12).all()
     np.testing.assert_allclose(
         back.histories[0].series["after"], motion.histories[0].series["after"], rtol=1e-5
     )
+
+
+def test_forces_meshes_and_cases_come_back():
+    motion = sample_motion()
+    before, after = motion.runs
+    points, triangles = cylinder(0.4, 0.2)
+    wheel = Body(name="wheel", shape="mesh", role="wheel", vertices=points, triangles=triangles)
+    bodies = (*after.bodies[:-1], wheel)
+    forces = 900.0 * np.sin(4.0 * motion.times[:, None] * np.arange(1, 6))
+    runs = (
+        replace(before, case="nominal"), replace(after, case="nominal", bodies=bodies, forces=forces),
+        replace(after, case="worst", bodies=bodies),
+    )  # fmt: skip
+    history = replace(motion.histories[0], case="nominal")
+    document = replace(motion, runs=runs, histories=(history,)).to_dict()
+    assert len(document["meshes"]) == 1
+    back = Motion.from_dict(json.loads(json.dumps(document)))
+    assert back.cases == ("nominal", "worst")
+    assert back.runs[2].bodies == bodies
+    assert np.abs(back.runs[1].forces - forces).max() <= 1800.0 / STEPS
+    assert back.runs[0].forces is None
+    assert back.histories[0].case == "nominal"
+
+
+def test_a_document_with_plain_poses_is_still_read():
+    motion = sample_motion()
+    document = motion.to_dict()
+    for kept, run in zip(document["runs"], motion.runs, strict=True):
+        kept["poses"] = packed(run.poses)
+        del kept["forces"], kept["case"]
+        for body in kept["bodies"]:
+            del body["mesh"]
+    del document["meshes"]
+    back = Motion.from_dict(document)
+    np.testing.assert_allclose(back.runs[1].poses, motion.runs[1].poses, atol=1e-6)
 
 
 def test_planar_turns_look_as_they_are_given():
@@ -66,6 +102,8 @@ def test_members_follow_their_bodies():
         (lambda m: _poses(m, m.runs[0].poses * np.nan), "hold NaN or infinity"),
         (lambda m: _poses(m, m.runs[0].poses * 2), "need unit length"),
         (lambda m: _fewer_bodies(m), "names a body that run 'after'"),
+        (lambda m: _forces(m, np.zeros((76, 2))), "forces of run 'after' need shape .76, 5."),
+        (lambda m: _forces(m, np.full((76, 5), np.nan)), "and finite values"),
         (lambda m: replace(m, histories=(replace(m.histories[0], series={"before": m.times[:3]}),)),
          "'before' needs 76 values, got 3"),
     ],
@@ -79,6 +117,10 @@ def _poses(motion, poses):
     return replace(motion, runs=(replace(motion.runs[0], poses=poses),))
 
 
+def _forces(motion, forces):
+    return replace(motion, runs=(replace(motion.runs[1], forces=forces),))
+
+
 def _fewer_bodies(motion):
     run = motion.runs[1]
     return replace(motion, runs=(replace(run, bodies=run.bodies[:2], poses=run.poses[:, :2]),))
@@ -88,6 +130,8 @@ def _fewer_bodies(motion):
     ("make", "message"),
     [
         (lambda: Body(name="b", shape="ball", size=(1.0,)), "body 'b' needs shape 'capsule'"),
+        (lambda: Body(name="b", shape="mesh"), "a mesh, and nothing else, has triangles over its vertices"),
+        (lambda: Body(name="b", shape="mesh", vertices=((0, 0, 0),), triangles=((0, 1, 2),)), "1 vertices"),
         (lambda: Body(name="b", shape="box", size=(1.0, 1.0)), "or 'box' with three edges"),
         (lambda: Body(name="b", shape="capsule", size=(1.0, 1.0), role="hat"), "role is one of vehicle"),
         (lambda: _member(kind="rope"), "kind is one of belt, airbag, retractor, got 'rope'"),
@@ -136,6 +180,38 @@ def test_a_sphere_covers_what_geometry_says():
     seen = (np.abs(with_ball - without)[:100].max(axis=2) > 10).sum()
     radius = np.tan(np.arcsin(0.05)) / np.tan(0.2) * 100
     assert seen == pytest.approx(np.pi * radius**2 / 2, rel=0.03)
+
+
+@pytest.mark.parametrize("mesh", [cylinder(0.4, 0.2, sides=64), ring(0.4, 0.1, sides=64, around=32)])
+def test_surfaces_are_closed_and_seen_from_outside(mesh):
+    points, triangles = mesh
+    edges = {(t[i], t[(i + 1) % 3]) for t in triangles for i in range(3)}
+    assert len(edges) == 3 * len(triangles)
+    assert {(b, a) for a, b in edges} == edges  # every edge is met once from either side
+    exact = np.pi * 0.4**2 * 0.2 if len(points) == 128 else 2.0 * np.pi**2 * 0.4 * 0.05**2
+    assert volume(points, triangles) == pytest.approx(exact, rel=0.01)  # positive: seen from outside
+
+
+@pytest.mark.parametrize(
+    ("outline", "message"),
+    [([(0, 0), (1, 0)], "at least three points"), ([(0, 0), (0, 1), (1, 0)], "convex and anticlockwise")],
+)
+def test_an_outline_of_no_use_is_refused(outline, message):
+    with pytest.raises(ValueError, match=message):
+        prism(outline, 1.0)
+
+
+@pytest.mark.parametrize("glass", [False, True])
+def test_a_mesh_looks_as_the_box_that_it_is(glass):
+    half = 0.5
+    points, triangles = prism([(-half, -half), (half, -half), (half, half), (-half, half)], 2 * half)
+    own = {"role": "seat", "see_through": glass}
+    box = Body(name="box", shape="box", size=(1.0, 1.0, 1.0), **own)
+    mesh = Body(name="box", shape="mesh", vertices=points, triangles=triangles, **own)
+    seen = Camera(eye=np.array([4.0, -9.0, 4.0]), target=np.array([0.0, 0.0, 1.0]), half_angle=0.2)
+    pictures = [still(scene((b, (0.0, 0.0, 1.0))), camera=seen, width=96, height=60) for b in (box, mesh)]
+    apart = np.abs(pictures[0].astype(int) - pictures[1]).max(axis=2)
+    assert (apart > 2).mean() < 0.005  # edges alone
 
 
 def test_what_is_behind_is_hidden_in_either_order():

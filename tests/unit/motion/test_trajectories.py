@@ -3,10 +3,21 @@
 import numpy as np
 import pytest
 
-from workbench.engine import Airbag, Body, Member, Motion, RevoluteJoint, Spring, System, simulate
+from workbench.engine import (
+    Airbag,
+    Body,
+    Member,
+    Motion,
+    RevoluteJoint,
+    Spring,
+    System,
+    member_histories,
+    simulate,
+)
 from workbench.errors import StudyError
+from workbench.motion.frames import Body as SceneBody
 from workbench.motion.frames import Motion as Scene
-from workbench.motion.trajectories import dataset, frames
+from workbench.motion.trajectories import Drawn, dataset, frames
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +42,15 @@ def test_the_dataset_names_what_the_arrays_hold(run):
     assert ds.time.attrs["units"] == "s"
     assert ds.mechanical_energy.attrs["units"] == "J"
     assert float(np.abs(ds.joint_residual).max()) < 1e-10
+
+
+def test_frames_keep_what_the_members_pull(run):
+    _, scene = frames(run, count=11, thinnest=1e-3)
+    assert [member.name for member in scene.members] == ["M0"]
+    assert scene.forces == pytest.approx(member_histories(run, [0]).force[::20])
+    shape = Drawn(shape=SceneBody(name="rod", shape="capsule", size=(0.1, 0.5)), on="bar")
+    with pytest.raises(StudyError, match="takes drawn for spatial trees alone; give a planar run its boxes"):
+        frames(run, drawn=[shape])
 
 
 def test_frames_put_the_members_where_the_engine_has_them(run):

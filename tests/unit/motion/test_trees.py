@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 
 from tests.sample_trees import one_set_of_kernels, random_tree
-from workbench.engine import Floating, Revolute, SpatialBody, SpatialMember, Spring, TreeSystem, simulate
+from workbench.engine import (
+    Floating,
+    Revolute,
+    SpatialBody,
+    SpatialMember,
+    Spring,
+    TreeSystem,
+    member_histories,
+    simulate,
+)
 from workbench.errors import StudyError
-from workbench.motion.frames import Motion, rotate
+from workbench.motion.frames import Body, Motion, rotate
 from workbench.motion.stills import camera_of, still
-from workbench.motion.trajectories import dataset, frames
+from workbench.motion.trajectories import Drawn, dataset, frames
 
 __all__ = ["one_set_of_kernels"]
 
@@ -75,3 +84,32 @@ def test_thin_members_and_strangers_are_left_out():
     assert motion.poses[0, 0, :3] == pytest.approx((0.25, 0.0, 0.0))
     with pytest.raises(StudyError, match="roles name 'leg'; bodies of the run are arm"):
         frames(run, roles={"leg": "occupant"})
+
+
+def test_shapes_are_drawn_where_they_are_tied(run):
+    shaped = Body(name="shin", shape="capsule", size=(0.05, 0.3), role="occupant")
+    turn = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)
+    everywhere = [Drawn(shape=replace(shaped, name=body.name), on=body.name) for body in run.system.bodies]
+    second = Drawn(shape=shaped, on="b2", at=(0.1, -0.2, 0.3), turn=turn)
+    _, motion = frames(run, count=6, drawn=[second, *everywhere])
+    assert motion.poses.shape == (6, 6, 7)
+    assert motion.poses[:, 0, :3] == pytest.approx(run.of("b2", np.array(second.at))[::4], abs=1e-9)
+    axes = run.frames("b2").axes[::4]
+    for k in range(6):
+        along = rotate(motion.poses[k, 0, 3:], [0.0, 0.0, 1.0])
+        assert along == pytest.approx(axes[k] @ rotate(np.array(turn), [0.0, 0.0, 1.0]), abs=1e-9)
+        for i, member in enumerate(run.system.members):  # of the first shape on a body
+            assert motion.segments(k)[i, 0] == pytest.approx(
+                run.of(member.a, member.point_a)[4 * k], abs=1e-9
+            )
+    assert motion.forces == pytest.approx(member_histories(run).force[::4])
+
+
+def test_shapes_that_fit_no_body_are_refused(run):
+    shape = Body(name="shin", shape="capsule", size=(0.05, 0.3))
+    with pytest.raises(StudyError, match="the shape 'shin' is drawn on 'leg'; bodies of the run are b0"):
+        frames(run, drawn=[Drawn(shape=shape, on="leg")])
+    lone = run.system.members[0].b if run.system.members[0].a == "ground" else run.system.members[0].a
+    others = [body.name for body in run.system.bodies if body.name != lone]
+    with pytest.raises(StudyError, match=f"members are tied to '{lone}', on which no shape is drawn"):
+        frames(run, drawn=[Drawn(shape=shape, on=name) for name in others])

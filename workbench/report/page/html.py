@@ -14,6 +14,12 @@ __all__ = ["html_text"]
 
 PAGE = Path(__file__).parent  # where template, style and scripts stand
 TEMPLATE = "page.html.j2"
+VIEWER = ("data", "camera", "shapes", "stage", "charts", "controls")  # in this order, each on those before it
+VIEWER_HEAD = """// The motion of some runs in WebGL2, from <script type="application/json" id="viewer-data">
+// (the document of workbench/motion/frames.py). Nothing is loaded; without WebGL2 a sentence says so.
+const source = document.getElementById("viewer-data"), root = document.getElementById("viewer-panel");
+if (!source || !root) return;
+"""
 
 
 def html_text(content: Content) -> str:
@@ -33,7 +39,7 @@ def html_text(content: Content) -> str:
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["note"] = lambda block: isinstance(block, Note)
     style = (PAGE / "page.css").read_text(encoding="utf-8")
-    scripts = [(PAGE / name).read_text(encoding="utf-8") for name in _scripts(content.sections)]
+    scripts = _scripts(content.sections)
     return environment.get_template(TEMPLATE).render(
         title=content.title,
         question=content.question,
@@ -56,7 +62,18 @@ def html_text(content: Content) -> str:
 def _scripts(sections: Sequence[Section]) -> list[str]:
     """The scripts that the blocks of the page need."""
     wanted = {block.id for section in sections for block in section.blocks if isinstance(block, Html)}
-    return [f"{name}.js" for name in ("profiler", "viewer") if name in wanted]
+    given = {"profiler": lambda: _script("profiler.js"), "viewer": _viewer}
+    return [make() for name, make in given.items() if name in wanted]
+
+
+def _script(name: str) -> str:
+    return (PAGE / name).read_text(encoding="utf-8")
+
+
+def _viewer() -> str:
+    """The parts of the viewer as one function, which ends at once on a page without a motion."""
+    parts = "".join(_script(f"viewer/{name}.js") for name in VIEWER)
+    return f'"use strict";\n(() => {{\n{VIEWER_HEAD}{parts}}})();\n'
 
 
 def _policy(style: str, scripts: Sequence[str]) -> str:

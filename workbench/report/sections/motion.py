@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from workbench.figures.loop import plot_history
-from workbench.motion.frames import Motion
-from workbench.motion.stills import camera_of, png, still
+from workbench.motion.frames import Motion, frame_at
+from workbench.motion.framing import camera_on_occupant
+from workbench.motion.stills import png, still
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -28,6 +29,7 @@ __all__ = ["motion_section"]
 MOST_STILLS = 6
 MOST_ROWS = 60
 WIDTH, HEIGHT = 400, 250
+FLAT = 1e-4  # m: what moves less across the plane than stored poses resolve is planar
 
 
 def motion_section(folder: CampaignFolder) -> Section | None:
@@ -36,27 +38,33 @@ def motion_section(folder: CampaignFolder) -> Section | None:
     if document is None:
         return None
     motion = Motion.from_dict(document)
-    labels = [run.label for run in motion.runs]
+    labels = list(dict.fromkeys(run.label for run in motion.runs))
+    first = motion.cases[0]
     blocks: list[Block] = [_viewer(document), _storyboard(motion)]
-    blocks += [_history(motion, k) for k in range(len(motion.histories))]
+    blocks += [_history(motion, k) for k, h in enumerate(motion.histories) if h.case == first]
+    others = [case for case in motion.cases if case != first]
     duration = float(motion.times[-1] - motion.times[0])
     return Section(
         id="motion",
         title="The motion",
         sentences=(
             f"{motion.title[:1].upper()}{motion.title[1:]}: {names_of(labels)}, {number(duration, 3)} s, "
-            f"{len(motion.times)} frames.",
-            "Drag to turn, use the wheel or plus and minus to zoom; the line in the time histories follows "
-            "the slider. A belt is a plain line, an airbag a row of beads, a retractor dashes; thickness is "
-            "density.",
+            f"{len(motion.times)} frames."
+            + (f" Stills and figures show {first}; the viewer also {names_of(others)}." if others else ""),
+            "Drag to turn; with the focus on a picture the wheel or plus and minus zoom, and a click on a "
+            "member shows what it bears over time. The line in the time histories follows the slider.",
+            "A belt is a band, an airbag a volume, a retractor dashes that glow while it fires; thickness is "
+            "density. In the stills a belt is a plain line and an airbag a row of beads.",
         ),
         blocks=tuple(blocks),
         numbers={
             "runs": labels,
             "frames": len(motion.times),
+            "cases": list(motion.cases),
             "peaks": {
                 h.name: {label: float(np.max(values)) for label, values in h.series.items()}
                 for h in motion.histories
+                if h.case == first
             },
         },
     )
@@ -73,10 +81,10 @@ def _viewer(document: Any) -> Html:
 
 def _storyboard(motion: Motion) -> Html:
     times = motion.storyboard or tuple(np.linspace(motion.times[0], motion.times[-1], 4).tolist())
-    camera = camera_of(motion)
     cells = []
-    for run, label in enumerate(r.label for r in motion.runs):
+    for run, label in enumerate(r.label for r in motion.runs if r.case == motion.cases[0]):
         for time in times[:MOST_STILLS]:
+            camera = camera_on_occupant(motion, frame_at(motion.times, time), run=run, preset=_view(motion))
             image = png(still(motion, run=run, time=time, camera=camera, width=WIDTH, height=HEIGHT))
             words = html.escape(f"{label}, {number(float(time), 3)} s")
             cells.append(
@@ -88,6 +96,12 @@ def _storyboard(motion: Motion) -> Html:
         markup=f'<div class="stills">{"".join(cells)}</div>',
         text=f"{len(cells)} stills stand in `report.html`.",
     )
+
+
+def _view(motion: Motion) -> str:
+    """A planar motion is seen from the side, a spatial one from a corner."""
+    across = motion.runs[0].poses[:, :, 1]
+    return "side" if float(np.abs(across - across[0]).max(initial=0.0)) < FLAT else "corner"
 
 
 def _history(motion: Motion, k: int) -> Figure:

@@ -1,0 +1,61 @@
+// ---- the document of workbench/motion/frames.py, unpacked ---------------------------------------------------
+const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+const floats = (text) => new Float32Array(bytes(text));
+function table(packed) {                                     // workbench.motion.packing
+  if (packed === null || packed === undefined) return null;
+  if (typeof packed === "string") return floats(packed);
+  const steps = new Uint16Array(bytes(packed.steps)), n = packed.low.length, out = new Float32Array(steps.length);
+  for (let i = 0; i < steps.length; i++) out[i] = packed.low[i % n] + packed.step[i % n] * steps[i];
+  return out;
+}
+const data = JSON.parse(source.textContent);
+const times = floats(data.times), frames = times.length;
+for (const run of data.runs) {
+  run.poses = table(run.poses);
+  run.forces = table(run.forces);
+  run.case = run.case || "";
+  for (const member of run.members) member.rest = 0;         // filled below: the length in the first frame
+}
+for (const h of data.histories) {
+  h.case = h.case || "";
+  for (const s of h.series) s.values = floats(s.values);
+}
+const cases = [...new Set(data.runs.map((run) => run.case))];
+const runsOf = (name) => data.runs.filter((run) => run.case === name);
+const MOST_CANVASES = Math.max(...cases.map((name) => runsOf(name).length));
+const strongest = data.runs.reduce((top, run) => run.forces ? run.forces.reduce((a, b) => Math.max(a, Math.abs(b)), top) : top, 0);
+const force = (run, k, frame) => run.forces ? run.forces[frame * run.members.length + k] : 0;
+
+// ---- vectors and quaternions ---------------------------------------------------------------------------------
+const add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+function unit(v) { const n = Math.hypot(...v) || 1; return v.map((x) => x / n); }
+function rotate(q, p) {
+  const v = [q[1], q[2], q[3]], t = cross(v, p).map((x) => 2 * x);
+  return add(add(p, t, q[0]), cross(v, t));
+}
+function ofAxes(x, y, z) {                                   // the quaternion whose axes these are
+  const trace = x[0] + y[1] + z[2];
+  let q;
+  if (trace > 0) q = [1 + trace, y[2] - z[1], z[0] - x[2], x[1] - y[0]];
+  else if (x[0] > y[1] && x[0] > z[2]) q = [y[2] - z[1], 1 + x[0] - y[1] - z[2], y[0] + x[1], z[0] + x[2]];
+  else if (y[1] > z[2]) q = [z[0] - x[2], y[0] + x[1], 1 + y[1] - x[0] - z[2], z[1] + y[2]];
+  else q = [x[1] - y[0], z[0] + x[2], z[1] + y[2], 1 + z[2] - x[0] - y[1]];
+  return unit(q);
+}
+function pose(run, frame, body) {                            // position and quaternion
+  const i = 7 * (frame * run.bodies.length + body), p = run.poses;
+  return { at: [p[i], p[i + 1], p[i + 2]], q: unit([p[i + 3], p[i + 4], p[i + 5], p[i + 6]]) };
+}
+function ends(run, member, frame) {                          // of a member
+  return [["body_a", "point_a"], ["body_b", "point_b"]].map(([body, point]) => {
+    if (member[body] < 0) return member[point];
+    const p = pose(run, frame, member[body]);
+    return add(p.at, rotate(p.q, member[point]));
+  });
+}
+for (const run of data.runs) for (const member of run.members) {
+  const [a, b] = ends(run, member, 0);
+  member.rest = Math.max(Math.hypot(...add(b, a, -1)), 1e-3);
+}
