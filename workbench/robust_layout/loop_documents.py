@@ -1,19 +1,24 @@
-"""The documents of a robust loop: `robust_layout.json`, and the `layout.json` of its best layout."""
+"""The documents of a robust loop: `robust_layout.json`, `layout.json` of its best layout, `motion.json`."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from workbench.engine.errors import EngineError
 from workbench.engine.layout.outcome.purify import fractional_members
+from workbench.motion.frames import Motion, side_by_side
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.record import FIRST_ORDER, RobustLayout
 
-__all__ = ["COMPARED", "best_layout_document", "loop_document", "response_slope"]
+__all__ = [
+    "COMPARED", "best_layout_document", "loop_document", "response_slope", "shown_cases", "shown_motion",
+]  # fmt: skip
 
 COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would squeeze every figure
 TRIVIAL = ("none", "uniform", "nominal only")
+SHOWN = ("the worst case of the robust layout", "its second worst", "its third worst")
 
 
 def loop_document(
@@ -150,3 +155,37 @@ def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any
 
 def _plain(record: dict[str, Any]) -> dict[str, Any]:
     return {k: (finite(v) if isinstance(v, float) else v) for k, v in record.items()}
+
+
+def shown_cases(found: RobustLayout) -> dict[str, dict[str, Any]]:
+    """Cases by name: the worst of the nominal-only layout, the three worst of the robust one, the nominal."""
+    cases = {"the worst case of 'nominal only'": dict(found.worst["nominal only"].case)}
+    worst = found.worst[found.robust]
+    known = [dict(worst.case), *(dict(other["case"]) for other in worst.others)]
+    fresh = [case for case in known if case not in cases.values()]
+    cases |= dict(zip(SHOWN, fresh, strict=False))
+    if dict(found.cases[0]) not in cases.values():
+        cases["the nominal case"] = dict(found.cases[0])
+    return cases
+
+
+def shown_motion(
+    model: LayoutModel, found: RobustLayout, cases: Mapping[str, Mapping[str, Any]]
+) -> Motion | None:
+    """No members, the nominal-only and the robust layout side by side in every case.
+
+    None for a model that makes no motion. A case that cannot be run without members is shown with them alone.
+    """
+    make = getattr(model, "motion", None)
+    if make is None:
+        return None
+    held = {"nominal only": found.layouts["nominal only"], "robust": found.layouts[found.robust]}
+
+    def motion(case: Mapping[str, Any]) -> Motion:
+        try:
+            together: Motion = make({"without": found.layouts["none"], **held}, case)
+        except (EngineError, ArithmeticError, ValueError):
+            together = make(held, case)
+        return together
+
+    return side_by_side({name: motion(case) for name, case in cases.items()})

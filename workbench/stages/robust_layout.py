@@ -2,8 +2,8 @@
 
 Writes, in this order: `bill_of_materials.json` and `.csv`, `layout.json` (the robust layout), `robust.json`
 (layouts beside each other at the same points of the uncertainty), `screening_after.json` (which parameters
-matter once it is in), `motion.json` (the nominal-only and the robust layout in the worst case of the former)
-and `robust_layout.json` with the rest.
+matter once it is in), `motion.json` (no members, the nominal-only and the robust layout in the cases worth
+looking at) and `robust_layout.json` with the rest.
 """
 
 import json
@@ -21,7 +21,13 @@ from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
 from workbench.robust_layout.bill import robust_bill, write_bill
 from workbench.robust_layout.loop import find_robust_layout
-from workbench.robust_layout.loop_documents import COMPARED, best_layout_document, loop_document
+from workbench.robust_layout.loop_documents import (
+    COMPARED,
+    best_layout_document,
+    loop_document,
+    shown_cases,
+    shown_motion,
+)
 from workbench.robust_layout.model import LayoutModel, load_layout_model
 from workbench.robust_layout.record import LoopSettings, RobustLayout
 from workbench.robust_layout.runs import LayoutRuns
@@ -227,14 +233,13 @@ def _variant(
 
 
 def _motion(campaign: CampaignRuns, model: LayoutModel, found: RobustLayout) -> dict[str, Any] | None:
-    """`motion.json`: the nominal-only and the robust layout where the former is worst; None without one."""
-    make = getattr(model, "motion", None)
-    if make is None:
+    """`motion.json`, where the model makes a motion; returns the case that is shown first."""
+    cases = shown_cases(found)
+    moved = shown_motion(model, found, cases)
+    if moved is None:
         return None
-    case = dict(found.worst["nominal only"].case)
-    layouts = {"nominal only": found.layouts["nominal only"], "robust": found.layouts[found.robust]}
-    write_json(campaign.folder / "motion.json", make(layouts, case).to_dict())
-    return case
+    write_json(campaign.folder / "motion.json", moved.to_dict())
+    return next(iter(cases.values()))
 
 
 def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
