@@ -17,12 +17,14 @@ import numpy as np
 from workbench.engine import Deviation, Maximum, TreeSystem, TreeTrajectory, acting_members, simulate
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.formulation.transient import Scenario, transient_problem
+from workbench.motion.frames import Motion
 
 from ..cases import carrier, gunner, numbers_of
 from ..figure import FIGURE
 from ..occupant_responses import responses_of, shares_of
 from ..parts import joined
 from ..uncertain import TIMES, case_of
+from .drawing import motion_of
 from .ground_structure import KINDS, Kind, restraints, sites
 
 __all__ = ["GunnerRestraint", "restraint"]
@@ -118,6 +120,11 @@ class GunnerRestraint:
     def refined(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """The same at half the step, before a case that breaks a layout is believed."""
         return responses_of(self._run(density, uncertain, 2 * self.steps))
+
+    def motion(self, layouts: Mapping[str, Array], uncertain: Mapping[str, Any]) -> Motion:
+        """The layouts in one case, side by side, for the report."""
+        runs = {label: self.run(density, uncertain) for label, density in layouts.items()}
+        return motion_of(runs, case_of(self.on, uncertain), title=self.title)
 
     def places(self) -> tuple[list[str], list[str], list[tuple[int, int]]]:
         """The layout matrix: points of Table C.2 by those of C.1, floor last, and every member's cell."""
