@@ -99,6 +99,7 @@ def optimise_layout(
     tolerance: float = 1e-6,
     peaks: Peaks = "all",
     multi_start: bool = True,
+    probes: int = 0,
     progress: Callable[[HistoryEntry, Array], None] | None = None,
     keep_iterates: bool = False,
 ) -> LayoutResult:
@@ -113,6 +114,8 @@ def optimise_layout(
         peaks: "all" rows, the "single" largest, or a smooth aggregate; presets see the single largest peak
             of a history unless aggregated, and every row of a static problem with several.
         multi_start: also search from corners of the response where several peaks compete.
+        probes: runs without gradients, beside the evaluations, that may look for starts and correct steps
+            of the trust region where several peaks compete on a long window; 20 per evaluation were tried.
         progress: called with each history entry and density.
 
     Returns a `LayoutResult`; its design meets every budget. Raises InvalidLayout for unusable problems.
@@ -132,6 +135,8 @@ def optimise_layout(
         raise InvalidLayout(f"method needs to be one of {', '.join((*METHODS, *RUNS_ONLY))}, got '{method}'")
     if peaks not in ("all", "single", "ks", "p_norm"):
         raise InvalidLayout(f"peaks needs to be 'all', 'single', 'ks' or 'p_norm', got '{peaks}'")
+    if probes < 0 or (probes and method not in ("gsao", "trust_region")):
+        raise InvalidLayout(f"probes needs to be >= 0, and 0 unless 'gsao' chooses, got {probes}, {method!r}")
     if peaks in ("ks", "p_norm"):
         problem = aggregated(problem, peaks)  # type: ignore[arg-type]
     problem = replace(problem, evaluate=_remembering(problem.evaluate))
@@ -146,7 +151,9 @@ def optimise_layout(
         problem = replace(problem, start=start)
     trivial = {} if problem.convex or first.constraints.size else _trivial(problem, start, max_evaluations)
     allowed = max(1, max_evaluations - len(trivial))
-    converged, strategy = _solve(problem, recorder, method, first, allowed, tolerance, peaks, multi_start)
+    converged, strategy = _solve(
+        problem, recorder, method, first, allowed, tolerance, peaks, multi_start, probes
+    )
     if recorder.best_density is None and recorder.evaluations < max_evaluations:
         _another_look(problem, recorder)
     baselines = _compare(problem, recorder, trivial)
@@ -160,7 +167,7 @@ def optimise_layout(
 
 def _solve(
     problem: LayoutProblem, recorder: Recorder, method: str | Preset, first: Evaluation, allowed: int,
-    tolerance: float, peaks: str, multi_start: bool,
+    tolerance: float, peaks: str, multi_start: bool, probes: int,
 ) -> tuple[bool, str]:  # fmt: skip
     values = np.atleast_2d(first.values)
     budgets_only = first.constraints.size == 0
@@ -213,8 +220,9 @@ def _solve(
         return done, f"barrier steps with curvature from gradients: {why}"
     if method == "trust_region":
         run = min_max(
-            problem, recorder, max_evaluations=allowed, tolerance=tolerance, multi_start=multi_start
-        )
+            problem, recorder, max_evaluations=allowed, tolerance=tolerance, multi_start=multi_start,
+            probes=probes if budgets_only and problem.budgets else 0,
+        )  # fmt: skip
         return run.finished, f"min-max trust region over peaks and scenarios: {why}"
     if method == "linear_steps":
         done = linear_steps(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
@@ -352,6 +360,7 @@ def _result(
         shadow_prices=prices,
         kkt=float(kkt),
         evaluations=recorder.evaluations,
+        probes=recorder.probes,
         excess=recorder.nearest if evaluation is None else recorder.infeasibility(density, evaluation),
         strategy=strategy,
         verdicts=verdicts(problem, recorder, status, float(kkt), prices, baselines, proof, limits),

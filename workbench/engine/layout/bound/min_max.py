@@ -9,7 +9,8 @@ Several local optima are the rule on long windows: which peaks are traded is dec
 differ in what the *response* sees are made from the singular vectors of the Jacobian of the rows: a corner
 of the feasible set in the direction of each, mixed half and half with a start that spreads the budget. Many
 random densities look alike to a rigid body (their sums agree); these corners do not. The starts are
-evaluated once and pursued in the order of their values, each as long as it earns its evaluations.
+evaluated once and pursued in the order of their values, each as long as it earns its evaluations. Where the
+caller allows runs without gradients, they look for starts first (`probing.py`) and correct the steps.
 """
 
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ from ..outcome.history import FEASIBLE, Recorder
 from ..outcome.linear_programme import linear_programme
 from ..outcome.optimality import linear_promise
 from .limited import LimitPenalty, limited_bound
+from .probing import probed_starts, spread, values_alone
 from .quadratic import quadratic_bound
 
 __all__ = ["TrustRegionRun", "corner_starts", "min_max"]
@@ -36,6 +38,12 @@ _MODES = 4  # singular vectors that give starts, two signs each
 _MODELS = 12  # solved for one step while rows are added or the penalty is raised
 _REPAIRS, _REPAIR_RADIUS = 3, 0.05  # last evaluations, kept to bring the best design inside its limits
 _NEARLY = 1e-2  # promise, relative to the value, of a search on its last steps
+_SEED = 0  # of the searches without gradients: the same problem has the same layout every time
+_PROBED = 20  # steps from the end of a search without gradients
+_CORRECTIONS = 6  # of one step, by runs without gradients
+_KEPT = 0.9  # share of the promise that needs no correction
+_WORTH = 0.1  # share of the promise that another correction must bring
+_SHARE = 4  # of these runs per evaluation, which searches without gradients leave to the steps
 _TRIAL = 8  # steps that a start may take before it must have earned more
 
 
@@ -43,6 +51,7 @@ _TRIAL = 8  # steps that a start may take before it must have earned more
 class TrustRegionRun:
     """One local search; `step` goes on where it stopped.
 
+    most_probes: of the recorder, up to which steps may be corrected by runs without gradients.
     Read: density, value, radius, promise (improvement promised by the last model), finished, weights and
     prices (multipliers of the last step).
     """
@@ -58,6 +67,7 @@ class TrustRegionRun:
     promise: float = np.inf
     finished: bool = False
     values_seen: list[float] = field(default_factory=list)
+    most_probes: int = 0
     penalty: LimitPenalty = field(default_factory=LimitPenalty)
 
     @property
@@ -73,16 +83,16 @@ class TrustRegionRun:
     def step(self) -> None:
         """One model step and one evaluation."""
         problem, values = self.problem, np.atleast_2d(self.evaluation.values)
-        move, predicted, kkt = self._model_step(values)
+        found = self._model_step(values)
         top = self.value
-        self.promise = top - predicted
+        self.promise = top - found.predicted
         if self.promise <= self.tolerance * abs(float(values.max())):
             if self.limited and self.penalty.tightened():
                 self.steps += 1
                 return
             self.finished = True
             return
-        trial = problem.into_budgets(self.density + move)
+        trial = problem.into_budgets(self.density + self._corrected(values, found).move)
         evaluation = problem.tried(trial)
         if evaluation is None:
             self.recorder.start_index = self.index
@@ -96,7 +106,7 @@ class TrustRegionRun:
             self.penalty.learn(trial - self.density, self.evaluation, evaluation)
         self.recorder.start_index = self.index
         accepted = ratio > 1e-4
-        self.recorder.add(trial, evaluation, kkt=kkt, radius=self.radius, accepted=accepted)
+        self.recorder.add(trial, evaluation, kkt=found.kkt, radius=self.radius, accepted=accepted)
         self.steps += 1
         if accepted:
             self.density, self.evaluation = trial, evaluation
@@ -114,16 +124,46 @@ class TrustRegionRun:
         self.radius = max(self.radius, _REPAIR_RADIUS)
         self.step()
 
-    def _model_step(self, values: Array) -> tuple[Array, float, float]:
-        problem, density = self.problem, self.density
+    def _corrected(self, values: Array, found: "_ModelStep") -> "_ModelStep":
+        """Of this step and of steps by corrected models the one whose run is the best.
+
+        A run without gradients shows by how much the history after a step differs from the model's. With
+        the difference added to all rows the model is solved again: the gradients stay those of the present
+        design, the curvature that they lack is in the values. Steps along a bent valley become longer.
+        """
+        best, least, before = found, np.inf, np.inf
+        top = float(values.max())
+        promise = top - found.predicted
+        for _ in range(_CORRECTIONS):
+            if self.limited or found.history is None or self.recorder.probes >= self.most_probes:
+                break
+            trial = self.problem.into_budgets(self.density + found.move)
+            seen = values_alone(self.problem, trial)
+            self.recorder.probes += 1
+            if seen is None:
+                break
+            value = float(seen.max())
+            if value < least:
+                best, least = found, value
+            if top - value > _KEPT * promise or before - value < _WORTH * promise:
+                break
+            before = value
+            found = self._model_step(values, found.shift + seen - found.history)
+            if least - found.predicted < _WORTH * promise:
+                break
+        return best
+
+    def _model_step(self, values: Array, shift: Array | float = 0.0) -> "_ModelStep":
+        """The step that the model at the present design promises most of; shift (scenarios, nodes): added."""
+        problem, density, values = self.problem, self.density, values + shift
         width = self.radius * (problem.upper - problem.lower)
         lo = np.minimum(np.maximum(problem.lower - density, -width), 0.0)
         hi = np.maximum(np.minimum(problem.upper - density, width), 0.0)
         room = np.maximum(problem.limits - problem.costs @ density, 0.0)
         top = float(values.max())
         unit = max(abs(top), 1e-300)
-        spread = max(1, round(values.shape[1] / 130))
-        offsets = (0,) if values.shape[1] == 1 else (-2 * spread, -spread, 0, spread, 2 * spread)
+        apart = max(1, round(values.shape[1] / 130))
+        offsets = (0,) if values.shape[1] == 1 else (-2 * apart, -apart, 0, apart, 2 * apart)
         rows = rows_with_neighbours(values, local_peaks(values, above=top - _LOW_PEAK * unit), offsets)
         for _ in range(_MODELS):
             gradients = problem.checked_gradients(self.evaluation, rows)
@@ -154,6 +194,7 @@ class TrustRegionRun:
             model = self.evaluation.model(solved.step)
             if model is None:
                 break
+            model = model + shift
             raised = np.setdiff1d(local_peaks(model, above=predicted + 1e-5 * unit), rows)
             predicted = float(model.max())
             if raised.size == 0:
@@ -167,7 +208,21 @@ class TrustRegionRun:
             solved.budget_multipliers * unit,
             top - float(weights @ flat) - float(prices @ np.minimum(self.evaluation.constraints, 0.0)),
         )
-        return solved.step, predicted + beside, promise / unit
+        return _ModelStep(
+            move=solved.step, predicted=predicted + beside, kkt=promise / unit, history=model, shift=shift
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _ModelStep:
+    """A step (members,), what its model predicts for the largest row, the improvement that is left to first
+    order, the history after the step (scenarios, nodes) or None, and what was added to the model of it."""
+
+    move: Array
+    predicted: float
+    kkt: float
+    history: Array | None
+    shift: Array | float
 
 
 def corner_starts(problem: LayoutProblem, evaluation: Evaluation) -> list[Array]:
@@ -180,7 +235,7 @@ def corner_starts(problem: LayoutProblem, evaluation: Evaluation) -> list[Array]
     if evaluation.limit_rows:
         table = np.vstack([table, evaluation.constraint_gradients])
     strength, modes = np.linalg.svd(table, full_matrices=False)[1:]
-    spread = _spread(problem)
+    even = spread(problem)
     starts = []
     for mode in modes[:_MODES][strength[:_MODES] > 1e-2 * max(strength[0], 1e-300)]:
         for sign in (1.0, -1.0):
@@ -190,17 +245,8 @@ def corner_starts(problem: LayoutProblem, evaluation: Evaluation) -> list[Array]
                 bounds=np.column_stack([problem.lower, problem.upper]),
             )
             if corner is not None:
-                starts.append(problem.into_budgets(0.5 * (spread + corner.x)))
+                starts.append(problem.into_budgets(0.5 * (even + corner.x)))
     return starts
-
-
-def _spread(problem: LayoutProblem) -> Array:
-    """One share of every width, as large as the budgets allow."""
-    width = problem.upper - problem.lower
-    need = problem.costs @ width
-    room = problem.limits - problem.costs @ problem.lower
-    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
-    return np.asarray(problem.lower + share * width)
 
 
 def min_max(
@@ -210,8 +256,12 @@ def min_max(
     max_evaluations: int,
     tolerance: float,
     multi_start: bool,
+    probes: int = 0,
 ) -> TrustRegionRun:
-    """Search from the start, then, if asked to, from corners of the response; the best run comes back."""
+    """Search from the start, then, if asked to, from probed starts and corners; the best run comes back.
+
+    probes: runs without gradients that may look for starts (`probing.py`) and correct steps.
+    """
     start = problem.into_budgets(problem.start)
 
     def new_run(density: Array, index: int, evaluation: Evaluation) -> TrustRegionRun:
@@ -219,7 +269,7 @@ def min_max(
         recorder.add(density, evaluation, radius=_RADIUS)
         return TrustRegionRun(
             problem=problem, recorder=recorder, density=density, evaluation=evaluation,
-            tolerance=tolerance, index=index,
+            tolerance=tolerance, index=index, most_probes=probes,
         )  # fmt: skip
 
     first = new_run(start, 0, problem.checked(start))
@@ -237,7 +287,21 @@ def min_max(
     if first.limited and first.promise <= _NEARLY * abs(first.value):
         pursue(first, max_evaluations)  # on its last steps, which converge fast
     runs = [first]
-    if corners and not (first.finished and _smooth(first)):
+    several = bool(corners) and not (first.finished and _smooth(first))
+    if several and probes:
+        recorder.start_index = len(corners) + 1
+        found = probed_starts(
+            problem, recorder, probes=probes - _SHARE * max_evaluations, max_evaluations=max_evaluations,
+            rng=np.random.default_rng(_SEED),
+        )  # fmt: skip
+        for index, (_, density) in enumerate(found, start=len(corners) + 1):
+            evaluation = problem.tried(density) if recorder.evaluations < max_evaluations else None
+            if evaluation is not None:
+                runs.append(new_run(density, index, evaluation))
+                pursue(runs[-1], _PROBED)
+        for run in sorted(runs, key=lambda r: r.value):
+            pursue(run, max_evaluations)
+    if several and recorder.evaluations + 2 * len(corners) <= max_evaluations:
         waiting = []
         for index, corner in enumerate(corners, start=1):
             if recorder.evaluations >= max_evaluations:

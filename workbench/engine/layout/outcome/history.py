@@ -53,6 +53,7 @@ class Recorder:
         self.start_value = np.nan
         self.limited = False  # whether further constraints are limits of runs
         self.start_index = 0
+        self.probes = 0  # runs without gradients that chose where to begin
 
     @property
     def evaluations(self) -> int:

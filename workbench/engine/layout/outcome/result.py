@@ -96,6 +96,7 @@ class LayoutResult:
     kkt: relative improvement that the linearised problem still promises at the returned design; for a
         convex problem a bound on the distance to the optimum
     excess: largest relative violation of a budget or, in its own unit, of a further constraint
+    probes: runs without gradients that looked for starts, beside the evaluations
     verdicts: plain sentences    strategy: what was done and why    optima: values of other local optima seen
     limits: those of the runs, with their prices
     variables: values of law variables by name; their shares of their ranges stand behind the densities
@@ -119,6 +120,7 @@ class LayoutResult:
     contradiction: Contradiction | None = None
     limits: tuple[LimitOutcome, ...] = ()
     variables: dict[str, float] = field(default_factory=dict)
+    probes: int = 0
 
     @property
     def grayness(self) -> float:

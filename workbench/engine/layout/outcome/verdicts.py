@@ -49,6 +49,12 @@ def verdicts(
             f"{len(near)} local optima lie within {100 * _NEAR:.0f} % of each other, from {near[0]:.6g} to "
             f"{near[-1]:.6g}: other considerations may choose between these layouts."
         )
+    if recorder.probes:
+        said.append(
+            f"{recorder.probes} runs without gradients looked for starts and corrected steps, beside the "
+            f"{recorder.evaluations} evaluations. A better layout cannot be ruled out: there is no lower "
+            "bound for such a response."
+        )
     active = recorder.history[
         int(np.argmin([h.value if h.best == h.value else np.inf for h in recorder.history]))
     ].active
