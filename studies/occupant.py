@@ -143,6 +143,8 @@ def braking(deceleration: float) -> Motion:
 
     def ramp(t: float, order: int) -> float:
         """The smoothstep 3 s^2 - 2 s^3 over RAMP and its integrals, continued linearly."""
+        if t <= 0.0:
+            return 0.0  # most of the samples of a run: before the brakes, and before the vehicle stands
         s = min(max(t / RAMP, 0.0), 1.0)
         late = max(t - RAMP, 0.0)
         if order == 0:

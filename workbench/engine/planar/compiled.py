@@ -266,8 +266,7 @@ def on_grid(parts: Compiled, density: Array, times: Array) -> Tables:
             loads[:, index] = load.sample(0.0)
     motion = np.zeros((count, 2, 3 * len(parts.motions)))
     for index, body in enumerate(parts.motions[:-1]):
-        motion[:, 0, 3 * index : 3 * index + 3] = [body.place(float(t)) for t in times]
-        motion[:, 1, 3 * index : 3 * index + 3] = [body.speed(float(t)) for t in times]
+        motion[:, :, 3 * index : 3 * index + 3] = body.sampled(times)
     drive = np.zeros((count, len(parts.drives)))
     for index, function in enumerate(parts.drives):
         if function is not None:
