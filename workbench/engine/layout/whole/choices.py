@@ -72,18 +72,32 @@ class Choices:
 
     def fits(self, on: On) -> bool:
         """True when count, budgets, spending and exclusions are met, whatever is always on."""
-        groups = self.groups_on(on)
-        return bool(
-            groups.max(initial=0) <= 1
-            and self.sizes @ on <= self.count
-            and (self.costs @ on <= self.limits + _ROUNDING * np.maximum(np.abs(self.limits), 1e-300)).all()
-            and not any(groups[i] and groups[j] for i, j in self.forbidden)
-            and (self.spending is None or self.spending.met(on))
-        )
+        return bool(self._fit(on[None])[0])
 
     def allowed(self, on: On) -> bool:
         """True when this may be chosen."""
         return self.fits(on) and bool((self.groups_on(on) > 0)[self.always].all())
+
+    def _fit(self, several: On) -> On:
+        """(n,) of choices (n, states); all at once, since a search asks for thousands a step."""
+        given = several.astype(float)  # products of whole numbers are slow
+        kept = given @ self.sizes.astype(float) <= self.count
+        slack = _ROUNDING * np.maximum(np.abs(self.limits), 1e-300)
+        kept &= (given @ self.costs.T <= self.limits + slack).all(axis=1)
+        if self.states > self.groups:
+            kept &= (self._counted(several) <= 1).all(axis=1)
+        for i, j in self.forbidden:
+            kept &= ~(several[:, self.group == i].any(axis=1) & several[:, self.group == j].any(axis=1))
+        if self.spending is not None:
+            for k in np.flatnonzero(kept):
+                kept[k] = self.spending.met(several[k])
+        return np.asarray(kept)
+
+    def _counted(self, several: On) -> Numbers:
+        """(n, groups): how many states of each group are on in choices (n, states)."""
+        order = np.argsort(self.group, kind="stable")
+        starts = np.searchsorted(self.group[order], np.arange(self.groups))
+        return np.add.reduceat(several[:, order].astype(np.intp), starts, axis=1)
 
     def everything(self, *, at_most: int) -> list[On] | None:
         """All that may be chosen, or None when there is more than `at_most` (or it takes long to see)."""
@@ -115,23 +129,20 @@ class Choices:
 
     def beside(self, on: On) -> list[On]:
         """All choices one step away: a state more, a state less, one for another (another size included)."""
-        found = []
         inside, outside = np.flatnonzero(on), np.flatnonzero(~on)
-        taken = self.groups_on(on) > 0
-        steps = [
-            *(([], [j]) for j in outside if not taken[self.group[j]]),
-            *(([i], []) for i in inside),
-            *(
-                ([i], [j]) for i in inside for j in outside
-                if self.group[i] == self.group[j] or not taken[self.group[j]]
-            ),
-        ]  # fmt: skip
-        for off, more in steps:
-            other = on.copy()
-            other[off], other[more] = False, True
-            if self.allowed(other):
-                found.append(other)
-        return found
+        free = self.groups_on(on)[self.group[outside]] == 0  # of the states outside: is their group off?
+        swaps = free | (self.group[inside][:, None] == self.group[outside])  # (inside, outside)
+        i, j = np.nonzero(swaps)
+        off = np.concatenate([np.full(free.sum(), -1), inside, inside[i]])
+        more = np.concatenate([outside[free], np.full(len(inside), -1), outside[j]])
+        several = np.repeat(on[None], len(off), axis=0)
+        rows = np.arange(len(off))
+        several[rows[off >= 0], off[off >= 0]] = False
+        several[rows[more >= 0], more[more >= 0]] = True
+        kept = self._fit(several)
+        if self.always.any():
+            kept &= (self._counted(several)[:, self.always] > 0).all(axis=1)
+        return list(several[kept])
 
     def filled(self, order: NDArray[np.intp]) -> On:
         """States taken in an order as long as they fit, beside what is always on in the smallest size."""
