@@ -2,11 +2,11 @@
 """Rounded kinks and steps, compiled; outside their width the printed law holds exactly."""
 
 from numba import njit
-from numpy import exp, log
+from numpy import exp, log, tanh
 
 from ..compiler.options import INNER
 
-__all__ = ["ramp", "smoothstep", "softplus", "softplus_integral"]
+__all__ = ["ramp", "saturated", "smoothstep", "softplus", "softplus_integral"]
 
 
 @njit(**INNER)
@@ -25,6 +25,16 @@ def ramp(x, w):
         6.0 * s * (1.0 - s) / w,
         w * w * s * s * s * s * (0.25 - 0.1 * s),
     )
+
+
+@njit(**INNER)
+def saturated(x):
+    """tanh(x), of any size: complex tanh is not a number beyond 355, where it has long been 1 to rounding."""
+    if x.real > 40.0:
+        return 0.0 * x + 1.0
+    if x.real < -40.0:
+        return 0.0 * x - 1.0
+    return tanh(x)
 
 
 @njit(**INNER)

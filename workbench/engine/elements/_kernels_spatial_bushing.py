@@ -10,10 +10,10 @@ preload (3), point on a (3), point on b (3), width, opening direction (3), push 
 """
 
 from numba import njit
-from numpy import exp, sqrt, tanh
+from numpy import exp, sqrt
 
 from ..compiler.options import ENTRY, INNER
-from ._kernels_rounding import smoothstep
+from ._kernels_rounding import saturated, smoothstep
 
 
 @njit(**INNER)
@@ -42,7 +42,7 @@ def spatial_bushing(p, b, r, v, z, tangent, f, fr, fv, fz, gr, out):
         cap1 = -(p[25, b] - cap) * part1 / rho
         cap = cap + (p[25, b] - cap) * part
     ratio = e / cap
-    s = tanh(ratio)
+    s = saturated(ratio)
     h = 1.0 - s * s
     g = cap * s / e
     w, w1, a, a1 = 0.0 * rho + 1.0, 0.0 * rho, 0.0 * rho, 0.0 * rho

@@ -22,11 +22,11 @@ direction, 10 width; then amplitude, wave number, phase of further waves.
 """
 
 from numba import njit
-from numpy import arctan, cos, exp, sin, sqrt, tanh
+from numpy import arctan, cos, exp, sin, sqrt
 
 from ..compiler.options import INNER
 from ._kernels_contact import normal_force
-from ._kernels_rounding import ramp, smoothstep
+from ._kernels_rounding import ramp, saturated, smoothstep
 
 DEGREES = 57.29577951308232
 NEAR = 1e-18
@@ -118,7 +118,7 @@ def tyre(p, r, R, centre, origin, v, w, k, a, f, arm, rates):
     arm[0] = centre[0] + qx
     arm[1] = centre[1] + qy
     arm[2] = centre[2] + qz
-    roll = -p[10] * normal * p[0] * tanh(speed / p[7])
+    roll = -p[10] * normal * p[0] * saturated(speed / p[7])
     arm[3] = roll * ex
     arm[4] = roll * ey
     arm[5] = roll * ez

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from math import hypot
 from typing import Any, ClassVar
 
-from numpy import cos, exp, sin, sqrt, tanh
+from numpy import cos, exp, sin, sqrt
 
 from ..compiler.options import inner
-from ._kernels_rounding import smoothstep
+from ._kernels_rounding import saturated, smoothstep
 from .table import code_of
 
 __all__ = ["Bushing", "forces", "parameter_slopes"]
@@ -145,7 +145,7 @@ def forces(
     r = sqrt(rx * rx + ry * ry + p[6, b] * p[6, b])
     k, damping = p[0, b], p[1, b]
     cap, cap_x, cap_y, _ = directed_cap(p, b, rx, ry, r)
-    saturation = tanh(k * r / cap)
+    saturation = saturated(k * r / cap)
     g = cap * saturation / r
     h = 1.0 - saturation * saturation
     damage = 0.0 * r
@@ -249,7 +249,7 @@ def parameter_slopes(p: Any, b: int, big: Any, z: Any, dp: Any) -> None:
     k, damping = p[0, b], p[1, b]
     cap, _, _, by_cap = directed_cap(p, b, rx, ry, r)
     u = k * r / cap
-    saturation = tanh(u)
+    saturation = saturated(u)
     h = 1.0 - saturation * saturation
     w = 1.0
     if p[5, b] > 0.0:
