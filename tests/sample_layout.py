@@ -111,7 +111,7 @@ model = "tests.sample_layout:two_members"
 nominal = { u = 0.9, v = 0.5 }
 scenarios = 4
 evaluations = 30
-budget = 40
+budget = 60
 corners = 8
 rounds = 5
 samples = 30

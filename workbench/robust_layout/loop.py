@@ -49,6 +49,7 @@ from workbench.robust_layout.record import (
     loop_status,
 )
 from workbench.robust_layout.scenarios import stratified_cases
+from workbench.search.evidence.grade import fewest_runs
 from workbench.space.box import Space
 
 __all__ = ["NEAR", "find_robust_layout"]
@@ -326,17 +327,26 @@ class _Loop:
                     value=known[name], case=self.judged.cases[k], runs=before.runs if before else 0,
                     status=before.status if before else JUDGED, attack=before.attack if before else None,
                 )  # fmt: skip
-        closed, bound = self.holds(robust), self.bounds[robust]
+        holds, bound = self.holds(robust), self.bounds[robust]
         found = self.worst[robust]
+        needed = self.missing(found) if holds else 0
+        closed = holds and not needed
         gaps = [r.gap for r in self.rounds if r.attacked][-2:]
-        may_exceed = self.settings.tolerance if closed else max(excess(found.value, bound), *gaps, 0.0)
+        may_exceed = self.settings.tolerance if holds else max(excess(found.value, bound), *gaps, 0.0)
         return RobustLayout(
-            robust=robust, closed=closed, status=loop_status(found, bound, closed=closed),
+            robust=robust, closed=closed, status=loop_status(found, bound, closed=closed, needed=needed),
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
             rounds=self.rounds, failures=self.failures, may_exceed=may_exceed, other_starts=others,
             reasons=self.reasons(robust, others, closed=closed),
             document=self.judged.documents.get(robust, {}),
         )  # fmt: skip
+
+    def missing(self, found: Found) -> int:
+        """Runs that an attack takes to close the loop; 0 where it made as many, or all that there are."""
+        needed = fewest_runs(self.oracle.space.dimension)
+        attack = found.attack
+        enough = attack is not None and (attack["exhaustive"] or attack["runs"] >= needed)
+        return 0 if enough else needed
 
     def reasons(self, robust: str, others: OtherStartsFound | None, *, closed: bool) -> list[str]:
         """What keeps the verdict from being green."""

@@ -130,14 +130,22 @@ def excess(worst: float, bound: float) -> float:
     return above / abs(bound) if bound else above
 
 
-def loop_status(found: Found, bound: float, *, closed: bool) -> str:
-    """Whether the loop is closed, in a sentence. `found`: of the best layout; `bound`: over the known cases
-    when it was attacked."""
+def loop_status(found: Found, bound: float, *, closed: bool, needed: int) -> str:
+    """Whether the loop is closed, in a sentence.
+
+    found: of the best layout.    bound: over the known cases when it was attacked.    needed: runs that an
+    attack takes to close the loop, 0 where it made enough.
+    """
     above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
     if closed:
         return (
             f"{found.runs} true runs of an adversary found nothing more than {above} above the bound: the "
             "loop is closed."
+        )
+    if needed:
+        return (
+            f"{found.runs} true runs of an adversary found nothing more than {above} above the bound. That "
+            f"is too short an attack to call the loop closed: it takes {needed}."
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
     return (

@@ -112,7 +112,7 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
     """The layout of the last round breaks; the best over the cases of all layouts is another one."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
-    text = changed("budget = 40", "budget = 160", text)  # a border of failures takes more runs
+    text = changed("budget = 60", "budget = 160", text)  # a border of failures takes more runs
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
     last, best = found["rounds"][-1], found["layouts"]["robust"]
     assert last["worst"] > (1 + NEAR) * last["bound"]
@@ -151,7 +151,7 @@ def test_an_open_loop_says_by_how_much_it_may_be_off(standard, tmp_path):
     found = json.loads(place.read_text())
     assert "it may be off" not in (folder / "report.md").read_text()
     worst = Found(value=1.13 * found["bound"], case={}, runs=40, status="", attack=found["attack"])
-    status = loop_status(worst, found["bound"], closed=False)
+    status = loop_status(worst, found["bound"], closed=False, needed=0)
     assert status == (
         "The rounds were spent, and the last attack found 13 % above the bound: another may find as much "
         "again. The loop is not closed."
@@ -274,7 +274,7 @@ def test_densities_outside_their_range_are_refused():
 def test_plan_and_validate_know_the_stage(tmp_path):
     plan = plan_study(study(tmp_path))
     assert plan["stages"][-2:] == ["robust_layout", "report"]
-    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + 5 * 40 + 3 * 30
+    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + 5 * 60 + 3 * 30
     assert "robust_layout" in check_study(study(tmp_path))["summary"]
     wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
     with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):
@@ -303,3 +303,16 @@ def test_a_loop_that_a_sample_broke_is_taken_back():
     said = "a sample of the uncertainty lies 25 % above its worst case"
     assert found.reasons == [said, "starts disagree"]
     assert said in found.status
+
+
+def test_a_short_attack_closes_no_loop(tmp_path):
+    """Two parameters take 50 runs before the silence of an attack says anything."""
+    found, folder = run(tmp_path, changed("budget = 60", "budget = 45"))
+    assert not found["closed"]
+    assert found["grade"] == "searched"
+    assert found["verdict"] == "amber"
+    assert "the loop is not closed" in found["reasons"]
+    assert found["status"].startswith("45 true runs of an adversary found nothing more than")
+    assert found["status"].endswith("That is too short an attack to call the loop closed: it takes 50.")
+    assert found["may_exceed"] >= 0.02
+    assert found["status"] in (folder / "report.md").read_text()
