@@ -2,10 +2,12 @@
 
 import shutil
 
+import numpy as np
 import pytest
 
 from studies.bracket import mesh, results
 from studies.solver_decks import DECKS, from_table, main, reference, reference_runs
+from workbench.screening.kriging import screen
 from workbench.stages.campaign import Campaign
 
 STRONG = {
@@ -22,7 +24,7 @@ STRONG = {
 @pytest.mark.parametrize(("name", "response"), STRONG)
 def test_the_regression_behind_a_reference_predicts_left_out_runs(name, response):
     found = reference(name, response)
-    assert found.q2 > 0.99
+    assert found.q2 > (0.999 if name == "buck" else 0.99)
     assert found.above(0.05) == STRONG[name, response]
 
 
@@ -34,6 +36,22 @@ def test_few_runs_name_the_drivers_of_2000(name, response, half):
     assert truth.above(0.05) <= set(found.selected)
     # inputs estimated below 1 % are listed apart, of which a few make up a little more
     assert truth.above(found.diagnosis["hidden_share"]) <= {*found.selected, *found.minor}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("response", ["overshoot", "ripple", "inrush"])
+def test_64_runs_name_the_drivers_of_2000(response, seed):
+    runs = reference_runs("buck")
+    chosen = np.random.default_rng(seed).choice(len(runs), 64, replace=False)
+    some = [runs[i] for i in chosen]
+    found = screen(some, DECKS["buck"].space, response, transform="auto", effects=False)
+    truth = reference("buck", response)
+    assert truth.above(0.05) <= set(found.selected)
+    # inputs estimated below 1 % are listed apart, of which a few make up a little more
+    assert truth.above(found.diagnosis["hidden_share"]) <= {*found.selected, *found.minor}
+    if found.state == "resolved":
+        assert truth.above(0.02) <= set(found.selected)
 
 
 def test_tables_hold_2000_runs_inside_their_bounds():
