@@ -171,8 +171,8 @@ def within_budgets(problem: LayoutProblem, point: Array) -> Array:
     >>> import numpy as np
     >>> from workbench.engine.layout.formulation.problem import static_problem
     >>> problem = static_problem(lambda a: (0.0, 0 * a), start=np.zeros(3), budgets=[(np.ones(3), 1.0)])
-    >>> within_budgets(problem, np.array([2.0, 0.5, 0.1])).round(6)
-    array([0.75, 0.25, 0.  ])
+    >>> within_budgets(problem, np.array([0.9, 0.5, 0.1])).round(6)
+    array([0.7, 0.3, 0. ])
     """
     shift = np.zeros(problem.members)
     disjoint = bool((np.count_nonzero(problem.costs, axis=0) <= 1).all())

@@ -4,8 +4,9 @@
 
 the improvement that the linearised rows still promise anywhere in the feasible set. It is zero exactly at a
 KKT point, has the unit of the objective whatever the scaling of the variables, and for convex rows it bounds
-the distance to the optimum (the rows lie below the functions). Its linear programme (HiGHS) gives the shadow
-prices of the budgets as multipliers, and what is reported as first-order error is the bound that follows from
+the distance to the optimum (the rows lie below the functions). Its linear programme (HiGHS; by sorting where
+there is one row, which a hundred thousand members take no longer than a look) gives the shadow prices of the
+budgets as multipliers, and what is reported as first-order error is the bound that follows from
 these multipliers alone, term by term: the tolerance of the linear programme cannot make it look smaller.
 """
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..formulation.problem import LayoutProblem
+from .knapsack import continuous_knapsack
 from .linear_programme import linear_programme
 
 __all__ = ["Certificate", "certificate", "linear_promise"]
@@ -49,6 +51,8 @@ def certificate(
     """
     n, r, m = problem.members, len(values), problem.budgets
     top = float(values.max())
+    if r == 1 and not len(constraints) and _parts_budgets(problem):
+        return _by_sorting(problem, density, top, gradients[0])
     width = np.where(problem.free, problem.upper - problem.lower, 1.0)
     scale = max(float(np.abs(gradients * width).max()), 1e-300)
     slopes = np.vstack([problem.costs, constraint_gradients.reshape(-1, n)])
@@ -84,6 +88,29 @@ def certificate(
         constraint_prices=prices[m:],
         vertex=density + width * solution.x[:n],
     )
+
+
+def _parts_budgets(problem: LayoutProblem) -> bool:
+    """Whether every member stands in one budget at most, at no negative cost."""
+    return bool((problem.costs >= 0.0).all() and ((problem.costs > 0.0).sum(axis=0) <= 1).all())
+
+
+def _by_sorting(problem: LayoutProblem, density: Array, value: float, gradient: Array) -> Certificate:
+    """The linear programme of one row, budget by budget."""
+    low, high = np.minimum(problem.lower - density, 0.0), np.maximum(problem.upper - density, 0.0)
+    move = np.where(gradient < 0.0, high, np.where(gradient > 0.0, low, 0.0))
+    prices = np.zeros(problem.budgets)
+    for j, cost in enumerate(problem.costs):
+        inside = cost > 0.0
+        room = max(float(problem.limits[j] - cost @ density), 0.0)
+        found = continuous_knapsack(gradient[inside], cost[inside], room, low[inside], high[inside])
+        assert found is not None  # staying is allowed
+        move[inside], prices[j] = found
+    promise = linear_promise(problem, density, gradient, prices)
+    return Certificate(
+        kkt=max(0.0, promise) / max(abs(value), 1e-300), shadow_prices=prices, row_weights=np.ones(1),
+        constraint_prices=np.zeros(0), vertex=density + move,
+    )  # fmt: skip
 
 
 def linear_promise(

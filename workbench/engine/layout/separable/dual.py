@@ -5,7 +5,7 @@
 (7.9) prints l_j > 0; an idle budget has l_j = 0. The cap is the price of elastic variables (f~_j <= z_j at
 the cost cap z_j): an infeasible subproblem then has a solution, and says that it is elastic. One constraint:
 a bracketed root. Several: projected Newton on the concave dual, and an interior point where the dual has
-kinks. A linear model is a linear programme and goes to HiGHS.
+kinks. A linear model is a linear programme: by sorting where constraints share no variable, else by HiGHS.
 """
 
 from collections.abc import Callable
@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..outcome.knapsack import continuous_knapsack
 from ..outcome.linear_programme import linear_programme
 from .interior import interior_point
 from .model import SeparableModel
@@ -81,6 +82,9 @@ def _solution(model: SeparableModel, x: Array, multipliers: Array) -> Subproblem
 
 def _linear(model: SeparableModel, caps: Array, size: Array) -> SubproblemSolution:
     m, n = model.constraints, len(model.point)
+    sorted_ = _by_sorting(model)
+    if sorted_ is not None:
+        return sorted_
     unit = max(float(np.abs(model.gradients[0]).max()), 1e-300)
     rows = model.gradients[1:] / size[:, None]
     solved = linear_programme(
@@ -91,6 +95,25 @@ def _linear(model: SeparableModel, caps: Array, size: Array) -> SubproblemSoluti
     if solved is None:  # rounding: the interior point does without vertices
         return _solution(model, *interior_point(model, caps))
     return _solution(model, np.clip(solved.x[:n], model.lower, model.upper), solved.prices * unit / size)
+
+
+def _by_sorting(model: SeparableModel) -> SubproblemSolution | None:
+    """A linear model whose constraints share no variable and grow with all of theirs; None for others, and
+    where a constraint cannot be met."""
+    slopes = model.gradients[1:]
+    if (slopes < 0).any() or ((slopes > 0).sum(axis=0) > 1).any():
+        return None
+    gradient, at = model.gradients[0], model.point
+    low, high = model.lower - at, model.upper - at
+    move = np.where(gradient < 0, high, np.where(gradient > 0, low, np.clip(0.0, low, high)))
+    prices = np.zeros(model.constraints)
+    for j, (slope, value) in enumerate(zip(slopes, model.values[1:], strict=True)):
+        inside = slope > 0
+        found = continuous_knapsack(gradient[inside], slope[inside], -value, low[inside], high[inside])
+        if found is None:
+            return None
+        move[inside], prices[j] = found
+    return _solution(model, np.clip(at + move, model.lower, model.upper), prices)
 
 
 def _one_constraint(model: SeparableModel, cap: float, size: float) -> SubproblemSolution:
