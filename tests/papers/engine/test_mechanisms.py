@@ -94,6 +94,7 @@ def test_two_windows_over_ten_seconds_end_where_minimal_coordinates_do():
     assert np.abs(fine.joint_residuals()).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_pendulum_undamped_over_ten_seconds():
     exact = solve_ivp(
         lambda t, y: [y[1], -9.8 * np.cos(y[0])],

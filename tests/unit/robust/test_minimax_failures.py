@@ -137,6 +137,7 @@ def test_a_cycle_whose_design_cannot_be_run_has_no_upper_bound():
     assert [c["upper"] for c in document["cycles"]] == [u if u < math.inf else None for u in uppers]
 
 
+@pytest.mark.slow
 def test_a_search_interrupted_among_failures_goes_on_as_if_it_had_not_been():
     def joint(**row):
         calls.append(tuple(row.values()))
@@ -161,6 +162,7 @@ def test_a_search_interrupted_among_failures_goes_on_as_if_it_had_not_been():
         assert len(calls) == total + 1
 
 
+@pytest.mark.slow
 def test_an_evaluator_that_runs_batches_gives_the_same():
     class Batches:
         purposes: list[str] = []

@@ -27,7 +27,7 @@ def half(a, b):
     return a - b * b
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_search_goes_on_where_half_of_its_start_fails(seed):
     found = worst_case(half, UNIT, budget=40, seed=seed)
     assert found.value == pytest.approx(1.0, abs=1e-3)

@@ -122,7 +122,7 @@ def by_differences(f, x, h):
 
 
 @pytest.mark.parametrize("power", [1.0, 2.0])
-@pytest.mark.parametrize("make", [planar, tree])
+@pytest.mark.parametrize("make", [planar, pytest.param(tree, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("seed", [3, 4])
 def test_gradients_agree_with_differences_of_runs(make, seed, power):
     problem = limited(make, seed, power=power)
@@ -147,7 +147,7 @@ def test_gradients_agree_with_differences_of_runs(make, seed, power):
         assert np.abs(one - other).max() <= SAME * np.abs(other).max()
 
 
-@pytest.mark.parametrize("make", [planar, tree])
+@pytest.mark.parametrize("make", [planar, pytest.param(tree, marks=pytest.mark.slow)])
 def test_a_firing_time_between_two_steps_is_as_good_as_one_on_a_step(make):
     problem, k = limited(make, 5), 12  # the retractor
     x = problem.start.copy()

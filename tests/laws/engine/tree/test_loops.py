@@ -89,6 +89,7 @@ def test_a_cylindrical_cut_moves_a_plane_loop_as_a_revolute_one():
     np.testing.assert_allclose(runs[0].position, runs[1].position, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_universal_cut_turns_two_shafts_as_hookes_joint_does():
     """tan b = tan a/cos(angle) between the shafts; their common energy stays."""
     angle, inertia = 0.5, (0.02, 0.03, 0.04)

@@ -48,6 +48,7 @@ def test_a_brake_stops_and_holds():
     assert np.abs(run.velocity[run.times > 0.71, 0]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_slopes_by_rates_and_friction_are_those_of_differences():
     def system_at(x):
         return cart(2.0, CoordinateDamper(body="cart", forward=x, backward=1.0, friction=3.0 + x, slow=0.3))
