@@ -6,6 +6,7 @@ But a kernel holds the code of the kernels that it calls, which may stand in oth
 a compiled kernel counts all kernel files of the package: an edit of any of them compiles all anew.
 """
 
+from contextlib import suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -51,7 +52,9 @@ def kernel(*, fastmath=False, allocates=True, inline="never"):
 
     def compiled(function):
         dispatcher = njit(fastmath=fastmath, error_model="numpy", _nrt=allocates, inline=inline)(function)
-        dispatcher._cache = _PackageCache(function)
+        # where neither the package nor a home can be written, numba has no place for a cache
+        with suppress(RuntimeError):
+            dispatcher._cache = _PackageCache(function)
         return dispatcher
 
     return compiled

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import doe
 from doe import _kernel_cache
+from doe._kernel_cache import kernel
 from tests.kernel_package import answers_around_an_edit, kernel_imports
 
 
@@ -31,3 +32,16 @@ def test_the_digest_counts_names_and_contents(tmp_path, monkeypatch):
     assert len(seen) == 4
     (tmp_path / "other.py").touch()
     assert digest() in seen
+
+
+def test_without_a_place_for_a_cache_kernels_are_compiled_all_the_same(monkeypatch):
+    def nowhere(self, function):
+        raise RuntimeError("cannot cache function: no locator available")
+
+    monkeypatch.setattr("doe._kernel_cache._PackageCache.__init__", nowhere)
+
+    @kernel()
+    def doubled(x):
+        return 2.0 * x
+
+    assert doubled(1.5) == 3.0

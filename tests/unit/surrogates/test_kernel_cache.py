@@ -4,6 +4,7 @@ from pathlib import Path
 
 import surrogates
 from surrogates import _kernel_cache
+from surrogates._kernel_cache import kernel
 from tests.kernel_package import answers_around_an_edit, kernel_imports
 
 
@@ -16,3 +17,16 @@ def test_kernels_rest_on_kernel_files_alone():
     for name, imported in kernel_imports(Path(surrogates.__file__).parent).items():
         strangers = {m for m in imported if not m.startswith("_kernels_")}
         assert strangers <= {"_kernel_cache", "math", "numpy"}, name
+
+
+def test_without_a_place_for_a_cache_kernels_are_compiled_all_the_same(monkeypatch):
+    def nowhere(self, function):
+        raise RuntimeError("cannot cache function: no locator available")
+
+    monkeypatch.setattr("surrogates._kernel_cache._PackageCache.__init__", nowhere)
+
+    @kernel()
+    def doubled(x):
+        return 2.0 * x
+
+    assert doubled(1.5) == 3.0
