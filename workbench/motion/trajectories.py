@@ -26,7 +26,11 @@ Array = NDArray[np.float64]
 
 _DEPTH = 0.06  # m, thickness of the drawn boxes
 _LEAST = 0.04  # m, smallest edge of a drawn box
-_KINDS = {"Airbag": "airbag", "Retractor": "retractor"}  # all other laws are drawn as belts
+_KINDS = {
+    "Airbag": "airbag",
+    "VentedAirbag": "airbag",
+    "Impulse": "retractor",
+}  # all other laws are drawn as belts
 
 
 def _names(trajectory: Trajectory | TreeTrajectory) -> list[str]:

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 _LEAST = 0.04  # m, smallest edge of a drawn box
 _KINDS = {
     "Airbag": "airbag",
+    "VentedAirbag": "airbag",
     "Retractor": "retractor",
     "Impulse": "retractor",
 }  # all other laws are drawn as belts

@@ -23,6 +23,7 @@ from workbench.engine import (
     Integral,
     JointSpring,
     Load,
+    LockingRetractor,
     Maximum,
     Member,
     Motion,
@@ -34,6 +35,8 @@ from workbench.engine import (
     System,
     Terminal,
     Timed,
+    VentedAirbag,
+    Webbing,
     gradient,
     gradients,
     parameter_gradient,
@@ -55,6 +58,36 @@ LAWS = (
     lambda r: Belt(k1=r.uniform(300, 900), k2=r.uniform(50, 200), knee=0.02, width=0.015, c=r.uniform(0, 5)),
     lambda r: Airbag(c0=r.uniform(10, 40), length=0.16, cap=0.12, width=0.004, deploy=0.02, rise=0.05),
     lambda r: Timed(law=Spring(k=r.uniform(50, 500), c=3.0), start=0.0313, end=0.1217, rise=0.03),
+    lambda r: Webbing(
+        k=r.uniform(300, 900),
+        slack=0.005,
+        limit=r.uniform(5, 9),
+        pull=0.03,
+        fires=0.04,
+        rise=0.04,
+        speed=0.3,
+        width=0.015,
+    ),
+    lambda r: LockingRetractor(
+        k=r.uniform(300, 900),
+        locks=0.05,
+        tension=0.4,
+        limit=r.uniform(5, 9),
+        rise=0.04,
+        speed=0.3,
+        width=0.015,
+    ),
+    lambda r: VentedAirbag(
+        c0=r.uniform(10, 40),
+        c1=1.0,
+        length=0.16,
+        cap=0.12,
+        width=0.004,
+        deploy=0.02,
+        rise=0.05,
+        returned=0.1,
+        speed=0.3,
+    ),
 )
 
 
@@ -241,6 +274,9 @@ PARAMETERS = [
     *[("members", 5, name) for name in ("k1", "k2", "knee", "c")],
     *[("members", 6, name) for name in ("c0", "c1", "length", "power", "onset", "deploy")],
     *[("members", 7, name) for name in ("k", "c", "start", "end")],
+    *[("members", 8, name) for name in ("k", "slack", "limit", "pull", "fires", "returned")],
+    *[("members", 9, name) for name in ("k", "paid", "limit", "tension", "locks", "returned")],
+    *[("members", 10, name) for name in ("c0", "length", "deploy", "returned")],
     ("members", 0, "natural_length"),
     *[("springs", 0, name) for name in ("k", "c", "rest", "k_stop", "upper", "lower")],
     *[("bushings", 0, name) for name in ("k", "c", "cap", "hold")],
@@ -254,7 +290,7 @@ def prepared():
     system, _ = random_system(11, joints=True)
     members = list(system.members)
     # every law is loaded: ends far enough apart, natural lengths that stretch or squeeze
-    stretch = {2: -0.05, 3: 0.06, 5: -0.05, 6: 0.05}
+    stretch = {2: -0.05, 3: 0.06, 5: -0.05, 6: 0.05, 8: -0.01, 9: -0.01, 10: 0.05}
     for i, member in enumerate(members):
         members[i] = replace(
             member, a="0", b="ground", point_a=(0.1, 0.1 * i / 7), point_b=(0.3, 0.5), offset=0.2

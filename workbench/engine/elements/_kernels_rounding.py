@@ -6,7 +6,9 @@ from numpy import exp, log, tanh
 
 from ..compiler.options import INNER
 
-__all__ = ["ramp", "saturated", "smoothstep", "softplus", "softplus_integral"]
+__all__ = ["given_back", "limited", "ramp", "saturated", "smoothstep", "softplus", "softplus_integral"]
+
+CORNER = 0.1  # of a limit: over so much the corner at it is rounded
 
 
 @njit(**INNER)
@@ -45,6 +47,25 @@ def smoothstep(s):
     if s.real >= 1.0:
         return 0.0 * s + 1.0, 0.0 * s
     return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s)
+
+
+@njit(**INNER)
+def limited(x, limit):
+    """min(x, limit), its corner rounded in C2 over a tenth of the limit; value, slopes by x and by limit."""
+    over, over1, _, _ = ramp(x - limit, CORNER * limit)
+    # the rounding is as wide as the limit asks for: ramp(x, w) = w phi(x/w)
+    return x - over, 1.0 - over1, over1 - (over - (x - limit) * over1) / limit
+
+
+@njit(**INNER)
+def given_back(rate, share, speed):
+    """1 for rate >= 0 (loading), `share` for rate <= -speed (unloading), a quintic (C2) between.
+
+    A force F(x) > 0 times this does the work of F on the way out and returns `share` of it on a way back that
+    is faster than `speed`; slower ways return more, up to all of it at rest. Value, slopes by rate and share.
+    """
+    s, s1 = smoothstep(-rate / speed)
+    return 1.0 - (1.0 - share) * s, (1.0 - share) * s1 / speed, s
 
 
 @njit(**INNER)

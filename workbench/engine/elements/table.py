@@ -10,7 +10,8 @@ __all__ = ["ELEMENTS", "LAWS", "PARAMETERS", "USER", "code_of"]
 # record -> file; the place in the table is the code of the law, and segments of members are sorted by it
 LAWS = {
     "Spring": "spring", "Contact": "contact", "Impulse": "impulse", "Belt": "belt", "Airbag": "airbag",
-    "Timed": "timed",
+    "Timed": "timed", "Webbing": "webbing", "LockingRetractor": "locking_retractor",
+    "VentedAirbag": "vented_airbag",
 }  # fmt: skip
 # record -> file; the place in the table is the code of the element
 ELEMENTS = {"JointSpring": "joint_spring", "Bushing": "bushing"}

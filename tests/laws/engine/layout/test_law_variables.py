@@ -12,6 +12,7 @@ from workbench.engine import (
     Deviation,
     Integral,
     Load,
+    LockingRetractor,
     Maximum,
     Member,
     MemberForce,
@@ -25,6 +26,8 @@ from workbench.engine import (
     System,
     Timed,
     TreeSystem,
+    VentedAirbag,
+    Webbing,
 )
 from workbench.engine.layout.formulation.law_variables import LawVariable, variables_held
 from workbench.engine.layout.formulation.limits import Limit
@@ -165,6 +168,36 @@ def test_a_firing_time_between_two_steps_is_as_good_as_one_on_a_step(make):
     width = shares[1] - shares[0]
     rise = width / 3 * (slopes[0] + slopes[-1] + 4 * slopes[1:-1:2].sum() + 2 * slopes[2:-2:2].sum())
     assert values[-1] - values[0] == pytest.approx(rise, rel=1e-7)
+
+
+def test_restraints_fire_and_lock_at_times_that_can_be_designed():
+    body = Body(name="torso", mass=40.0, inertia=2.0, velocity=(1.5, 0.2, 0.5), gravity=False)
+    laws = (
+        Webbing(k=4e3, slack=0.01, limit=600.0, pull=0.06, rise=0.04, speed=0.4, width=0.02),
+        LockingRetractor(k=4e3, locks=0.1, limit=600.0, rise=0.04, speed=0.4, width=0.02),
+        VentedAirbag(c0=60.0, width=0.01, rise=0.04, speed=0.4),
+    )
+    members = tuple(
+        Member(a="torso", b="ground", law=law, point_a=(0.0, 0.1 * i), point_b=(place, 0.1))
+        for i, (law, place) in enumerate(zip(laws, (-0.5, -0.6, 0.5), strict=True))
+    )
+    variables = tuple(
+        LawVariable(name=name, members=(i,), lower=0.02, upper=0.2) for i, name in enumerate("abc")
+    )
+    problem = transient_problem(
+        [
+            Scenario(
+                system=System(bodies=(body,), members=members), t_end=T, steps=STEPS,
+                objective=Maximum(quantity=Deviation(bodies=("torso",))),
+            )
+        ],
+        start=0.4, budgets=[(np.ones(3), 3.0)], variables=variables,
+    )  # fmt: skip
+    x, row = np.r_[0.7, 0.6, 0.8, 0.2, 0.4, 0.3], np.array([90])
+    found = problem.evaluate(x).gradients(row)[0]
+    (quotients,) = by_differences(lambda y: problem.evaluate(y).values.ravel()[row], x, 5e-5)
+    assert np.abs(found - quotients).max() <= SAME * np.abs(quotients).max()
+    assert np.abs(found[3:]).min() > 1e-6
 
 
 def test_a_layout_finds_when_to_fire():

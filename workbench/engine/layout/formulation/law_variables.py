@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 from ...elements.airbag import Airbag
 from ...elements.impulse import Impulse
 from ...elements.laws import UserLaw
+from ...elements.locking_retractor import LockingRetractor
 from ...elements.timed import Timed
+from ...elements.vented_airbag import VentedAirbag
+from ...elements.webbing import Webbing
 from ...integration.kinds import AnySystem, AnyTrajectory
 from ...objectives.member_quantities import MemberForce
 from ...objectives.quantities import StoredEnergy
@@ -32,8 +35,11 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_FIRES: Mapping[type, str] = {Impulse: "t0", Airbag: "deploy", Timed: "start"}
-_TIMES = ("t0", "deploy", "start", "end")
+_FIRES: Mapping[type, str] = {
+    Impulse: "t0", Airbag: "deploy", VentedAirbag: "deploy", Timed: "start", Webbing: "fires",
+    LockingRetractor: "locks",
+}  # fmt: skip
+_TIMES = ("t0", "deploy", "start", "end", "fires", "locks")
 _RESOLVED = 2.0  # steps that a pulse's width or a gate's rise needs at least
 
 
@@ -43,7 +49,7 @@ class LawVariable:
 
     name: for results.  members: their numbers.  lower, upper: bounds in `unit`.  start: None for the middle.
     parameter: a name of the law's parameters; None for the time at which it fires: `t0` of a pulse or
-    retractor, `deploy` of an airbag, `start` of a member in a window.
+    retractor, `deploy` of an airbag, `start` of a member in a window, `fires` of webbing, `locks` of a reel.
 
     Raises InvalidLayout unless there are members and lower < upper, with start between.
 

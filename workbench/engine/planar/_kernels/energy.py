@@ -48,6 +48,7 @@ def _law_power(T, W, step, p, code, first, last, explicit):
     for i in range(first, last):
         if not elastic(code):
             W.f[i] = 0.0
+            W.fd[i] = 0.0
         W.fv[i] = 0.0
         explicit[1, i] *= W.f[i]
     zero = 0.0 * X[0]

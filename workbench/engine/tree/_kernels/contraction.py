@@ -9,7 +9,7 @@ from numba import njit
 
 from ...compiler.held import only_with
 from ...compiler.options import CAREFUL, INNER
-from ...elements._kernels_laws import energies, law_parameters
+from ...elements._kernels_laws import elastic, energies, law_parameters
 from ...elements._kernels_spatial_bushing import spatial_bushing
 from ...elements.joint_spring import torque_slopes
 from ...elements.spring import energies as spring_energies
@@ -312,6 +312,10 @@ def member_states(T, W, nodes, q, v, w, zero, energy):
         for g in range(T.segment.shape[0]):
             code, first, last = T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
             unit_forces(T, W, code, first, last, zero, T.times[node])
+            if not elastic(code):
+                for i in range(first, last):
+                    W.f[i] = 0.0
+                    W.fd[i] = 0.0
             if code == SPRING:
                 spring_energies(T.law, first, last, W.delta, T.times[node], energy[a])
             else:
