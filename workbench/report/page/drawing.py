@@ -1,33 +1,30 @@
-"""Figures as SVG that belong in one page: the same bytes every time, no ids that clash, no style attributes.
-
-matplotlib writes `style="..."` on every element, which a strict content policy forbids; all of these
-properties exist as plain attributes, so they are moved there. Ids get the panel's name as a prefix.
-"""
+"""Figures drawn as SVG for one page: the same bytes every time."""
 
 import io
-import re
 from collections.abc import Callable
 from typing import Any
 
 from workbench.figures.parts import text_where_no_math
+from workbench.report.page.compact_svg import compact_svg
 
 __all__ = ["STYLE", "draw_svg"]
 
 STYLE = "workbench.style"
 POINTS_PER_INCH = 72  # of SVG
-PIXELS_PER_POINT = 1.45  # on a wide screen: 9 point text is as large as the page's small text
-
-_PROLOGUE = re.compile(r"^.*?(?=<svg)", re.S)
-_METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.S)
-_RULES = re.compile(r"\s*<defs>\s*<style[^>]*>.*?</style>\s*</defs>", re.S)
-_STYLE = re.compile(r' style="([^"]*)"')
-_ID = re.compile(r'( id="|href="#|url\(#)')
-_LONG = re.compile(r"(\d+\.\d{2})\d+")
-_PATH = re.compile(r' d="[^"]*"')
 
 
-def draw_svg(draw: Callable[[Any], Any], *, width: float, height: float, name: str) -> str:
-    """The SVG element of what `draw(ax)` draws on axes of `width` x `height` inches."""
+def draw_svg(
+    draw: Callable[[Any], Any],
+    *,
+    width: float,
+    height: float,
+    name: str,
+    glyphs: dict[str, str] | None = None,
+) -> str:
+    """The SVG element of what `draw(ax)` draws on axes of `width` x `height` inches.
+
+    `glyphs` gathers the outlines of letters for all figures of a page (see `compact_svg`).
+    """
     from matplotlib import style
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -44,23 +41,4 @@ def draw_svg(draw: Callable[[Any], Any], *, width: float, height: float, name: s
         figure.set_layout_engine("none")
         file = io.StringIO()
         canvas.print_svg(file, metadata={"Date": None})
-    return _embedded(file.getvalue(), name)
-
-
-def _embedded(svg: str, name: str) -> str:
-    svg = _RULES.sub("", _METADATA.sub("", _PROLOGUE.sub("", svg)))
-    svg = _STYLE.sub(_attributes, svg)
-    svg = _ID.sub(rf"\g<1>{name}-", svg)
-    svg = _PATH.sub(lambda path: _LONG.sub(r"\1", path[0]), svg)
-    box = re.search(r'viewBox="([^"]*)"', svg)
-    assert box is not None
-    # the rule that was taken out: * {stroke-linejoin: round; stroke-linecap: butt}; both are inherited
-    across = round(PIXELS_PER_POINT * float(box[1].split()[2]))
-    opening = f'<svg viewBox="{box[1]}" width="{across}" class="plot" aria-hidden="true" focusable="false" '
-    opening += 'stroke-linejoin="round" stroke-linecap="butt">'
-    return re.sub(r"^<svg[^>]*>", opening, svg).strip()
-
-
-def _attributes(match: re.Match[str]) -> str:
-    pairs = [rule.split(":", 1) for rule in match[1].split(";") if ":" in rule]
-    return "".join(f' {key.strip()}="{value.strip()}"' for key, value in pairs)
+    return compact_svg(file.getvalue(), name, glyphs)

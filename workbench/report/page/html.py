@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.report.page.blocks import Figure, Html, Note, Section, Table
+from workbench.report.page.compact_svg import glyph_sheet
 from workbench.report.page.content import Content
 from workbench.report.page.drawing import draw_svg
 
@@ -40,6 +41,7 @@ def html_text(content: Content) -> str:
     environment.tests["note"] = lambda block: isinstance(block, Note)
     style = (PAGE / "page.css").read_text(encoding="utf-8")
     scripts = _scripts(content.sections)
+    glyphs: dict[str, str] = {}  # filled while the figures are drawn
     return environment.get_template(TEMPLATE).render(
         title=content.title,
         question=content.question,
@@ -48,7 +50,8 @@ def html_text(content: Content) -> str:
         sections=content.sections,
         missing=content.missing,
         running=content.running,
-        svg=lambda figure: [_svg(figure, k) for k in range(len(figure.panels))],
+        svg=lambda figure: [_svg(figure, k, glyphs) for k in range(len(figure.panels))],
+        glyphs=lambda: Markup(glyph_sheet(glyphs)),
         markup=lambda block: Markup(block.markup),
         policy=_policy(style, scripts),
         style=Markup(style),
@@ -89,11 +92,12 @@ def _digest(text: str) -> str:
     return f"'sha256-{b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
-def _svg(figure: Figure, k: int) -> Any:
+def _svg(figure: Figure, k: int, glyphs: dict[str, str]) -> Any:
     from markupsafe import Markup
 
     panel = figure.panels[k]
-    return Markup(draw_svg(panel.draw, width=panel.width, height=panel.height, name=f"{figure.id}-{k}"))
+    name = f"{figure.id}-{k}"
+    return Markup(draw_svg(panel.draw, width=panel.width, height=panel.height, name=name, glyphs=glyphs))
 
 
 def _code(text: str) -> Any:
