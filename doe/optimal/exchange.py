@@ -33,9 +33,10 @@ __all__ = ["exchange"]
 ACTIVE = 2_000
 BLOCK = 65_536
 ROUNDS = 12
-# runs x candidates x terms from which one start is all there is by default. On 34 corners of 2^7 for the
-# two-factor interactions one start misses the best in all of 10 seeds, twenty in one, 60 in none of 40
-WORK = 2e6
+# runs x candidates x terms up to which all starts are made by default, and from which one is all there is, so
+# that a call takes about 60 ms at most. On 34 corners of 2^7 for the two-factor interactions one start misses
+# the best in all of 10 seeds, twenty in one, 60 in none of 40
+SMALL_WORK, LARGE_WORK = 4e5, 1.8e6
 MOST_STARTS = 60
 
 
@@ -65,8 +66,8 @@ def exchange(
         include: rows of `candidates` that must be in the design.
         existing: (m, d) runs already made: they count in X'X and are not handed back.
         starts: independent searches, each from its own stream spawned from `rng`; the best is handed back.
-            By default the more the less one costs: 60 on small problems, about 30 ms in all, falling to 1
-            where n times the candidates times the terms reach 2e6, and on long lists.
+            By default the more the less one costs: 60 up to 4e5 = n times the candidates times the terms, 60
+            ms in all at most, falling to 1 at 1.8e6, and 1 on long lists.
         shakes: how often each search shakes its design and climbs again; by default 8 for D with fewer than
             2.5e5 pairs of run and active candidate, where a shake costs a fraction of a climb, otherwise 0.
 
@@ -112,10 +113,11 @@ def exchange(
 def default_starts(work: float) -> int:
     """Searches that are worth their time for a problem of `work` = runs x candidates x terms.
 
-    >>> default_starts(34 * 128 * 29), default_starts(64 * 640 * 45)
-    (60, 1)
+    >>> default_starts(34 * 128 * 29), default_starts(48 * 512 * 46), default_starts(64 * 640 * 45)
+    (60, 28, 1)
     """
-    return int(np.clip((WORK / work) ** 1.5, 1, MOST_STARTS))
+    share = (LARGE_WORK - work) / (LARGE_WORK - SMALL_WORK)
+    return int(np.clip(MOST_STARTS * share, 1, MOST_STARTS))
 
 
 def _search_blocks(
