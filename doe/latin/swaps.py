@@ -24,6 +24,7 @@ from doe.criteria.spread import (
     maxpro,
     phi_p,
 )
+from doe.latin._kernels_swap_criteria import centred_state, centred_value
 from doe.latin.columns import CRITERIA, Columns, Feasible
 from doe.latin.swap_state import SwapState
 from doe.portable.draws import Draws
@@ -118,7 +119,7 @@ def swap_search(
             anneal(single, part, np.where(single.criteria.on, 1.0, 0.0), heat, feasible)
             spent += part
             accepted += int(single.progress[1])
-            alone.update(values_of(columns.points(single.best.entries), (name,), p))
+            alone.update(values_of(columns, single.best.entries, (name,), p))
             c = CRITERIA.index(name)
             reference[c] = single.best.values[c] * first.criteria.scales[c] / single.criteria.scales[c]
         anneal(first, total - spent, shares, heat, feasible, reference)
@@ -130,7 +131,7 @@ def swap_search(
         entries=np.ascontiguousarray(first.best.entries.T),
         swaps=total,
         accepted=accepted + int(first.progress[1]),
-        values=values_of(points, names, p),
+        values=values_of(columns, first.best.entries, names, p),
         alone=alone,
     )
 
@@ -214,15 +215,40 @@ def check_weights(
     return names, shares
 
 
-def values_of(points: Floats, names: Sequence[str], p: int) -> dict[str, float]:
-    """The named criteria of points, as `doe.criteria.spread` has them."""
+def values_of(
+    columns: Columns, entries: NDArray[np.integer], names: Sequence[str], p: int
+) -> dict[str, float]:
+    """The named criteria of a design, entries (d, n), as `doe.criteria.spread` has them.
+
+    Levels without an order are what they are to the search: unlike ones a whole range apart, each at an end
+    for CD2, and not correlated. MaxPro of levels that repeat is infinite.
+    """
+    points = columns.points(entries)
     known = {
-        "phi_p": lambda: phi_p(points, p=p),
-        "cd2": lambda: cd2(points),
+        "phi_p": lambda: phi_p(_apart(columns, points), p=p),
+        "cd2": lambda: _centred(columns, points) if columns.nominal.any() else cd2(points),
         "maxpro": lambda: maxpro(points),
-        "correlation": lambda: max_correlation(points),
+        "correlation": lambda: max_correlation(points[:, ~columns.nominal]),
     }
     return {name: known[name]() for name in names}
+
+
+def _apart(columns: Columns, points: Floats) -> Floats:
+    """Points with a column per level of a nominal one, in which unlike levels are at the distance 1."""
+    if not columns.nominal.any():
+        return points
+    parts = [points[:, ~columns.nominal]]
+    for k in np.flatnonzero(columns.nominal):
+        parts.append((points[:, [k]] == np.unique(columns.levels[k])) / np.sqrt(2.0))
+    return np.hstack(parts)
+
+
+def _centred(columns: Columns, points: Floats) -> float:
+    """CD2 where nominal levels lie at the ends, any two of them on opposite sides."""
+    n, d = points.shape
+    products, singles = np.empty((n, n)), np.empty((2, n))
+    centred_state(np.ascontiguousarray(points.T), columns.nominal, products, singles)
+    return float(centred_value(products, singles, float((13 / 12) ** d)))
 
 
 def polished(cells: NDArray[np.integer], swaps: int, *, draws: Draws) -> NDArray[np.int32]:

@@ -61,6 +61,33 @@ def test_nominal_levels_have_no_order():
     np.testing.assert_array_equal(np.sort(nominal.points, axis=0)[:, 1], [0.0, 0.5, 1.0])
 
 
+def test_what_a_design_of_words_is_judged_by_does_not_see_their_codes():
+    rng = np.random.default_rng(7)
+    words = np.repeat([0.0, 0.5, 1.0], 4)
+    points = np.column_stack(
+        [(rng.permutation(12) + 0.5) / 12, rng.permutation(words), rng.permutation(words)]
+    )
+    recoded = points.copy()
+    recoded[:, 1] = np.array([0.5, 0.0, 1.0])[(2 * points[:, 1]).astype(int)]
+    criteria = ("phi_p", "cd2", "correlation")
+    first, second = (
+        doe.rearrange(u, nominal=[1, 2], criterion=criteria, swaps=0, rng=rng).values
+        for u in (points, recoded)
+    )
+    assert first == pytest.approx(second)
+    assert first["correlation"] == 0.0  # of one ordered column
+    unlike = (points[:, None, 1:] != points[None, :, 1:]).sum(axis=2)
+    squares = ((points[:, None, 0] - points[None, :, 0]) ** 2 + unlike)[np.triu_indices(12, 1)]
+    assert first["phi_p"] == pytest.approx((squares**-5.0).sum() ** 0.1)
+
+
+def test_two_words_are_the_ends_of_a_range():
+    rng = np.random.default_rng(8)
+    points = np.column_stack([(rng.permutation(12) + 0.5) / 12, rng.permutation(np.repeat([0.0, 1.0], 6))])
+    found = doe.rearrange(points, nominal=[1], criterion="cd2", swaps=0, rng=rng)
+    assert found.values["cd2"] == pytest.approx(doe.discrepancies(points)[0])
+
+
 def test_rearranging_keeps_columns_and_improves():
     rng = np.random.default_rng(4)
     start = np.round(rng.random((30, 4)), 1)
