@@ -14,6 +14,7 @@ it. Refused are
     a loop called closed, or green, that a sample of the uncertainty broke
     a green verdict over an optimiser at its limit, over disagreeing starts or none
     a worst scenario of a design that its own runs go beyond, or a share that they do not make
+    a mean, quantile, regret, gap or count that is not that of the values beside it (`recounts`)
 
 The colours of the answers on the page are checked by `workbench.report.sections.green_answers`.
 """
@@ -23,6 +24,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.errors import Contradiction
+from workbench.report.recounts import against_rounds, against_search, against_summary
 from workbench.search.evidence.attack.share import counted_share
 from workbench.search.evidence.grade import ARRIVED
 
@@ -84,6 +86,7 @@ def worst_case_claims(document: Mapping[str, Any], *, is_runnable: bool) -> list
                     *_against_prediction(part, is_runnable=is_runnable),
                     *_against_grade(part),
                     *_against_shares(part),
+                    *against_search(part),
                 ),
             )
         )
@@ -129,7 +132,9 @@ def _against_shares(document: Any, name: str = "") -> Iterator[str]:
 
 
 def robust_claims(document: Mapping[str, Any]) -> list[Claim]:
-    """The claims of `robust.json`: the worst run of each design, in the order of `summaries`."""
+    """The claims of `robust.json`: the worst run of each design, in the order of `summaries`; against them
+    speaks whatever else its values do not make.
+    """
     found = []
     for summary in document["summaries"]:
         name = summary["design"]
@@ -140,7 +145,7 @@ def robust_claims(document: Mapping[str, Any]) -> list[Claim]:
                 unit=str(document["unit"]),
                 sense=document["sense"],
                 kind="run",
-                against=tuple(_against_beyond(document, summary)),
+                against=(*_against_beyond(document, summary), *against_summary(document, summary)),
             )
         )
     return found
@@ -183,6 +188,7 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
         if lowest < document["bound"] * (1 - ROUNDING):
             against.append(f"the layout '{name}' is better over the cases known, {lowest:.6g}")
     against.extend(_against_shares(attack, "attack"))
+    against.extend(against_rounds(document))
     return [
         Claim(
             subject="the worst case of the robust layout", value=float(document["worst"]),

@@ -16,7 +16,12 @@ from workbench.campaign.view import StoredRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.models.python import source_digest
-from workbench.report.claims import refuse_contradictions, robust_layout_claims
+from workbench.report.claims import (
+    known_values,
+    refuse_contradictions,
+    robust_claims,
+    robust_layout_claims,
+)
 from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
 from workbench.robust_layout.bill import robust_bill, write_bill
@@ -89,7 +94,10 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         bill = robust_bill(model, found.cases, found.layouts[found.robust])
         write_bill(campaign.folder, bill)
         write_json(campaign.folder / "layout.json", best_layout_document(model, found))
-        write_json(campaign.folder / "robust.json", {**compared.to_dict(), "response": model.response})
+        beside = {**compared.to_dict(), "response": model.response}
+        for claim, name in zip(robust_claims(beside), beside["designs"], strict=True):
+            refuse_contradictions(claim, known_values(beside, name))
+        write_json(campaign.folder / "robust.json", beside)
         screened = _screened(campaign, model, found, runs)
         variants = [_variant(campaign, table, v, found, identity) for v in table["variant"]]
         moved = _motion(campaign, model, found)

@@ -13,13 +13,24 @@ from workbench.report.claims import (
 )
 from workbench.search.evidence.attack.share import counted_share
 
-WORST = {"response": "y", "unit": "m", "sense": "max", "value": 2.0, "confirmed": True, "run_key": "b"}
+WORST = {
+    "response": "y", "unit": "m", "sense": "max", "value": 2.0, "confirmed": True, "run_key": "b",
+    "evaluations": 1, "failures": {"failed": 1},
+    "history": [
+        {"run_key": "b", "iteration": 0, "status": "ok", "value": 2.0, "best": 2.0},
+        {"run_key": "d", "iteration": 1, "status": "failed", "value": None, "best": 2.0},
+    ],
+}  # fmt: skip
 LOOP = {
     "unit": "m", "attack": {"runs": 1500}, "tolerance": 0.02, "bound": 1.0, "worst": 1.015, "closed": True,
     "verdict": "green", "reasons": [], "broken_by_samples": False,
     "other_starts": {"worst": 1.01, "apart": 0.01, "agrees": True, "starts": ["second start"]},
     "optimiser": {"converged": False, "kkt": 0.01, "allowed": 0.02},
-    "layouts": {"robust": {"values": [1.0, 0.4]}, "uniform": {"values": [1.2, None]}},
+    "layouts": {
+        "robust": {"values": [1.0, 0.4], "worst": 1.015}, "uniform": {"values": [1.2, None], "worst": 1.2},
+    },
+    "robust": "robust",
+    "rounds": [{"bound": 0.8, "worst": 1.0, "gap": 0.25}, {"bound": 1.0, "worst": 0.9, "gap": 0.0}],
 }  # fmt: skip
 
 
@@ -95,7 +106,10 @@ def test_rounding_is_no_contradiction():
     ("changes", "said"),
     [
         ({"attack": None}, "called closed without an attack that it withstood"),
-        ({"worst": 1.03}, "called closed without an attack that it withstood"),
+        (
+            {"worst": 1.03, "layouts": {"robust": {"values": [1.0], "worst": 1.03}}},
+            "called closed without an attack that it withstood",
+        ),
         ({"attack": {"share": {"hits": 1, "draws": 9, "low": 0.0, "high": 0.1}}}, "its attack share says"),
         ({"reasons": ["starts disagree"]}, "its verdict is green although starts disagree"),
         ({"broken_by_samples": True}, "closed although a sample of the uncertainty lies beyond its bound"),
@@ -117,7 +131,19 @@ def test_rounding_is_no_contradiction():
             {"optimiser": {"converged": True, "kkt": None, "allowed": 0.02}},
             "green although its optimiser ended before the first-order condition held",
         ),
-        ({"layouts": {"uniform": {"values": [0.9, 0.8]}}}, "the layout 'uniform' is better over the cases"),
+        (
+            {"layouts": {**LOOP["layouts"], "uniform": {"values": [0.9, 0.8], "worst": 0.9}}},
+            "the layout 'uniform' is better over the cases",
+        ),
+        (
+            {"rounds": [{"bound": 0.8, "worst": 1.0, "gap": 0.2}]},
+            "round 1 says a gap of 20 % where 1 instead of 0.8 is 25 %",
+        ),
+        (
+            {"layouts": {**LOOP["layouts"], "uniform": {"values": [1.3, None], "worst": 1.2}}},
+            "the layout 'uniform' reached 1.3 where its worst is called 1.2",
+        ),
+        ({"worst": 1.01}, "its layout 'robust' has a worst case of 1.015 in the table"),
     ],
 )
 def test_what_a_robust_layout_may_not_say(changes, said):
@@ -147,20 +173,37 @@ def test_a_prediction_has_no_place_where_the_model_can_be_run():
 
 
 COMPARED = {
-    "designs": ["a", "b"], "sense": "max", "unit": "m", "limit": 2.0, "drawn": 4,
+    "designs": ["a", "b"], "sense": "max", "unit": "m", "limit": 2.0, "drawn": 4, "left_out": 1,
     "values": {"a": [1.0, 2.5, 3.0, None, 9.0], "b": [1.0, 1.5, 2.0, 4.0, 1.0]},
+    "paired": {"b - a": [-2 / 3, -1.3, 0.0]},
     "summaries": [
-        {"design": "a", "worst_run": 9.0, "beyond_limit": [2 / 3, 0.2, 0.9]},
-        {"design": "b", "worst_run": 4.0, "beyond_limit": [0.0, 0.0, 0.6]},
+        {
+            "design": "a", "worst_run": 9.0, "beyond_limit": [2 / 3, 0.2, 0.9], "mean": 6.5 / 3, "worst": 9.0,
+            "largest_regret": 8.0, "mean_regret": 2.5, "failed": 1, "failed_share": [0.25, 0.1, 0.7],
+            "quantiles": {"P5": [1.15, None, 2.5], "P50": [2.5, None, None], "P95": [2.95, 1.0, None]},
+            "beyond_or_failed": [0.75, 0.3, 0.9], "nominal": 1.2, "price_of_robustness": 0.2,
+        },
+        {
+            "design": "b", "worst_run": 4.0, "beyond_limit": [0.0, 0.0, 0.6], "mean": 1.5, "worst": 2.0,
+            "largest_regret": 0.0, "mean_regret": 0.0, "failed": 0, "failed_share": [0.0, 0.0, 0.5],
+            "quantiles": {"P5": [1.05, None, 1.5], "P50": [1.5, None, None], "P95": [1.95, 1.0, None]},
+            "beyond_or_failed": [0.25, 0.1, 0.7], "nominal": 1.0, "price_of_robustness": 0.0,
+        },
     ],
 }  # fmt: skip
+
+
+def changed(**numbers):
+    """The comparison with other numbers of its first design."""
+    first, second = COMPARED["summaries"]
+    return {**COMPARED, "summaries": [{**first, **numbers}, second]}
 
 
 def test_designs_claim_the_worst_of_all_their_runs():
     first, second = robust_claims(COMPARED)
     refuse_contradictions(first, known_values(COMPARED, "a"))
     refuse_contradictions(second, known_values(COMPARED, "b"))
-    mild = {**COMPARED, "summaries": [{**COMPARED["summaries"][0], "worst_run": 3.0}]}
+    mild = changed(worst_run=3.0)
     with pytest.raises(Contradiction, match=r"design 'a', 3 m by a run, .* run in scenario 5 gave 9 m"):
         refuse_contradictions(robust_claims(mild)[0], known_values(mild, "a"))
 
@@ -173,6 +216,69 @@ def test_designs_claim_the_worst_of_all_their_runs():
     ],
 )
 def test_a_share_beyond_the_limit_is_that_of_the_values(share, said):
-    wrong = {**COMPARED, "summaries": [{**COMPARED["summaries"][0], "beyond_limit": share}]}
+    wrong = changed(beyond_limit=share)
     with pytest.raises(Contradiction, match=said):
         refuse_contradictions(robust_claims(wrong)[0], [])
+
+
+@pytest.mark.parametrize(
+    ("numbers", "said"),
+    [
+        ({"mean": 2.2}, "its mean is said to be 2.2 where its values make 2.16667"),
+        ({"worst": 3.0}, "its worst value met is said to be 3 where its values make 9"),
+        ({"largest_regret": 1.0}, "its largest regret is said to be 1 where its values make 8"),
+        ({"mean_regret": 1.0}, "its mean regret is said to be 1 where its values make 2.5"),
+        ({"failed": 0}, "its number of failures is said to be 0 where its values make 1"),
+        (
+            {"failed_share": [0.5, 0.1, 0.7]},
+            "its share of failures is said to be 0.5 where its values make 0.25",
+        ),
+        (
+            {"beyond_or_failed": [0.5, 0.3, 0.9]},
+            "beyond the limit or failed is said to be 0.5 where .* make 0.75",
+        ),
+        ({"price_of_robustness": 0.0}, "its price of robustness is said to be 0 where its values make 0.2"),
+        (
+            {"quantiles": {**COMPARED["summaries"][0]["quantiles"], "P95": [2.9, 1.0, None]}},
+            "its quantile P95 is said to be 2.9 where its values make 2.95",
+        ),
+    ],
+)
+def test_a_number_of_a_design_is_that_of_its_values(numbers, said):
+    with pytest.raises(Contradiction, match=said):
+        refuse_contradictions(robust_claims(changed(**numbers))[0], [])
+
+
+def test_differences_and_scenarios_left_out_are_those_of_the_values():
+    apart = robust_claims({**COMPARED, "paired": {"b - a": [0.1, 0.0, 0.2]}})[1]
+    with pytest.raises(
+        Contradiction, match=r"mean difference to 'a' is said to be 0\.1 where .* make -0\.666667"
+    ):
+        refuse_contradictions(apart, [])
+    with pytest.raises(Contradiction, match="0 scenarios are said to be left out where 1 are"):
+        refuse_contradictions(robust_claims({**COMPARED, "left_out": 0})[0], [])
+
+
+LOOK = {"runs": 1, "upper": 2.4}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"evaluations": 2}, "2 runs are said to have been made where 1 are listed"),
+        ({"failures": {}}, r"its runs without a value are {} and the list has {'failed': 1}"),
+        ({"run_key": "c"}, "no run of that key and value is listed"),
+        ({"value": 2.1}, "no run of that key and value is listed"),
+        ({"mean": 2.0, "interval": [2.1, 2.2]}, "its mean lies outside of its interval"),
+        ({"gap_history": [{**LOOK, "upper": 1.9}]}, "after 1 runs the bound 1.9 stood below a run, 2"),
+        (
+            {"gap_history": [LOOK, {"runs": 2, "upper": 2.3}], "gap": {"upper": 2.2}},
+            "its gaps end at the bound 2.3 and 2.2 is stated",
+        ),
+    ],
+)
+def test_a_worst_case_is_that_of_its_own_list_of_runs(changes, said):
+    looks = [LOOK, {"runs": 2, "upper": 2.2}]
+    refuse_contradictions(claim(gap_history=looks, gap={"upper": 2.2}), [])
+    with pytest.raises(Contradiction, match=said):
+        refuse_contradictions(claim(**changes), [])

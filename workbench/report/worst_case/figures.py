@@ -4,6 +4,7 @@ found."""
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.figures.parts import NORMAL_95
 from workbench.figures.worst_case import (
     plot_baselines,
     plot_profile,
@@ -59,7 +60,7 @@ def search_figure(
         id="search",
         title="How it was found",
         alt=f"{response} of {len(history)} runs in order with the worst so far, which ends at "
-        f"{number(worst['value'])}.",
+        f"{_end(history)}.",
         read_off=read_off,
         panels=(
             Panel(
@@ -99,6 +100,12 @@ def search_figure(
             marked=frozenset(k for k, h in enumerate(history) if key and h.get("run_key") == key),
         ),
     )
+
+
+def _end(history: list[dict[str, Any]]) -> str:
+    """Where the stair of the worst so far ends: under noise not at the mean that is stated."""
+    best = history[-1].get("best")
+    return "no value" if best is None else number(best)
 
 
 def profile_figure(
@@ -181,7 +188,7 @@ def surprise_figure(
     """What was predicted of each run before it was made, and what it gave."""
     known = [h for h in history if h.get("predicted") is not None and h.get("value") is not None]
     inside = sum(
-        abs(h["value"] - h["predicted"]) <= 1.96 * float(h.get("predicted_std") or 0.0) for h in known
+        abs(h["value"] - h["predicted"]) <= NORMAL_95 * float(h.get("predicted_std") or 0.0) for h in known
     )
     return Figure(
         id="surprise",
@@ -220,16 +227,16 @@ def baseline_figures(
     given: Mapping[str, Mapping[str, Any]] = worst.get("baselines") or {}
     if not given:
         return []
-    ours, history = float(worst["value"]), worst.get("history") or []
-    searched = sum(h["iteration"] > 0 and not str(h["proposal"]).startswith("attack") for h in history)
-    found = {"this search": ours} | {name: float(b["value"]) for name, b in given.items()}
-    counts = {"this search": searched} | {name: int(b["runs"]) for name, b in given.items()}
+    ways = _ways(worst, given)
+    if ways.keys() <= given.keys():
+        return []  # a table of runs, where nothing was searched
+    found = {name: value for name, (_, value, _) in ways.items()}
     return [
         Figure(
             id="baselines",
             title="What the search bought",
             alt="Worst value found by this search and by plain ways: "
-            + ", ".join(f"{name} ({counts[name]} runs) {number(v)}" for name, v in found.items())
+            + ", ".join(f"{name} ({runs} runs) {number(value)}" for name, (runs, value, _) in ways.items())
             + ".",
             read_off="Every dot is a true run, the worst of its way; nothing is predicted. The table has how "
             "many runs each way had. Dots level with ours say that a plain way would have done here.",
@@ -249,13 +256,35 @@ def baseline_figures(
                     Column(name=f"worst {response}", unit=unit),
                     Column(name="run"),
                 ),
-                rows=(
-                    ("this search", searched, ours, folder.run_name(worst.get("run_key"))),
-                    *(
-                        (name, b["runs"], b["value"], folder.run_name(b["run_key"]))
-                        for name, b in given.items()
-                    ),
+                rows=tuple(
+                    (name, runs, value, folder.run_name(key)) for name, (runs, value, key) in ways.items()
                 ),
             ),
         )
     ]
+
+
+def _ways(
+    worst: Mapping[str, Any], given: Mapping[str, Mapping[str, Any]]
+) -> dict[str, tuple[int, float, str]]:
+    """Number of runs, worst value and its key: of this search, of the attack where it went beyond, of plain
+    ways.
+
+    The worst case may be the find of the attack, or a run that was known otherwise: neither is the search's.
+    """
+    sign = 1.0 if worst["sense"] == "max" else -1.0
+    made: dict[str, list[Mapping[str, Any]]] = {"this search": [], "the attack on it": []}
+    for run in worst.get("history") or []:
+        if run["iteration"] > 0:
+            is_attack = str(run["proposal"]).startswith("attack")
+            made["the attack on it" if is_attack else "this search"].append(run)
+    ways: dict[str, tuple[int, float, str]] = {}
+    for name, runs in made.items():
+        best = max(
+            (run for run in runs if run["value"] is not None),
+            key=lambda run: sign * run["value"],
+            default=None,
+        )
+        if best is not None and all(sign * best["value"] > sign * value for _, value, _ in ways.values()):
+            ways[name] = (len(runs), float(best["value"]), str(best["run_key"]))
+    return ways | {name: (int(b["runs"]), float(b["value"]), str(b["run_key"])) for name, b in given.items()}

@@ -16,6 +16,7 @@ from workbench.report.page.blocks import (
 __all__ = ["gap_figure"]
 
 FEWEST_LOOKS = 2
+ROUNDING = 1e-9  # of the bound
 
 
 def gap_figure(
@@ -35,13 +36,14 @@ def gap_figure(
             " Open dots are quick looks, which the search takes before every batch. They leave out the rough "
             "model, so a filled dot, the full bound that the report states, may lie higher."
         )
-    title = "How the remaining gap closed"
+    read_off += _kept(worst, looks, history)
+    title = "How the remaining gap went"
     return Figure(
         id="gap-history",
         title=title,
         alt=f"Worst {response} so far and its stated bound over the runs; the gap went from "
         f"{quantity(first['width'], unit, 4)} after {first['runs']} runs to "
-        f"{quantity(last['width'], unit, 4)}{_of_range(last)} after {last['runs']}.",
+        f"{quantity(last['width'], unit, 4)}{_of_range(last)} after {last['runs']}.{_withdrawn(worst)}",
         read_off=read_off,
         panels=(
             Panel(
@@ -77,6 +79,26 @@ def gap_figure(
             ),
         ),
     )
+
+
+def _kept(worst: Mapping[str, Any], looks: list[Mapping[str, Any]], history: list[dict[str, Any]]) -> str:
+    """How many of the bounds a later run of the search went beyond, and whether the last one still stands."""
+    sign = 1.0 if worst["sense"] == "max" else -1.0
+    broken, later = 0, 0
+    for look in looks:
+        values = [sign * run["value"] for run in history[look["runs"] :] if run["value"] is not None]
+        later += bool(values)
+        broken += bool(values) and max(values) > sign * look["upper"] + ROUNDING * abs(look["upper"])
+    how = "none of them was exceeded" if not broken else f"{broken} of them did not hold"
+    said = f" Runs followed on {later} of the {len(looks)} bounds; {how}." if later else ""
+    return said + _withdrawn(worst)
+
+
+def _withdrawn(worst: Mapping[str, Any]) -> str:
+    """That the search ended without a bound, whatever it stated on the way; "" where it states one."""
+    if (worst.get("gap") or {}).get("upper") is not None:
+        return ""
+    return " In the end no bound is stated."
 
 
 def _of_range(look: Mapping[str, Any]) -> str:

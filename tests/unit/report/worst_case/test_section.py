@@ -41,6 +41,62 @@ def test_true_runs_of_plain_ways_stand_beside_the_search(document, folder):
     assert "nothing is predicted" in figure.read_off
 
 
+def run(number, proposal, value, best):
+    key = f"k{number}{proposal[:1]}"
+    return {"iteration": number, "proposal": proposal, "value": value, "best": best, "run_key": key}
+
+
+def test_what_the_attack_found_is_not_called_the_find_of_the_search(folder):
+    history = [
+        run(1, "start", 1.0, 1.0), run(2, "ei", 3.0, 3.0), run(3, "attack: corner", 5.0, 5.0),
+        run(4, "attack: interior", None, 5.0),
+    ]  # fmt: skip
+    given = {"the start design": {"runs": 1, "value": 1.0, "run_key": "k1s"}}
+    worst = {"value": 5.0, "sense": "max", "run_key": "k3a", "history": history, "baselines": given}
+    (figure,) = baseline_figures(folder, worst, "height", "m")
+    assert [row[:3] for row in figure.table.rows] == [
+        ("this search", 2, 3.0), ("the attack on it", 2, 5.0), ("the start design", 1, 1.0),
+    ]  # fmt: skip
+    assert "this search (2 runs) 3, the attack on it (2 runs) 5" in figure.alt
+    worst["history"] = [*history[:2], run(3, "attack: corner", 2.0, 3.0)]
+    (figure,) = baseline_figures(folder, worst, "height", "m")
+    assert [row[0] for row in figure.table.rows] == ["this search", "the start design"]
+
+
+def test_where_nothing_was_searched_nothing_is_compared(folder):
+    given = {"the runs given": {"runs": 1, "value": 5.0, "run_key": "k0g"}}
+    worst = {"value": 5.0, "sense": "max", "history": [run(0, "given", 5.0, 5.0)], "baselines": given}
+    assert baseline_figures(folder, worst, "height", "m") == []
+
+
+@pytest.mark.parametrize(("sense", "sign"), [("max", 1.0), ("min", -1.0)])
+def test_bounds_that_did_not_hold_are_counted(sense, sign):
+    history = [run(k, "ei", sign * v, sign * v) for k, v in enumerate((1.0, 2.0, 3.0, 4.0), start=1)]
+    looks = [
+        {
+            "runs": k, "iteration": k, "upper": sign * upper, "width": 0.5, "share": 0.5,
+            "kind": "model-based", "full": True,
+        }
+        for k, upper in ((2, 2.5), (3, 4.5), (4, 4.5))
+    ]  # fmt: skip
+    worst = {"sense": sense, "gap_history": looks, "gap": {"upper": sign * 4.5}}
+    said = gap_figure(worst, history, "height", "m").read_off
+    assert "Runs followed on 2 of the 3 bounds; 1 of them did not hold." in said
+    held = {**worst, "gap_history": looks[1:]}
+    assert (
+        "on 1 of the 2 bounds; none of them was exceeded."
+        in gap_figure(held, history, "height", "m").read_off
+    )
+
+
+def test_a_search_that_ends_without_a_bound_says_so_below_its_last_one(document):
+    without = {**document, "gap": {**document["gap"], "upper": None, "width": None}}
+    figure = gap_figure(without, document["history"], "height", "m")
+    assert "In the end no bound is stated." in figure.read_off
+    assert "In the end no bound is stated." in figure.alt
+    assert "no bound" not in gap_figure(document, document["history"], "height", "m").read_off
+
+
 def test_without_baselines_nothing_is_shown(folder):
     assert baseline_figures(folder, {"value": 1.0}, "height", "m") == []
 
