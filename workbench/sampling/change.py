@@ -16,7 +16,7 @@ from workbench.errors import StudyError
 from workbench.sampling.kinds import KINDS
 from workbench.space.box import Space
 
-__all__ = ["DesignChange", "design_change", "growth_model"]
+__all__ = ["DesignChange", "change_sentence", "design_change", "growth_model", "serves_on"]
 
 FIXED = ("grid", "factorial", "classical")  # ways of kinds whose points are what they are
 BY_MODEL = ("chosen", "within")  # ways of kinds that are best for a regression model
@@ -37,8 +37,18 @@ class DesignChange:
     @property
     def sentence(self) -> str:
         """For a person."""
-        lost = "".join(f"; {count} do not: {reason}" for reason, count in self.left_out.items())
-        return f"{len(self.kept)} runs of the design that is there serve on, {self.new} are new{lost}"
+        return change_sentence(len(self.kept), self.new, self.left_out)
+
+
+def change_sentence(kept: int, new: int, left_out: Mapping[str, int]) -> str:
+    """What becomes of a design, for a person: how many runs serve on, are new, do not serve, and why."""
+    lost = "".join(f"; {count} do not: {reason}" for reason, count in left_out.items())
+    return f"{kept} runs of the design that is there serve on, {new} are new{lost}"
+
+
+def serves_on(kind: str) -> bool:
+    """Whether the runs of a design of this kind stay in it when it changes; else it is drawn as it is."""
+    return kind in KINDS and KINDS[kind].way not in FIXED
 
 
 def design_change(
@@ -60,7 +70,7 @@ def design_change(
     Raises:
         StudyError: the seed changed under answered runs.
     """
-    if not any(answered) or table["kind"] not in KINDS or KINDS[table["kind"]].way in FIXED:
+    if not any(answered) or not serves_on(table["kind"]):
         return None
     if document["seed"] != seed:
         raise StudyError(

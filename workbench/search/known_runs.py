@@ -6,13 +6,14 @@ the same. Where one is worse than what was found, it is the worst case, and gap,
 anew from a Kriging that has seen it.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
 
 import numpy as np
 
 from workbench.errors import StudyError
-from workbench.models.evaluator import Outcome
+from workbench.models.evaluator import Outcome, Reading
 from workbench.search.arguments import Arguments
 from workbench.search.conclusion import concluded
 from workbench.search.evidence.gap_history import GapHistory
@@ -21,9 +22,42 @@ from workbench.search.runs.given_runs import Run
 from workbench.search.runs.ledger import Ledger
 from workbench.space.box import Space
 
-__all__ = ["admitted", "with_known_runs"]
+__all__ = ["Stated", "admitted", "with_known_runs", "worst_beyond"]
 
 SEEN_OF_ATTACK = 60  # the worst runs of an attack that the Kriging sees; thousands would cost more than runs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stated:
+    """A worst value that is about to be stated, its sense, and how and off which responses runs are read."""
+
+    value: float
+    sense: str
+    read: Reading
+    reads: Sequence[str]
+
+
+def worst_beyond(space: Space, known: Iterable[Outcome], stated: Sequence[Stated]) -> list[list[Outcome]]:
+    """For each stated value the worst of the known runs, in a list, where one is worse than it; else nothing.
+
+    The runs are gone through once and none is held; the last of equal ones counts. Only of those that are
+    worse it is looked at whether they lie inside the space.
+    """
+    found: list[list[Outcome]] = [[] for _ in stated]
+    worst = [-float("inf")] * len(stated)
+    for run in known:
+        if run.status != "ok":
+            continue
+        for k, one in enumerate(stated):
+            if not all(name in run.outputs for name in one.reads):
+                continue
+            sign = 1.0 if one.sense == "max" else -1.0
+            value = sign * one.read(run.outputs)
+            if not isfinite(value) or value <= sign * one.value or value < worst[k]:
+                continue
+            if _is_inside(space, run):
+                found[k], worst[k] = [run], value
+    return found
 
 
 def admitted(space: Space, known: Sequence[Outcome]) -> list[Outcome]:

@@ -81,8 +81,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
-def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
-    return campaign.spec.version if campaign.study.model["kind"] == "table" else ""
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
+    return [campaign.spec.version] if campaign.study.model["kind"] == "table" else []
 
 
 def _planned_runs(study: Study, folder: Path) -> int | None:

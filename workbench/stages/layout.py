@@ -7,7 +7,7 @@ far.
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import blake2b
 from pathlib import Path
@@ -204,8 +204,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     return run_layout(campaign.folder, options=options, study_folder=campaign.study.folder, **keywords)
 
 
-def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
-    return json.dumps(_worst_case(campaign, table), sort_keys=True)
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
+    return [json.dumps(_worst_case(campaign, table), sort_keys=True)]
 
 
 def _worst_case(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:

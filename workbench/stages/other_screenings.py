@@ -19,20 +19,22 @@ from surrogates import (
 from workbench.campaign.results.functionals import with_functionals
 from workbench.campaign.runs import CampaignRuns
 from workbench.errors import NotEnoughRuns, StudyError
-from workbench.models.evaluator import Outcome
+from workbench.models.evaluator import Outcome, response_reader
 from workbench.screening.indices import indices_document
 from workbench.screening.kriging import METHODS, screen
 from workbench.screening.named_methods import INDICES, NAMED_METHODS, named
 from workbench.space.groups import chosen
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
-from workbench.stages.stored_runs import screening_runs
+from workbench.stages.screen import MOST_RUNS
+from workbench.stages.stored_runs import screening_chunks, screening_columns, thinned
 from workbench.system.atomic import read_json, write_json
 
 __all__ = ["OTHER_METHODS", "other_screening"]
 
 OTHER_METHODS = tuple(method.name for method in NAMED_METHODS)
 TRAJECTORIES = 4
+MOST_PAIRS = 1_000  # runs of which every two are compared
 
 
 def other_screening(
@@ -66,9 +68,8 @@ def other_screening(
         raise StudyError(f"screening method needs one of {', '.join(OTHER_METHODS)}, got {method!r}")
     wanted = campaign.study.target(table["response"] if response is None else response)
     if method in METHODS:
-        stored = [row.as_outcome() for row in screening_runs(campaign, names=[wanted.name])]
         return screen(
-            stored,
+            _thinned(campaign, wanted.name),
             campaign.study.space,
             wanted,
             method=method,
@@ -79,8 +80,7 @@ def other_screening(
     if method == "rivals":
         return _rivals(campaign, wanted)
     if method in INDICES:
-        outcomes = [row.as_outcome() for row in screening_runs(campaign, names=[wanted.name])]
-        x, y, left_out = _usable(campaign, outcomes, wanted.name)
+        x, y, left_out = _points(campaign, method, wanted.name)
         space = campaign.study.space
         found = indices_document(method, x, y, space, wanted, seed=campaign.study.seed)
         return _kept(campaign, found | {"n_left_out": left_out})
@@ -98,6 +98,34 @@ def _kept(campaign: CampaignRuns, found: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
+def _thinned(campaign: CampaignRuns, response: str) -> list[Outcome]:
+    """The stored runs; of very many as many as the stage `screen` takes."""
+    runs = screening_columns(campaign, {response: response_reader(response)}, names=[response])
+    return [run.as_outcome() for run in runs.at(thinned(campaign, runs, response, most=MOST_RUNS))]
+
+
+def _points(campaign: CampaignRuns, method: str, response: str) -> tuple[np.ndarray, np.ndarray, int]:
+    """`_usable` of the runs that indices are made from: all, or of very many as many as the method bears.
+
+    The fit of a Kriging takes those that spread. A test of independence is about runs as they were drawn: it
+    takes some at random.
+    """
+    if method == "sobol":
+        return _usable(campaign, _thinned(campaign, response), response)
+    chunks = screening_chunks(campaign, names=[response])
+    parts = [_usable(campaign, [run.as_outcome() for run in some], response) for some in chunks if some]
+    if not parts:
+        return np.empty((0, campaign.study.space.dimension)), np.empty(0), 0
+    points, values, left_out = zip(*parts, strict=True)
+    x, y = np.concatenate(points), np.concatenate(values)
+    if method == "hsic" and len(y) > MOST_PAIRS:
+        rng = stream(campaign.study.seed, "runs for hsic")
+        drawn = np.sort(rng.choice(len(y), MOST_PAIRS, replace=False))
+        campaign.progress.note(f"{MOST_PAIRS} of {len(y)} runs with a value are used, drawn at random")
+        x, y = x[drawn], y[drawn]
+    return x, y, sum(left_out)
+
+
 def _usable(
     campaign: CampaignRuns, outcomes: list[Outcome], response: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
@@ -112,8 +140,7 @@ def _value(run: Outcome, response: str) -> float:
 
 
 def _rivals(campaign: CampaignRuns, response: Response) -> dict[str, Any]:
-    outcomes = [row.as_outcome() for row in screening_runs(campaign, names=[response.name])]
-    x, y, left_out = _usable(campaign, outcomes, response.name)
+    x, y, left_out = _usable(campaign, _thinned(campaign, response.name), response.name)
     if len(y) < 5:
         raise NotEnoughRuns(f"rivals need at least 5 runs with a value of {response.name!r}, got {len(y)}")
     names = campaign.study.space.names
@@ -172,8 +199,7 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
     }
     if not hybrid:
         return document
-    stored = screening_runs(campaign, names=[response.name])
-    x, y, _ = _usable(campaign, [row.as_outcome() for row in stored], response.name)
+    x, y, _ = _usable(campaign, _thinned(campaign, response.name), response.name)
     both = hybrid_screening(
         points[rows],
         values[whole].ravel(),

@@ -16,10 +16,11 @@ from workbench.models.stored.evaluation import UNFINISHED
 from workbench.provenance.content import ContentCache
 from workbench.provenance.named import model_files
 from workbench.provenance.reading import readings_now
-from workbench.sampling.change import design_change
+from workbench.sampling.change import change_sentence, design_change, serves_on
+from workbench.sampling.stored import MOST_ROWS, design_head, design_keys
 from workbench.stages.design import answered_runs
 from workbench.stages.run_all import stage_digest
-from workbench.stages.table import STAGES, asked_stages
+from workbench.stages.table import STAGES, Stage, asked_stages
 from workbench.stages.up_to_date import current_document
 from workbench.study.record import Study
 from workbench.system.atomic import read_json
@@ -55,17 +56,35 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
     if not (place / "runs.sqlite").exists():
         return _timed(document, study, dict(document["runs"]), _Pace(place))
     with CampaignView.opened(study, folder=place) as view:
-        rows = view.runs()
         now = view.as_of
         document["as_of"] = {**now.to_dict(), "sentence": now.sentence}
-        document["stored"] = dict(Counter(row.status for row in rows))
-        document["others"] = sum(view.store.counts().values()) - len(rows)
-        if rows:
-            document |= _served(view)
-        left = _runs_left(view, document)
-    pace = _Pace(place, [row.wall for row in rows if row.wall is not None and row.batch in TIMED])
+        counts, walls = _counted(view)
+        document["stored"] = dict(counts)
+        document["others"] = sum(view.store.counts().values()) - counts.total()
+        current = {stage.name: _is_current(view, stage) for stage in asked_stages(study)}
+        if counts:
+            document |= _served(view, is_current=current.get("design", False))
+        left = _runs_left(view, document, current)
+    pace = _Pace(place, walls)
     document["seconds_per_run"] = pace.of("design")
     return _timed(document, study, left, pace)
+
+
+def _counted(view: CampaignView) -> tuple[Counter[str], list[float]]:
+    """How many runs have each status, and the seconds of those of the study's model."""
+    counts: Counter[str] = Counter()
+    walls: list[float] = []
+    for some in view.chunks():
+        counts.update(some.statuses)
+        timed = zip(some.wall, some.batches, strict=True)
+        walls += [wall for wall, batch in timed if wall is not None and batch in TIMED]
+    return counts, walls
+
+
+def _is_current(view: CampaignView, stage: Stage) -> bool:
+    """Whether the document of a stage is up to date."""
+    read = design_head if stage.name == "design" else read_json
+    return current_document(view, stage, stage_digest(view, stage), read=read) is not None
 
 
 class _Pace:
@@ -92,12 +111,17 @@ def _layout_pace(place: Path) -> float | None:
     return median(walls) if walls else None
 
 
-def _runs_left(view: CampaignView, document: Mapping[str, Any]) -> dict[str, int | None]:
-    """Runs that each stage has still to make, at most; None where nobody can tell."""
+def _runs_left(
+    view: CampaignView, document: Mapping[str, Any], current: Mapping[str, bool]
+) -> dict[str, int | None]:
+    """Runs that each stage has still to make, at most; None where nobody can tell.
+
+    current: whether the document of each stage is up to date.
+    """
     left: dict[str, int | None] = dict(document["runs"])
     is_whole = True
     for stage in asked_stages(view.study):
-        is_current = current_document(view, stage, stage_digest(view, stage)) is not None
+        is_current = current[stage.name]
         if stage.name == "design" and "design" in left:
             left["design"] = _design_left(view, document, is_current=is_current)
             is_whole = left["design"] == 0
@@ -108,15 +132,19 @@ def _runs_left(view: CampaignView, document: Mapping[str, Any]) -> dict[str, int
 
 def _design_left(view: CampaignView, document: Mapping[str, Any], *, is_current: bool) -> int | None:
     """Rows of the design without an answer: of the one that is there, or of the one that it becomes."""
-    design = read_json(view.folder / "design.json")
+    keys = design_keys(view.folder / "design.json")
     change = document.get("design")
-    if design is None or (change is None and not is_current):
+    if keys is None or (change is None and not is_current):
         runs: int | None = (view.study.design or {}).get("runs")
         return runs
     if change is not None:
         return int(change["new"] + change["waiting"])
-    statuses = view.store.statuses(design["run_keys"])
-    return sum(statuses.get(key, "queued") in UNFINISHED for key in dict.fromkeys(design["run_keys"]))
+    return _unanswered(view, keys)
+
+
+def _unanswered(view: CampaignView, keys: Sequence[str]) -> int:
+    statuses = view.store.statuses(keys)
+    return sum(statuses.get(key, "queued") in UNFINISHED for key in dict.fromkeys(keys))
 
 
 def _timed(
@@ -135,14 +163,22 @@ def _timed(
     return {**document, "time": time, "seconds_left_at_most": known}
 
 
-def _served(view: CampaignView) -> dict[str, Any]:
-    """What stored runs serve for: the design, the responses, and the room that their files take."""
+def _served(view: CampaignView, *, is_current: bool) -> dict[str, Any]:
+    """What stored runs serve for: the design, the responses, and the room that their files take.
+
+    is_current: the design is the one that the study asks for.
+    """
     found: dict[str, Any] = {}
     study, place, spec, store = view.study, view.folder, view.spec, view.store
     if study.model["kind"] == "table":
         return found
-    design = read_json(place / "design.json")
-    if study.design is not None and design is not None and study.design["kind"] != "table":
+    design = design_head(place / "design.json")
+    if study.design is None or design is None or study.design["kind"] == "table":
+        pass
+    elif is_current and design["n"] > MOST_ROWS:  # as it is: its points need not be looked at
+        found |= _whole_design(view, study.design["kind"], design["n"])
+    else:
+        design = read_json(place / "design.json")
         answered = answered_runs(design, view.statuses(), view.key)
         try:
             change = design_change(
@@ -176,6 +212,15 @@ def _served(view: CampaignView) -> dict[str, Any]:
     if sizes:
         found["kept"] = {"runs": len(sizes), "bytes_per_run": sum(sizes) / len(sizes)}
     return found
+
+
+def _whole_design(view: CampaignView, kind: str, runs: int) -> dict[str, Any]:
+    """What `design_change` says of a design of very many runs in which nothing changes."""
+    waiting = _unanswered(view, design_keys(view.folder / "design.json") or [])
+    if waiting == runs or not serves_on(kind):
+        return {}
+    found = {"serve": runs, "new": 0, "waiting": waiting, "left_out": {}}
+    return {"design": found | {"sentence": change_sentence(runs, 0, {})}}
 
 
 def _served_lines(document: dict[str, Any]) -> list[str]:

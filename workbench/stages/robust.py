@@ -1,6 +1,6 @@
 """The stage `robust` of a study: designs at the same points of the uncertainty: `robust.json`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -70,8 +70,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
-def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
-    return "common scenarios"  # a document that compared designs in different scenarios is not up to date
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
+    return ["common scenarios"]  # a document that compared designs in different scenarios is not up to date
 
 
 def _planned_runs(study: Study, folder: Path) -> int:

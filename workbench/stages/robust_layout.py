@@ -7,7 +7,7 @@ looking at) and `robust_layout.json` with the rest.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -250,9 +250,9 @@ def _motion(campaign: CampaignRuns, model: LayoutModel, found: RobustLayout) -> 
     return next(iter(cases.values()))
 
 
-def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
     given = [_model_identity(campaign, table), _worst_case(campaign, table)]
-    return json.dumps(given, sort_keys=True)
+    return [json.dumps(given, sort_keys=True)]
 
 
 def _planned_runs(study: Study, folder: Path) -> int:

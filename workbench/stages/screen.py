@@ -1,14 +1,15 @@
 """The stage `screen` of a study: which parameters matter, from the stored runs: `screening.json`."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from workbench.campaign.results.functionals import functional_notes
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
+from workbench.models.evaluator import response_reader
 from workbench.report.lines.screening import screening_lines
 from workbench.space.groups import chosen
-from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
+from workbench.stages.stored_runs import refuse_without_values, runs_as_text, screening_columns, thinned
 from workbench.stages.work import Work
 from workbench.system.atomic import write_json
 
@@ -23,8 +24,9 @@ def screening_document(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[s
 
     study = campaign.study
     response = study.target(table["response"])
-    stored = runs_with_values(screening_runs(campaign), response.name)
-    runs = thinned_runs(campaign, stored, response.name, most=MOST_RUNS)
+    stored = screening_columns(campaign, {response.name: response_reader(response.name)})
+    refuse_without_values(response.name, stored.values[response.name][stored.is_ok], stored.counts)
+    runs = stored.at(thinned(campaign, stored, response.name, most=MOST_RUNS))
     used = sum(row.status == "ok" for row in runs)
     campaign.progress.stage("screen", f"{response.name} on {used} of {len(runs)} runs")
     return screen(
@@ -45,7 +47,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
-def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
     return runs_as_text(campaign)
 
 

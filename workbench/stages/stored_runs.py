@@ -1,69 +1,125 @@
-"""The stored runs that a stage starts from: which, whether they are enough, and the most that it takes."""
+"""The stored runs that a stage starts from: which, whether they are enough, and the most that it takes.
+
+They may be a million: they are read some thousand at a time, and what is held of all are columns.
+"""
 
 import json
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+import numpy as np
+
+from workbench.campaign.results.columns import RunColumns, run_columns
 from workbench.campaign.results.failures import what_is_missing
-from workbench.campaign.results.functionals import with_functionals
+from workbench.campaign.results.functionals import has_functionals, with_functionals
 from workbench.campaign.results.thinning import spread_runs
 from workbench.campaign.view import StoredRuns
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.models.evaluator import Reading
 from workbench.models.stored.evaluation import UNFINISHED, Evaluation
+from workbench.sampling.stored import design_keys
 from workbench.space.streams import stream
-from workbench.system.atomic import read_json
 
-__all__ = ["runs_as_text", "runs_with_values", "screening_runs", "thinned_runs"]
+__all__ = [
+    "refuse_without_values",
+    "runs_as_text",
+    "screening_chunks",
+    "screening_columns",
+    "thinned",
+]
 
 FEWEST_RUNS = 3
+AT_ONCE = 5_000  # runs that are held as records
 
 
-def screening_runs(campaign: StoredRuns, *, names: Iterable[str] = ()) -> list[Evaluation]:
+def screening_chunks(campaign: StoredRuns, *, names: Iterable[str] = ()) -> Iterator[list[Evaluation]]:
     """What screening and the worst case start from: the design and what was told, never a search's runs.
 
     What the study reads off histories is among their outputs, and so are functionals of these `names`.
     """
-    document = read_json(campaign.folder / "design.json") or {"run_keys": []}
-    keys = dict.fromkeys(document["run_keys"])
-    keys |= dict.fromkeys(row.key for row in campaign.runs() if row.batch == "told")
-    rows = [row for row in campaign.store.rows(keys=list(keys)) if row.status not in UNFINISHED]
-    return with_functionals(campaign, rows, names)
+    keys, names = _screening_keys(campaign), list(names)
+    # a refusal for want of histories counts the runs: of those with functionals all come at once
+    at_once = len(keys) if has_functionals(campaign, names) else AT_ONCE
+    for begin in range(0, len(keys), max(at_once, 1)):
+        rows = campaign.store.rows(keys=keys[begin : begin + at_once])
+        yield with_functionals(campaign, [row for row in rows if row.status not in UNFINISHED], names)
 
 
-def runs_as_text(campaign: StoredRuns) -> str:
-    """The screening runs as they enter a fingerprint: a new or changed run is another text."""
-    return json.dumps([[row.key, row.status, row.outputs] for row in screening_runs(campaign)])
+def screening_columns(
+    campaign: StoredRuns, readings: Mapping[str, Reading], *, names: Iterable[str] = ()
+) -> RunColumns:
+    """All of `screening_chunks` as columns, with what the `readings` give off the outputs of each."""
+    names = list(names)
+
+    def records(keys: Sequence[str]) -> list[Evaluation]:
+        return with_functionals(campaign, campaign.store.rows(keys=keys), names)
+
+    return run_columns(screening_chunks(campaign, names=names), readings, records)
 
 
-def runs_with_values(runs: list[Evaluation], response: str) -> list[Evaluation]:
-    """The runs, or a refusal when their values cannot tell anything.
+def runs_as_text(campaign: StoredRuns) -> Iterator[str]:
+    """The screening runs as they enter a fingerprint, in pieces: a new or changed run is another text."""
+    yield "["
+    between = ""
+    for some in _answers(campaign):
+        text = json.dumps(some)[1:-1]
+        if text:
+            yield between + text
+            between = ", "
+    yield "]"
+
+
+def refuse_without_values(response: str, values: np.ndarray, counts: Mapping[str, int]) -> None:
+    """A refusal when the values (of the runs that have one) cannot tell anything.
+
+    counts: all runs by status.
 
     Raises:
-        NotEnoughRuns: fewer than 3 of them have a value.
-        StudyError: the value is the same in all.
+        NotEnoughRuns: there are fewer than 3.
+        StudyError: all are the same.
     """
-    values = [row.outputs[response] for row in runs if row.status == "ok"]
     if len(values) < FEWEST_RUNS:
         raise NotEnoughRuns(
-            f"{len(values)} of {len(runs)} runs gave a value, {FEWEST_RUNS} are needed: "
-            f"{what_is_missing(Counter(row.status for row in runs))}"
+            f"{len(values)} of {sum(counts.values())} runs gave a value, {FEWEST_RUNS} are needed: "
+            f"{what_is_missing(counts)}"
         )
-    if len(set(values)) == 1:
+    if values.min() == values.max():
         raise StudyError(
             f"response {response!r} is {values[0]:g} in all {len(values)} runs; there is nothing to explain. "
             "Take another response, or parameters or wider ranges in which it changes"
         )
-    return runs
 
 
-def thinned_runs(
-    campaign: StoredRuns, runs: list[Evaluation], response: str, *, most: int
-) -> list[Evaluation]:
-    """The runs, or of very many those that spread most over the box; it is said when some are left out."""
-    if sum(row.status == "ok" for row in runs) <= most:
-        return runs
+def thinned(campaign: StoredRuns, runs: RunColumns, response: str, *, most: int) -> np.ndarray:
+    """Positions of the runs, or of very many those that spread most over the box; it is said when some are
+    left out."""
+    if runs.is_ok.sum() <= most and len(runs) <= AT_ONCE:
+        return np.arange(len(runs))
     chosen = spread_runs(
         campaign.study.space, runs, response, most=most, rng=stream(campaign.study.seed, "thinning")
     )
     campaign.progress.note(f"{len(chosen)} of {len(runs)} runs are used: those that spread most over the box")
     return chosen
+
+
+def _screening_keys(campaign: StoredRuns) -> list[str]:
+    """The runs of the design, and behind them those that were told with the present parameters."""
+    keys = design_keys(campaign.folder / "design.json") or []
+    spec, names = campaign.spec, set(campaign.study.space.names)
+    told = campaign.store.select(
+        "SELECT key, inputs FROM evaluation WHERE model = ? AND version = ? AND batch = 'told' ORDER BY id",
+        [spec.identity, spec.version],
+    )
+    keys += [key for key, inputs in told if set(json.loads(inputs)) == names]
+    return list(dict.fromkeys(keys))
+
+
+def _answers(campaign: StoredRuns) -> Iterator[list[tuple[str, str, Mapping[str, float]]]]:
+    """Key, status and outputs of the screening runs, some at a time."""
+    if has_functionals(campaign):
+        for some in screening_chunks(campaign):
+            yield [(run.key, run.status, run.outputs) for run in some]
+        return
+    keys = _screening_keys(campaign)
+    for begin in range(0, len(keys), AT_ONCE):
+        found = campaign.store.answers(keys[begin : begin + AT_ONCE])
+        yield [answer for answer in found if answer[1] not in UNFINISHED]

@@ -6,7 +6,7 @@ and that is known without reading a run.
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -26,17 +26,22 @@ FINGERPRINTS = "stages.json"
 SETTLED = ".settled.json"
 
 
-def fingerprint(campaign: StoredRuns, table: Mapping[str, Any], inputs: str) -> str:
+def fingerprint(campaign: StoredRuns, table: Mapping[str, Any], inputs: Iterable[str]) -> str:
     """A digest of everything that a stage's document depends on.
 
     Args:
-        table: of the stage in the study file.    inputs: what else decides the document, as text.
+        table: of the stage in the study file.    inputs: what else decides the document, as text in pieces.
     """
     spec = campaign.spec
     if "responses" in table:
         table = {**table, "responses": list(table["responses"].items())}  # their order decides
-    parts = [dict(table), campaign.study.seed, campaign.study.space.hash, spec.identity, spec.version, inputs]
-    return blake2b(json.dumps(parts, sort_keys=True).encode(), digest_size=16).hexdigest()
+    parts = [dict(table), campaign.study.seed, campaign.study.space.hash, spec.identity, spec.version]
+    # the pieces are the last part, as one text that is never held
+    digest = blake2b(f'{json.dumps(parts, sort_keys=True)[:-1]}, "'.encode(), digest_size=16)
+    for piece in inputs:
+        digest.update(json.dumps(piece)[1:-1].encode())
+    digest.update(b'"]')
+    return digest.hexdigest()
 
 
 def current_document(

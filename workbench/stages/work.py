@@ -1,6 +1,6 @@
 """What a stage does, as a record: the file of each stage ends with one, named `WORK`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,14 +21,14 @@ class Work:
     """What a stage does.
 
     run: does the work its table asks for, writes the document and gives it.
-    inputs: what decides the document beside the table, the seed, the space and the model, as text.
+    inputs: what decides the document beside the table, the seed, the space and the model, as text in pieces.
     lines: the document for a terminal.
     planned_runs: how many runs it may make, None where nobody can tell; None itself for a stage without runs.
     check: what can be told without running anything; raises StudyError.
     """
 
     run: "Callable[[CampaignRuns, Table], dict[str, Any]]"
-    inputs: "Callable[[StoredRuns, Table], str]"
+    inputs: "Callable[[StoredRuns, Table], Iterable[str]]"
     lines: Callable[[Document], list[str]]
     planned_runs: "Callable[[Study, Path], int | None] | None" = None
     check: "Callable[[Study], None] | None" = None

@@ -1,10 +1,14 @@
 """The stage `worst_case` of a study: the searches of its table from the stored runs: `worst_case.json`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from workbench.campaign.results.functionals import (
     functional_notes,
@@ -22,7 +26,7 @@ from workbench.models.table import TableModel
 from workbench.report.claims import refuse_contradictions, worst_case_claims
 from workbench.report.lines.statements import regime_of
 from workbench.report.lines.worst_case import worst_case_lines
-from workbench.stages.stored_runs import runs_as_text, runs_with_values, screening_runs, thinned_runs
+from workbench.stages.stored_runs import refuse_without_values, runs_as_text, screening_columns, thinned
 from workbench.stages.work import Work
 from workbench.study.record import Study
 from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target, targets
@@ -43,36 +47,53 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     """Search, by true runs where the model can be run."""
     wanted = targets(campaign.study)
     reads = dict.fromkeys(name for target in wanted for name in target.reads)
-    every = screening_runs(campaign)
-    runs = _with_extremes(thinned_runs(campaign, every, next(iter(reads)), most=MOST_RUNS), every, wanted)
+    runs = _runs_to_start_from(campaign, wanted, next(iter(reads)))
     is_table = campaign.study.model["kind"] == "table"
     if is_table:
+        counts = Counter(run.status for run in runs)
         for name in reads:
-            runs_with_values(runs, name)
+            values = np.array([run.outputs[name] for run in runs if run.status == "ok"])
+            refuse_without_values(name, values, counts)
     sought = ", ".join(f"{target.sense} {target.name}" for target in wanted)
     campaign.progress.stage("worst_case", f"{sought} from {len(runs)} runs")
     given = _rows_of_table(campaign) if is_table else []
     document = _document(campaign, table, wanted, [row.as_outcome() for row in runs], given)
-    known = [*known_outcomes(campaign), *given]
     claims = worst_case_claims(document, is_runnable=not is_table)
-    for claim, target in zip(claims, wanted, strict=True):
-        refuse_contradictions(claim, _values(campaign.study, target, known))
+    beyond = _beyond(campaign, wanted, [claim.value for claim in claims], given)
+    for claim, target, runs_beyond in zip(claims, wanted, beyond, strict=True):
+        read = response_reader(target.reading)
+        refuse_contradictions(claim, [(run.key, read(run.outputs)) for run in runs_beyond])
     write_json(campaign.folder / "worst_case.json", document)
     return document
 
 
-def _with_extremes(
-    runs: list[Evaluation], every: Sequence[Evaluation], wanted: Sequence[Target]
-) -> list[Evaluation]:
-    """The runs a search starts from, and of all known ones the worst of every target."""
-    keys = {run.key for run in runs}
-    good = [run for run in every if run.status == "ok"]
-    for target in wanted:
-        read, sign = response_reader(target.reading), 1.0 if target.sense == "max" else -1.0
-        values = [sign * read(run.outputs) for run in good]
-        if values:
-            keys.add(good[values.index(max(values))].key)
-    return [run for run in every if run.key in keys]
+def _runs_to_start_from(campaign: CampaignRuns, wanted: Sequence[Target], response: str) -> list[Evaluation]:
+    """The stored runs, of very many some that spread by `response`, and the worst of every target."""
+    readings = {"": response_reader(response)}
+    readings |= {target.name: response_reader(target.reading) for target in wanted}
+    every = screening_columns(campaign, readings)
+    chosen = thinned(campaign, every, "", most=MOST_RUNS)
+    good = np.flatnonzero(every.is_ok)
+    if len(good):
+        signs = {target.name: 1.0 if target.sense == "max" else -1.0 for target in wanted}
+        signed = [sign * every.values[name][good] for name, sign in signs.items()]
+        # a reading such as `within` has no number for some runs
+        worst = [good[np.argmax(np.where(np.isnan(values), -np.inf, values))] for values in signed]
+        chosen = np.union1d(chosen, worst)
+    return every.at(chosen)
+
+
+def _beyond(
+    campaign: CampaignRuns, wanted: Sequence[Target], values: Sequence[float], given: Sequence[Outcome]
+) -> list[list[Outcome]]:
+    """For every target the worst run of the store or of the `given` ones, if worse than the value."""
+    from workbench.search.known_runs import Stated, worst_beyond
+
+    stated = [
+        Stated(value=value, sense=target.sense, read=response_reader(target.reading), reads=target.reads)
+        for target, value in zip(wanted, values, strict=True)
+    ]
+    return worst_beyond(campaign.study.space, chain(known_outcomes(campaign), given), stated)
 
 
 def _rows_of_table(campaign: CampaignRuns) -> list[Outcome]:
@@ -90,21 +111,12 @@ def _rows_of_table(campaign: CampaignRuns) -> list[Outcome]:
     return found
 
 
-def _values(study: Study, target: Target, runs: Sequence[Outcome]) -> list[tuple[str, float]]:
-    """The target's value in every known run that gave one, inside the space, with the run's key."""
-    from workbench.search.known_runs import admitted
-
-    read = response_reader(target.reading)
-    known = [(run.key, read(run.outputs)) for run in admitted(study.space, _reading(target, runs))]
-    return [(key, value) for key, value in known if isfinite(value)]
-
-
 def _reading(target: Target, runs: Sequence[Outcome]) -> list[Outcome]:
     """The runs that have every response that a target reads."""
     return [run for run in runs if run.status == "ok" and all(n in run.outputs for n in target.reads)]
 
 
-def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
+def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
     return runs_as_text(campaign)
 
 
@@ -149,12 +161,10 @@ def _document(
     quantile = _quantile(campaign, table, wanted[0], found[0]) if "quantile" in table else None
     from workbench.search.known_runs import with_known_runs
 
-    known = [*known_outcomes(campaign), *given]
+    beyond = _beyond(campaign, wanted, [result.value for result in found], given)
     found = [
-        with_known_runs(
-            result, campaign.study.space, _asked(campaign, table, target), _reading(target, known)
-        )
-        for result, target in zip(found, wanted, strict=True)
+        with_known_runs(result, campaign.study.space, _asked(campaign, table, target), known)
+        for result, target, known in zip(found, wanted, beyond, strict=True)
     ]
     first, *others = (
         result.named(target.name, target.unit).to_dict()
@@ -203,7 +213,12 @@ def _searched(
         progress=_listener(campaign, table, target),
     )
     if campaign.study.model.get("gradient") and not result.audit.gradient_runs:
-        errors = (run.error for run in campaign.runs() if run.status == "ok" and run.error)
+        errors = (
+            error
+            for some in campaign.chunks()
+            for status, error in zip(some.statuses, some.errors, strict=True)
+            if status == "ok" and error
+        )
         campaign.progress.note(f"the model's gradient was of no use: {next(errors, 'not all derivatives')}")
     return result
 

@@ -3,7 +3,7 @@
 Principal components are those of the runs of the design, and are not changed by what a search adds.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import Any
@@ -16,7 +16,12 @@ from workbench.models.functionals import Functional
 from workbench.models.stored.evaluation import Evaluation
 from workbench.system.atomic import read_json
 
-__all__ = ["functional_notes", "known_outcomes", "searching", "with_functionals"]
+__all__ = ["functional_notes", "has_functionals", "known_outcomes", "searching", "with_functionals"]
+
+
+def has_functionals(campaign: StoredRuns, names: Iterable[str] = ()) -> bool:
+    """Whether the study, or these `names`, read anything off histories that is no response."""
+    return bool(_functionals(campaign, names))
 
 
 def with_functionals(
@@ -39,9 +44,16 @@ def with_functionals(
     return found
 
 
-def known_outcomes(campaign: StoredRuns) -> list[Outcome]:
-    """All runs of a campaign in the terms of a search, with functionals."""
-    return [row.as_outcome() for row in with_functionals(campaign, campaign.runs())]
+def known_outcomes(campaign: StoredRuns) -> Iterator[Outcome]:
+    """All runs of a campaign in the terms of a search, with functionals; without gradients where there are
+    none of these. Of very many only some are held."""
+    if has_functionals(campaign):
+        yield from (row.as_outcome() for row in with_functionals(campaign, campaign.runs()))
+        return
+    for some in campaign.chunks():
+        rows = zip(some.inputs, some.statuses, some.outputs, some.keys, some.errors, strict=True)
+        for inputs, status, outputs, key, error in rows:
+            yield Outcome(parameters=inputs, status=status, outputs=outputs, key=key, error=error)
 
 
 def searching(campaign: CampaignRuns) -> Callable[..., list[Outcome]]:

@@ -1,7 +1,8 @@
-"""Some runs of very many: a Kriging model takes a few thousand, a campaign may hold a hundred thousand.
+"""Some runs of very many: a Kriging model takes a few thousand, a campaign may hold a million.
 
 Chosen are the runs that spread most over the box (`doe.subset`), and those with the smallest and the largest
-value, so that a search still starts from the worst that is known.
+value, so that a search still starts from the worst that is known. Only of the candidates that are drawn are
+the parameters read.
 """
 
 from collections.abc import Sequence
@@ -9,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import doe
-from workbench.models.stored.evaluation import Evaluation
+from workbench.campaign.results.columns import RunColumns
 from workbench.space.box import Space
 
 __all__ = ["spread_runs"]
@@ -19,32 +20,36 @@ TRIALS = 2_000
 
 
 def spread_runs(
-    space: Space, runs: Sequence[Evaluation], response: str, *, most: int, rng: np.random.Generator
-) -> list[Evaluation]:
-    """At most `most` runs with a value of `response`, and as many without one, in the order given."""
-    good = [run for run in runs if run.status == "ok"]
-    bad = [run for run in runs if run.status != "ok"]
+    space: Space, runs: RunColumns, response: str, *, most: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Positions of at most `most` runs with a value of `response`, and of as many without one; ascending."""
+    good, bad = np.flatnonzero(runs.is_ok), np.flatnonzero(~runs.is_ok)
     if len(good) > most:
-        values = [run.outputs[response] for run in good]
-        ends = [int(np.argmin(values)), int(np.argmax(values))]
-        good = [good[k] for k in _spread(space, good, ends, most, rng)]
+        values = runs.values[response][good]
+        good = _spread(space, runs, good, [int(np.argmin(values)), int(np.argmax(values))], most, rng)
     if len(bad) > most:
-        bad = [bad[k] for k in _spread(space, bad, [0], most, rng)]
-    chosen = {run.key for run in good} | {run.key for run in bad}
-    return [run for run in runs if run.key in chosen]
+        bad = _spread(space, runs, bad, [0], most, rng)
+    return np.sort(np.concatenate([good, bad]))
 
 
 def _spread(
-    space: Space, runs: Sequence[Evaluation], keep: Sequence[int], most: int, rng: np.random.Generator
-) -> list[int]:
+    space: Space,
+    runs: RunColumns,
+    among: np.ndarray,
+    keep: Sequence[int],
+    most: int,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Those of the positions `among` that spread most, among them the entries `keep` of it."""
     kept = list(dict.fromkeys(keep))
     pool = np.array(kept, dtype=np.int64)
-    others = np.setdiff1d(np.arange(len(runs)), pool)
+    others = np.setdiff1d(np.arange(len(among)), pool)
     drawn = rng.choice(others, min(len(others), PER_RUN * most), replace=False)
     pool = np.concatenate([pool, np.sort(drawn)])
-    unit = space.unit([[runs[k].inputs[name] for name in space.names] for k in pool])
+    candidates = runs.at(among[pool])
+    unit = space.unit([[run.inputs[name] for name in space.names] for run in candidates])
     _, first = np.unique(unit, axis=0, return_index=True)
     pool, unit = (a[np.union1d(first, np.arange(len(kept)))] for a in (pool, unit))
     different = len(np.unique(unit, axis=0))
     rows = doe.subset(unit, min(most, different), keep=range(len(kept)), trials=TRIALS, rng=rng)
-    return [int(pool[row]) for row in rows]
+    return np.asarray(among[pool[rows]])

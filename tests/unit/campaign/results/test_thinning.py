@@ -1,11 +1,14 @@
 """Very many runs: a Kriging model and a page get some of them, and it is said."""
 
 import re
+from collections import Counter
 
 import numpy as np
 import pytest
 
+from workbench.campaign.results.columns import run_columns
 from workbench.campaign.results.thinning import spread_runs
+from workbench.models.evaluator import response_reader
 from workbench.report.sections import runs as runs_page
 from workbench.space.streams import stream
 from workbench.stages import screen
@@ -57,7 +60,11 @@ def campaign(tmp_path):
 
 def test_the_runs_that_spread_most_are_chosen_with_both_ends(campaign):
     runs = campaign.runs()
-    chosen = spread_runs(campaign.study.space, runs, "y", most=12, rng=stream(1, "t"))
+    columns = run_columns(
+        [runs[:50], [], runs[50:]], {"y": response_reader("y")}, lambda keys: campaign.store.rows(keys=keys)
+    )
+    assert columns.counts == Counter(run.status for run in runs)
+    chosen = columns.at(spread_runs(campaign.study.space, columns, "y", most=12, rng=stream(1, "t")))
     good = [run for run in chosen if run.status == "ok"]
     assert len(good) == 12
     assert len([run for run in chosen if run.status == "failed"]) == 12
@@ -69,7 +76,8 @@ def test_the_runs_that_spread_most_are_chosen_with_both_ends(campaign):
     points = space.unit([[run.inputs[name] for name in space.names] for run in good])
     gaps = np.linalg.norm(points[:, None] - points[None], axis=2)[np.triu_indices(12, 1)]
     assert gaps.min() > 0.12  # a random dozen: 0.04
-    assert spread_runs(space, runs, "y", most=200, rng=stream(1, "t")) == runs
+    every = spread_runs(space, columns, "y", most=200, rng=stream(1, "t"))
+    assert columns.at(every) == runs
 
 
 def test_a_screening_says_that_it_took_some(campaign, monkeypatch):
