@@ -17,7 +17,7 @@ their corrected entries; the seat is assumed.
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 
 from studies.occupant_body import CG, HIP, JOINTS, MASSES, OCCUPANT_MASS, SEGMENTS, SIDES
@@ -203,7 +203,7 @@ def system(
     bodies.append(Body(name="vehicle", motion=braking(case.deceleration)))
     return System(
         bodies=tuple(bodies),
-        members=tuple(_member(site, laws[kind], kind, power) for kind in kinds for site in member_sites()),
+        members=_members(tuple((kind, laws[kind]) for kind in kinds), power),
         joints=tuple(
             RevoluteJoint(a=j.a, b=j.b, point_a=_local(j.a, j.at), point_b=_local(j.b, j.at), name=name)
             for name, j in JOINTS.items()
@@ -286,6 +286,12 @@ def _bushings(case: Case) -> tuple[Bushing, ...]:
         name="seat",
     )
     return grips, seat
+
+
+@lru_cache(maxsize=32)
+def _members(laws: tuple[tuple[str, Belt | Airbag | Impulse], ...], power: float) -> tuple[Member, ...]:
+    """The candidates kind by kind: the same in every case, so they are made once."""
+    return tuple(_member(site, law, kind, power) for kind, law in laws for site in member_sites())
 
 
 def _member(site: Site, law: Belt | Airbag | Impulse, kind: str, power: float) -> Member:

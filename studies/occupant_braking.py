@@ -23,7 +23,17 @@ from studies.occupant import (
     system,
 )
 from studies.occupant_drawing import motion_of, outlines
-from workbench.engine import Deviation, Impulse, Maximum, System, Trajectory, acting_members, simulate
+from workbench.engine import Case as EngineCase
+from workbench.engine import (
+    Deviation,
+    Impulse,
+    Maximum,
+    System,
+    Trajectory,
+    acting_members,
+    simulate,
+    simulate_cases,
+)
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.motion.frames import Motion
@@ -179,6 +189,15 @@ class OccupantRestraint:
     def responses(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """Responses of the restrained occupant in one case."""
         return self._responses(density, uncertain, self.steps)
+
+    def responses_of_cases(
+        self, density: Array, cases: Sequence[Mapping[str, Any]], *, threads: int = 0
+    ) -> list[dict[str, float] | Exception]:
+        """Responses of the restrained occupant in many cases at once, or what kept a case from giving any."""
+        made = [acting_members(self.system(uncertain), self._checked(density)) for uncertain in cases]
+        runs = [EngineCase(system=system, density=few) for system, few in made]
+        found = simulate_cases(runs, responses_of, t_end=T_END, steps=self.steps, threads=threads)
+        return [run.error if run.found is None else run.found for run in found]
 
     def refined(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """The same responses at half the step, before a case that breaks a layout is believed."""

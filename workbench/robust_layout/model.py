@@ -11,7 +11,8 @@ norm); what counts and is reported are true runs by `responses`. Optional method
 `motion(layouts, uncertain)` gives a `workbench.motion.frames.Motion` of named layouts in one case,
 `outlines()` closed lines behind the drawing of the members, `places()` the layout matrix: names of its rows
 and columns, and the (row, column) of every member. `refined(density, uncertain)` is the run at half the
-step: a case that breaks a layout is believed when it breaks it there too.
+step: a case that breaks a layout is believed when it breaks it there too. `responses_of_cases(density,
+cases, threads=...)` gives the responses, or the error, of many cases in one call (`runs.py`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -111,10 +112,14 @@ class LayoutRun:
 
     def run(self, row: Mapping[str, Any], workdir: Path | None) -> Any:
         """One true run of the named layout."""
-        name = str(row[LAYOUT])
+        density = self.density(str(row[LAYOUT]))
+        return self.model.responses(density, {k: v for k, v in row.items() if k != LAYOUT})
+
+    def density(self, name: str) -> Array:
+        """(members,) densities of the named layout."""
         if name not in self._known:
             self._known[name] = np.array(read_json(self.folder / f"{name}.json")["density"], dtype=float)
-        return self.model.responses(self._known[name], {k: v for k, v in row.items() if k != LAYOUT})
+        return self._known[name]
 
     def close(self) -> None:
         """Nothing to release."""

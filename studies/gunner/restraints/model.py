@@ -14,7 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from workbench.engine import Deviation, Maximum, TreeSystem, TreeTrajectory, acting_members, simulate
+from workbench.engine import Case as EngineCase
+from workbench.engine import (
+    Deviation,
+    Maximum,
+    TreeSystem,
+    TreeTrajectory,
+    acting_members,
+    simulate,
+    simulate_cases,
+)
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.motion.frames import Motion
@@ -116,6 +125,15 @@ class GunnerRestraint:
     def responses(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """Responses of the restrained gunner in one case, see `responses_of`."""
         return responses_of(self.run(density, uncertain))
+
+    def responses_of_cases(
+        self, density: Array, cases: Sequence[Mapping[str, Any]], *, threads: int = 0
+    ) -> list[dict[str, float] | Exception]:
+        """The same in many cases at once, or what kept a case from giving any."""
+        made = [acting_members(self.system(uncertain), self._checked(density)) for uncertain in cases]
+        runs = [EngineCase(system=system, density=few) for system, few in made]
+        found = simulate_cases(runs, responses_of, t_end=self.t_end, steps=self.steps, threads=threads)
+        return [run.error if run.found is None else run.found for run in found]
 
     def refined(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """The same at half the step, before a case that breaks a layout is believed."""

@@ -28,6 +28,7 @@ from .formulation.aggregate import aggregated
 from .formulation.law_variables import values_at
 from .formulation.peaks import local_peaks
 from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProblem
+from .formulation.remembered import remembering
 from .formulation.transient import Scenario, transient_problem
 from .outcome.contradiction import contradiction
 from .outcome.history import Recorder
@@ -99,6 +100,7 @@ def optimise_layout(
     tolerance: float = 1e-6,
     peaks: Peaks = "all",
     multi_start: bool = True,
+    compare: bool = True,
     probes: int = 0,
     progress: Callable[[HistoryEntry, Array], None] | None = None,
     keep_iterates: bool = False,
@@ -114,6 +116,7 @@ def optimise_layout(
         peaks: "all" rows, the "single" largest, or a smooth aggregate; presets see the single largest peak
             of a history unless aggregated, and every row of a static problem with several.
         multi_start: also search from corners of the response where several peaks compete.
+        compare: spend evaluations on the trivial layouts, so that the result is no worse than they are.
         probes: runs without gradients, beside the evaluations, that may look for starts and correct steps
             of the trust region where several peaks compete on a long window; 20 per evaluation were tried.
         progress: called with each history entry and density.
@@ -139,7 +142,7 @@ def optimise_layout(
         raise InvalidLayout(f"probes needs to be >= 0, and 0 unless 'gsao' chooses, got {probes}, {method!r}")
     if peaks in ("ks", "p_norm"):
         problem = aggregated(problem, peaks)  # type: ignore[arg-type]
-    problem = replace(problem, evaluate=_remembering(problem.evaluate))
+    problem = replace(problem, evaluate=remembering(problem.evaluate))
     recorder = Recorder(problem, progress=progress, keep=keep_iterates)
     start = problem.into_budgets(problem.start)
     first = problem.checked(start)
@@ -149,7 +152,8 @@ def optimise_layout(
         if _blind(problem, first):
             return _result(problem, recorder, LayoutStatus.ZERO_SENSITIVITY, "none: nothing to follow", {})
         problem = replace(problem, start=start)
-    trivial = {} if problem.convex or first.constraints.size else _trivial(problem, start, max_evaluations)
+    alone = not compare or problem.convex or first.constraints.size > 0
+    trivial = {} if alone else _trivial(problem, start, max_evaluations)
     allowed = max(1, max_evaluations - len(trivial))
     converged, strategy = _solve(
         problem, recorder, method, first, allowed, tolerance, peaks, multi_start, probes
@@ -255,19 +259,6 @@ def _few_limits(
         replace(problem, start=left_off), recorder, max_evaluations=allowed, tolerance=tolerance
     )
     return done, f"{said}, then linear programmes in logarithms of the densities"
-
-
-def _remembering(evaluate: Callable[[Array], Evaluation]) -> Callable[[Array], Evaluation]:
-    """Keep the last evaluation, so that asking again at the same density costs nothing."""
-    kept: list[tuple[bytes, Evaluation]] = []
-
-    def remembered(density: Array) -> Evaluation:
-        key = np.ascontiguousarray(density).tobytes()
-        if not kept or kept[0][0] != key:
-            kept[:] = [(key, evaluate(density))]
-        return kept[0][1]
-
-    return remembered
 
 
 def _blind(problem: LayoutProblem, evaluation: Evaluation) -> bool:

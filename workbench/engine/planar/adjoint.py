@@ -18,8 +18,8 @@ from ..integration.schemes import BDF2, GeneralisedAlpha, VelocityVerlet
 from ..integration.seeds import NodeSeeds, Seeds, row_by_row
 from ._kernels.alpha_adjoint import alpha_adjoint, linearise
 from ._kernels.contraction import contract_history
-from ._kernels.tables import DamageSweep, SpringTables
-from .compiled import compiled
+from ._kernels.tables import DamageSweep, SpringTables, Tables, Work, work_space
+from .compiled import acting_tables, compiled
 from .equations import SampledEquations
 from .parameters import adjoints_of
 from .start import proximal
@@ -96,14 +96,25 @@ LOOP = adjoints_of(
 )
 
 
+def _acting(trajectory: Trajectory) -> tuple[Tables, Work]:
+    """The acting tables of a run and work arrays for them, made once."""
+    memo = trajectory.memo
+    if "acting" not in memo:
+        few = acting_tables(trajectory.tables)
+        memo["acting"] = few, trajectory.work if few is trajectory.tables else work_space(few)
+    found: tuple[Tables, Work] = memo["acting"]
+    return found
+
+
 def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
     """First node and tangents of stretches of nodes, the latest first: those kept, or evaluated again."""
-    r, tables, work, kept = trajectory.nodes, trajectory.tables, trajectory.work, trajectory.tangents
+    r, kept = trajectory.nodes, trajectory.tangents
     n, m, states = r.position.shape[1], r.multiplier.shape[1], r.states.shape[1]
     if kept is not None and len(kept.stiffness):
         trajectory.complete_tangents()
         yield 0, (kept.stiffness, kept.damping, kept.jacobian, np.empty((len(r.times), 0, 10)))
         return
+    tables, work = _acting(trajectory)
     size = min(last + 1, max(1, int(STRETCH // (8 * n * (2 * n + m) + 80 * states))))
     k, c = np.empty((size, n, n)), np.empty((size, n, n))
     j, b = np.empty((size, m, n)), np.empty((size, states, 10))

@@ -5,8 +5,8 @@ number.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -23,10 +23,19 @@ from .joints import Row
 from .members import Member
 from .system import System
 
-__all__ = ["Compiled", "UserSegment", "compiled", "in_member_order", "on_grid", "scale_slope"]
+__all__ = [
+    "Compiled",
+    "UserSegment",
+    "acting_tables",
+    "compiled",
+    "in_member_order",
+    "on_grid",
+    "scale_slope",
+]
 
 Array = np.ndarray[Any, Any]
 
+FEW = 0.75  # of the members: where more act, leaving out the others gains nothing
 COINCIDENT = 1e-9  # m; members shorter than this are treated as this long, so coincident ends give b = 0
 _GROUND = Motion(
     position=lambda t: (0.0, 0.0, 0.0),
@@ -59,6 +68,7 @@ class Compiled:
     motions: tuple[Motion, ...]  # prescribed bodies and the ground
     user: tuple[UserSegment, ...]
     start: tuple[Array, Array]  # q, v
+    samples: dict[str, "Samples"] = field(default_factory=dict, repr=False)  # on the last grid asked for
 
     @property
     def fused(self) -> bool:
@@ -255,7 +265,32 @@ def plain(parts: Compiled) -> bool:
 
 
 def on_grid(parts: Compiled, density: Array, times: Array) -> Tables:
-    """Tables of one design (member order), with loads, motions and drives sampled at `times`."""
+    """Tables of one design (member order), with loads, motions and drives sampled at `times`.
+
+    The samples of the last grid are kept: designs of one system differ in the scale of the members alone.
+    """
+    kept = parts.samples.get("last")
+    if kept is None or not np.array_equal(kept.times, times):
+        kept = parts.samples["last"] = _sampled(parts, times)
+    scale = density if (parts.power == 1.0).all() else density**parts.power
+    kind: Any = SpringTables if plain(parts) else Tables
+    return kind(  # type: ignore[no-any-return]
+        **parts.arrays,
+        scale=np.ascontiguousarray(scale[parts.order]),
+        **kept._asdict(),
+    )
+
+
+class Samples(NamedTuple):
+    """Functions of time of a system on a grid, as in `Tables`."""
+
+    times: Array
+    load_sample: Array
+    motion: Array
+    drive: Array
+
+
+def _sampled(parts: Compiled, times: Array) -> Samples:
     system = parts.system
     count = len(times)
     loads = np.zeros((count, len(system.loads), 3))
@@ -271,16 +306,25 @@ def on_grid(parts: Compiled, density: Array, times: Array) -> Tables:
     for index, function in enumerate(parts.drives):
         if function is not None:
             drive[:, index] = [function(float(t)) for t in times]
-    scale = density if (parts.power == 1.0).all() else density**parts.power
-    kind: Any = SpringTables if plain(parts) else Tables
-    return kind(  # type: ignore[no-any-return]
-        **parts.arrays,
-        scale=np.ascontiguousarray(scale[parts.order]),
-        times=np.ascontiguousarray(times, dtype=float),
-        load_sample=loads,
-        motion=motion,
-        drive=drive,
-    )
+    return Samples(np.array(times, dtype=float), loads, motion, drive)
+
+
+def acting_tables(tables: Tables) -> Tables:
+    """The tables without members of scale zero, which do nothing in a run; themselves where most act.
+
+    An optimised layout has a few dozen members out of hundreds. The order of the others stays, and every
+    segment, though it may be empty. Slopes by density are contracted over the tables of all members.
+    """
+    acts = tables.scale != 0.0
+    if acts.sum() > FEW * len(acts):
+        return tables
+    place = np.concatenate([[0], np.cumsum(acts)])
+    segment = tables.segment.copy()
+    segment[:, 2:] = place[segment[:, 2:]]
+    return tables._replace(
+        segment=segment, geometry=np.ascontiguousarray(tables.geometry[:, acts]),
+        law=np.ascontiguousarray(tables.law[:, acts]), scale=tables.scale[acts],
+    )  # fmt: skip
 
 
 def drive_slopes(parts: Compiled, t: float) -> tuple[Array, Array]:

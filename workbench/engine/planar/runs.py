@@ -27,7 +27,7 @@ from ._kernels.tables import (
     work_space,
 )
 from .adjoint import COMPILED, LOOP
-from .compiled import Compiled, compiled, on_grid
+from .compiled import Compiled, acting_tables, compiled, on_grid
 from .equations import SampledEquations
 from .independent import independent_alpha
 from .runge_kutta import runge_kutta
@@ -93,7 +93,7 @@ def _implicit(
                 "the engine's own laws"
             )
         start = (q0, v0, *_start_with_laws(parts, tables, q0, v0))
-        equations = SampledEquations(parts, tables)
+        equations, few = SampledEquations(parts, tables), tables
         shift = proximal(tables, redundant=redundant)
         if isinstance(scheme, BDF2):
             nodes = bdf2_loop(equations, scheme, times, start, shift)
@@ -105,20 +105,28 @@ def _implicit(
             zdot=empty.copy(), info=np.array([0, len(times) - 1, nodes.newton, 0, nodes.newton]),
         )  # fmt: skip
     else:
-        made = integrate(parts, tables, scheme, q0, v0, redundant=redundant)
+        few = acting_tables(tables)
+        made = integrate(parts, few, scheme, q0, v0, redundant=redundant)
         if made.info[0] != 0 or not np.isfinite(made.q[-1]).all():
             raise _failure(parts, alpha, times, scheme, made.info)
     return _agreeing(Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=made.q, velocity=made.v,
         acceleration=made.w, multiplier=made.lam, states=made.z, state_rates=made.zdot, tables=tables,
         adjoints=COMPILED if parts.fused and not isinstance(scheme, BDF2) else LOOP,
-        tangents=made.tangents, memo={} if made.work is None else {"work": made.work},
+        tangents=made.tangents, memo=_memo(made.work, few, tables),
         diagnosis=Diagnosis(
             newton_iterations=int(made.info[2]), factorisations=int(made.info[4]),
             redundant_rows=found.rows, reason=f"{type(scheme).__name__} as asked",
             notices=_told(found),
         ),
     ))  # fmt: skip
+
+
+def _memo(work: Work | None, few: Tables, tables: Tables) -> dict[str, Any]:
+    """Work arrays of a run, by the tables that they are for."""
+    if work is None:
+        return {}
+    return {"work": work} if few is tables else {"acting": (few, work)}
 
 
 def _told(found: Redundancy) -> tuple[str, ...]:

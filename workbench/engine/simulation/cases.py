@@ -17,6 +17,8 @@ __all__ = ["Case", "CaseResult", "simulate_cases"]
 Array = np.ndarray[Any, Any]
 Found = TypeVar("Found")
 
+_COMPILED: set[tuple[type, type]] = set()  # kinds of systems and schemes that have run in this process
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
@@ -48,7 +50,8 @@ def simulate_cases(
     `then` takes a trajectory: `objective.value`, or a function that also takes a gradient. It is called in
     the run's thread, and the run is dropped behind it, so a thousand cases need the memory of as many runs
     as there are threads. Every number is that of a run alone, to the bit, whatever the number of threads: a
-    run has arrays of its own. What has to be compiled is compiled by the first case alone.
+    run has arrays of its own. What has to be compiled is compiled by the first case of a kind of system and
+    scheme alone.
 
     Args:    cases: systems of any kind, not necessarily of one    t_end: s    steps, scheme: as in `simulate`
              threads: 0 for one per usable processor; 1 runs them one after the other
@@ -71,5 +74,7 @@ def simulate_cases(
         except NotConverged as error:
             return CaseResult(found=None, error=error)
 
-    first = [result(case) for case in cases[:1]]
-    return (*first, *side_by_side(result, cases[1:], threads=threads))
+    alone = 0 if all((type(case.system), type(scheme)) in _COMPILED for case in cases) else 1
+    first = [result(case) for case in cases[:alone]]
+    _COMPILED.update((type(case.system), type(scheme)) for case in cases[:alone])
+    return (*first, *side_by_side(result, cases[alone:], threads=threads))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from studies import trusses
+from workbench.engine.layout.bound.min_max import on_bounds
 from workbench.engine.layout.formulation.problem import (
     InvalidLayout,
     LayoutProblem,
@@ -188,6 +189,31 @@ def test_a_trivial_layout_is_returned_when_it_is_better():
     problem = static_problem(value, start=np.full(3, 0.45), budgets=[(np.ones(3), 2.0)])
     result = optimise_layout(problem, max_evaluations=40)
     assert result.value <= min(value(np.zeros(3))[0], value(np.full(3, 2 / 3))[0])
+
+
+def test_evaluations_of_trivial_layouts_are_left_to_the_search_where_asked():
+    def value(a):
+        s = float(a.sum())
+        return 1.0 + np.sin(3 * s) + 0.2 * s, (3 * np.cos(3 * s) + 0.2) * np.ones(3)
+
+    problem = static_problem(value, start=np.full(3, 0.45), budgets=[(np.ones(3), 2.0)])
+    compared, alone = (optimise_layout(problem, max_evaluations=8, compare=asked) for asked in (True, False))
+    assert [h.start for h in compared.history].count(-1) == 2
+    assert [h.start for h in alone.history].count(-1) == 0
+    assert set(compared.baselines) == {"none", "uniform"}
+    assert alone.baselines == {}
+
+
+def test_what_an_interior_step_leaves_of_a_member_is_taken_from_it():
+    problem = static_problem(
+        lambda a: (float(a.sum()), np.ones(4)), start=np.full(4, 0.5), lower=0.1,
+        budgets=[(np.ones(4), 2.0)],
+    )  # fmt: skip
+    found = on_bounds(problem, np.array([0.1 + 1e-9, 0.1 + 1e-6, 1.2, 0.3]))
+    assert found[0] == 0.1
+    assert found[1] > 0.1
+    assert found.sum() <= 2.0 + 1e-12
+    assert found[2] == 1.0
 
 
 def test_an_infeasible_problem_is_reported():

@@ -45,6 +45,7 @@ _KEPT = 0.9  # share of the promise that needs no correction
 _WORTH = 0.1  # share of the promise that another correction must bring
 _SHARE = 4  # of these runs per evaluation, which searches without gradients leave to the steps
 _TRIAL = 8  # steps that a start may take before it must have earned more
+_ROUNDING = 1e-7  # of the bounds' width: what an interior step leaves of a member that it does not want
 
 
 @dataclass(slots=True, kw_only=True)
@@ -92,7 +93,7 @@ class TrustRegionRun:
                 return
             self.finished = True
             return
-        trial = problem.into_budgets(self.density + self._corrected(values, found).move)
+        trial = on_bounds(problem, self.density + self._corrected(values, found).move)
         evaluation = problem.tried(trial)
         if evaluation is None:
             self.recorder.start_index = self.index
@@ -137,7 +138,7 @@ class TrustRegionRun:
         for _ in range(_CORRECTIONS):
             if self.limited or found.history is None or self.recorder.probes >= self.most_probes:
                 break
-            trial = self.problem.into_budgets(self.density + found.move)
+            trial = on_bounds(self.problem, self.density + found.move)
             seen = values_alone(self.problem, trial)
             self.recorder.probes += 1
             if seen is None:
@@ -223,6 +224,16 @@ class _ModelStep:
     kkt: float
     history: Array | None
     shift: Array | float
+
+
+def on_bounds(problem: LayoutProblem, density: Array) -> Array:
+    """A design within its budgets, densities that lie on their lower bounds but for rounding exactly there.
+
+    A member of no density at all costs no time in a run.
+    """
+    found = problem.into_budgets(density)
+    low = found - problem.lower <= _ROUNDING * (problem.upper - problem.lower)
+    return np.where(low, problem.lower, found)
 
 
 def corner_starts(problem: LayoutProblem, evaluation: Evaluation) -> list[Array]:

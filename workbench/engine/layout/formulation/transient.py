@@ -51,6 +51,7 @@ class _Evaluation:
 
     runs: list[ScenarioRun]
     values: Array
+    threads: int = 0  # that sweep at once, as in `side_by_side`
     limited: list[list[LimitedRow]] = field(default_factory=list)  # of every run
     _limit_gradients: Array | None = None
 
@@ -77,7 +78,7 @@ class _Evaluation:
                 found[case] = slopes[:, None] * sweep
 
             some = [case for case, rows in enumerate(self.limited) if rows]
-            side_by_side(fill, some, threads=_threads([r.scenario for r in self.runs]))
+            side_by_side(fill, some, threads=self.threads)
             self._limit_gradients = np.vstack(found)
         return self._limit_gradients
 
@@ -92,7 +93,7 @@ class _Evaluation:
             own = np.flatnonzero(cases == case)
             found[own] = self.runs[case].gradients(rows[own] % nodes, few=few)
 
-        side_by_side(fill, np.unique(cases).tolist(), threads=_threads([r.scenario for r in self.runs]))
+        side_by_side(fill, np.unique(cases).tolist(), threads=self.threads)
         return found
 
     def factors(self, rows: Rows) -> Array | None:
@@ -160,6 +161,7 @@ class TransientObjective:
         else:
             choice, why = sensitivities, "as asked"
         self.forward = choice == "forward"
+        self.threads = _threads(self.scenarios)
         self.reason = f"{choice} sensitivities: {why}"
 
     def _trajectory(self, scenario: Scenario, design: Array) -> AnyTrajectory:
@@ -184,11 +186,13 @@ class TransientObjective:
                 scenario=scenario, trajectory=trajectory, forward=self.forward, variables=self.variables
             )
 
-        runs = side_by_side(run, self.scenarios, threads=_threads(self.scenarios))
+        runs = side_by_side(run, self.scenarios, threads=self.threads)
         limited = (
             [limited_rows(self.limits, r.trajectory, k) for k, r in enumerate(runs)] if self.limits else []
         )
-        evaluation = _Evaluation(runs=runs, values=np.array([run.values for run in runs]), limited=limited)
+        evaluation = _Evaluation(
+            runs=runs, values=np.array([run.values for run in runs]), threads=self.threads, limited=limited
+        )  # fmt: skip
         if self.power != 1.0:
             slope = self.power * design ** (self.power - 1)
             slope[len(self.scenarios[0].system.members) :] = 1.0
