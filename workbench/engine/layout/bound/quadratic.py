@@ -10,7 +10,7 @@ as a quadratic needs. `newton_direction` is shared with the central path.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -169,7 +169,7 @@ def quadratic_bound(
     """Minimise the largest of convex quadratics under budgets in a box.
 
     Args:    c (r,), G (r, n), W (r, k, n) or None    A (m, n), b (m,) >= 0    lo <= 0 <= hi (n,)
-    Variables with lo = hi stay at lo.
+    Variables with lo = hi stay at lo; budgets without a free variable have no price.
 
     >>> import numpy as np
     >>> c, G = np.array([0.0, 0.0]), np.array([[1.0], [-1.0]])
@@ -189,6 +189,12 @@ def quadratic_bound(
             step=step, bound=rest.bound, row_multipliers=rest.row_multipliers,
             budget_multipliers=rest.budget_multipliers, iterations=rest.iterations, gap=rest.gap,
         )  # fmt: skip
+    used = A.any(axis=1)
+    if not used.all():  # budgets that no variable here draws on hold as they are, and have no interior scale
+        rest = quadratic_bound(c, G, W, A[used], b[used], lo, hi, tolerance=tolerance)
+        prices = np.zeros(len(A))
+        prices[used] = rest.budget_multipliers
+        return replace(rest, budget_multipliers=prices)
     r, n = G.shape
     rows = _quadratic_rows(c, G, W)
     width = hi - lo

@@ -47,3 +47,17 @@ def test_equal_rows_share_their_load_where_rounding_leaves_a_zero_pivot():
         np.zeros(4), np.vstack([rows, rows]), None, np.zeros((0, 2)), np.zeros(0), -np.ones(2), np.ones(2)
     )
     assert bound.bound == pytest.approx(-3.0, abs=1e-8)
+
+
+def test_budgets_that_no_free_variable_draws_on_change_nothing():
+    """Variables 2 and 3 are held; the second budget is theirs alone, the third one nobody's."""
+    r = np.random.default_rng(5)
+    c, G, W = r.normal(size=4), r.normal(size=(4, 4)), r.normal(size=(4, 2, 4))
+    lo, hi = np.array([-1.0, -1.0, 0.0, 0.0]), np.array([1.0, 1.0, 0.0, 0.0])
+    one = np.array([[1.0, 1.0, 0.0, 0.0]])
+    alone = quadratic_bound(c, G, W, one, np.array([0.2]), lo, hi)
+    more = np.vstack([one, [[0.0, 0.0, 1.0, 2.0]], np.zeros((1, 4))])
+    found = quadratic_bound(c, G, W, more, np.array([0.2, 0.0, 3.0]), lo, hi)
+    np.testing.assert_allclose(found.step, alone.step, atol=1e-12)
+    assert found.bound == alone.bound
+    assert found.budget_multipliers.tolist() == [alone.budget_multipliers[0], 0.0, 0.0]
