@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.engine import Trajectory, TreeTrajectory, member_histories
 from workbench.engine.elements.timed import bare
+from workbench.engine.integration.grids import step_lengths
 from workbench.errors import StudyError
 from workbench.motion.frames import Body, Member, MotionRun, planar_poses
 from workbench.motion.trees import Drawn, tree_dataset, tree_frames
@@ -74,7 +75,11 @@ def dataset(trajectory: Trajectory | TreeTrajectory) -> xr.Dataset:
             "mechanical_energy": ("time", r.mechanical_energy(), {"units": "J"}),
         },
         coords={"time": ("time", r.times, {"units": "s"}), "body": free, "axis": ["x", "y", "angle"]},
-        attrs={"scheme": repr(r.scheme), "step": r.step, "status": r.status.value},
+        attrs={
+            "scheme": repr(r.scheme),
+            "step": float(step_lengths(r.times).max()),
+            "status": r.status.value,
+        },
     )
 
 

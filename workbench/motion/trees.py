@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench.engine import TreeTrajectory, member_histories
 from workbench.engine.elements.timed import bare
+from workbench.engine.integration.grids import step_lengths
 from workbench.errors import StudyError
 from workbench.motion.frames import Body, Member, MotionRun, rotate
 
@@ -103,7 +104,9 @@ def tree_dataset(trajectory: TreeTrajectory) -> xr.Dataset:
             "quaternion": ["w", "x", "y", "z"], "coordinate": coordinates, "speed": speeds,
             "state": list(r.state_names),
         },
-        attrs={"scheme": repr(r.scheme), "step": r.step, "status": r.status.value},
+        attrs={
+            "scheme": repr(r.scheme), "step": float(step_lengths(r.times).max()), "status": r.status.value,
+        },
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from ._kernels.independent_rk import (
     independent_rk8_adjoint,
 )
 from .chart import Chart, Rates
+from .grids import one_step_length
 from .schemes import IndependentAlpha
 
 __all__ = [
@@ -95,12 +96,12 @@ def march(
     equations: IndependentEquations, scheme: IndependentAlpha, times: Array, q0: Array, v0: Array
 ) -> March:
     """Generalised-alpha from a closed state. Raises NotConverged."""
-    n = len(q0)
+    n, h = len(q0), one_step_length(times, "IndependentAlpha")
     q, v, w, lam, rows, cols, rank, tight, bridged = _empty(equations, times, q0, v0)
     info = np.zeros(5)
     independent_forward(
-        *equations[:4], scheme.numbers, float(times[1] - times[0]), q, v, w, lam, np.zeros(n, q.dtype),
-        rows, cols, rank, tight, bridged,
+        *equations[:4], scheme.numbers, h, q, v, w, lam, np.zeros(n, q.dtype), rows,
+        cols, rank, tight, bridged,
         np.zeros((n, n), q.dtype), np.zeros(n, np.int64), np.zeros(n, q.dtype),
         np.array([scheme.tolerance, scheme.iterations]), info,
     )  # fmt: skip
@@ -172,7 +173,7 @@ def notices(scheme: str, run: March, redundant: tuple[str, ...], times: Array) -
 def _check(equations: IndependentEquations, times: Array, info: Array, name: str, rows: Array) -> None:
     step = int(info[1])
     time = float(times[min(max(step, 0), len(times) - 1)])
-    h = float(times[1] - times[0])
+    h = float(times[max(step, 1)] - times[max(step, 1) - 1])
     if info[0] != 0:
         cause = {
             1: f"the accelerations of a step did not settle (last update {info[3]:.2g})",

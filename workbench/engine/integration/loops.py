@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import NotConverged
 from .equations import Equations
+from .grids import one_step_length, step_changes
 from .schemes import BDF2, GeneralisedAlpha, VelocityVerlet
 
 __all__ = ["Nodes", "Pulled", "alpha_adjoint_loop", "alpha_loop", "bdf2_adjoint_loop", "bdf2_loop"]
@@ -110,11 +111,13 @@ def alpha_loop(
     """Integrate from consistent q, v, w, lambda at node 0."""
     nodes = _empty(start, times)
     am, af, gamma, beta = scheme.numbers
-    h = float(times[1] - times[0])
+    grid = step_changes(times, joints=equations.rows > 0)
     c = (1.0 - af) / (1.0 - am)
     a, total = nodes.acceleration[0].copy(), 0
     for node in range(1, len(times)):
         w = nodes.acceleration[node - 1]
+        h, along = grid[:, node]
+        a = along * a + (1.0 - along) * w  # as in the compiled loop
         base = (af * w - am * a) / (1.0 - am)
         a1 = base + c * w
         q = nodes.position[node - 1] + h * nodes.velocity[node - 1] + h * h * ((0.5 - beta) * a + beta * a1)
@@ -140,9 +143,12 @@ class Pulled(NamedTuple):
 
 
 def alpha_adjoint_loop(
-    equations: Equations, scheme: GeneralisedAlpha | VelocityVerlet, h: float, nodes: Any, seeds: Any
+    equations: Equations, scheme: GeneralisedAlpha | VelocityVerlet, grid: Array, nodes: Any, seeds: Any
 ) -> Pulled:
-    """Back over a run; `nodes` and `seeds` hold position, velocity, acceleration, multiplier."""
+    """Back over a run; `nodes` and `seeds` hold position, velocity, acceleration, multiplier.
+
+    grid: (2, nodes) as from `step_changes`.
+    """
     am, af, gamma, beta = scheme.numbers
     c = (1.0 - af) / (1.0 - am)
     n = equations.size
@@ -155,6 +161,7 @@ def alpha_adjoint_loop(
         lq = lq + seeds.position[node]
         lv = lv + seeds.velocity[node]
         lw = lw + seeds.acceleration[node]
+        h, along = grid[:, node]
         hb, hg, share = (h * h * beta, h * gamma, c) if node else (0.0, 0.0, 1.0)
         block = equations.mass + share * (hg * equations.damping + hb * equations.stiffness)
         right = np.concatenate([-(lw + share * (la + hg * lv + hb * lq)), -seeds.multiplier[node]])
@@ -170,7 +177,8 @@ def alpha_adjoint_loop(
             ta = la + hg * tv + hb * tq
             lq, lv = tq, tv + h * tq
             la = h * h * (0.5 - beta) * tq + h * (1.0 - gamma) * tv - am / (1.0 - am) * ta
-            lw = af / (1.0 - am) * ta
+            lw = af / (1.0 - am) * ta + (1.0 - along) * la
+            la = along * la
         equations.contract(node, q, v, mu.copy(), gradient)
     return Pulled(gradient, mus, nus, lq, lv)
 
@@ -184,7 +192,7 @@ def bdf2_loop(
 ) -> Nodes:
     """Integrate from consistent q, v (w and lambda of node 0 are kept for the record only)."""
     nodes = _empty(start, times)
-    h, total = float(times[1] - times[0]), 0
+    h, total = one_step_length(times, "BDF2"), 0
     for node in range(1, len(times)):
         b0, b1, b2 = _bdf(node)
         q1, v1 = nodes.position[node - 1], nodes.velocity[node - 1]

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import AssemblyError, NotSupported
 from ..integration.chart import chart
 from ..integration.dop853_tableau import A, B, C
+from ..integration.grids import one_step_length
 from ..integration.independent import (
     IndependentEquations,
     March,
@@ -90,8 +91,8 @@ class NaturalTrajectory:
 
     @property
     def step(self) -> float:
-        """Length of a step, s."""
-        return float(self.times[1] - self.times[0])
+        """Length of a step, s. Raises NotSupported where steps are unequal."""
+        return one_step_length(self.times, "what asks for the step")
 
     @property
     def states(self) -> Array:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.grids import one_step_length
 from .quantities import Quantity, Slopes
 from .reductions import NodeWeight, Window, nodes_within
 
@@ -92,7 +93,7 @@ class HeadInjury:
     def _best(self, trajectory: Any) -> tuple[float, int, int, float]:
         """The value, first and last node of the interval, and the mean of a/g in it."""
         first, last = nodes_within(trajectory, self.window)
-        h = float(trajectory.times[1] - trajectory.times[0])
+        h = one_step_length(trajectory.times, "an injury measure")
         most = int(self.duration / h + 1e-9)
         if most < 1 or last <= first:
             raise ValueError(f"head injury needs steps within {self.duration} s, got {h:.3g} s")
@@ -114,7 +115,7 @@ class HeadInjury:
     def weights(self, trajectory: Any) -> tuple[NodeWeight, ...]:
         """Slopes by the acceleration at the nodes of the interval."""
         _, begin, end, mean = self._best(trajectory)
-        h = float(trajectory.times[1] - trajectory.times[0])
+        h = one_step_length(trajectory.times, "an injury measure")
         by = 2.5 * max(mean, 0.0) ** 1.5 * h / STANDARD_GRAVITY
         return tuple(
             NodeWeight(node, by * (0.5 if node in (begin, end) else 1.0)) for node in range(begin, end + 1)
@@ -135,7 +136,7 @@ class ClipLevel:
     def weights(self, trajectory: Any) -> tuple[NodeWeight, ...]:
         """The two nodes between which the level lies."""
         first, last = nodes_within(trajectory, self.window)
-        h = float(trajectory.times[1] - trajectory.times[0])
+        h = one_step_length(trajectory.times, "an injury measure")
         place = self.duration / h - 0.5  # the k-th largest value is exceeded for (k + 1/2) steps
         k = int(np.floor(place))
         if k < 0 or k + 1 > last - first:

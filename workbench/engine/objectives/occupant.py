@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.grids import one_step_length
 from .filters import SignalFilter, WholeBodyFilter
 from .injury import ROUND, PointAcceleration
 from .quantities import Slopes
@@ -82,7 +83,7 @@ class Filtered:
 
     def _behind(self, trajectory: Any) -> tuple[Any, Array | None, Array]:
         """The objective of the filtered samples, the filtered components if any, and the samples."""
-        h, quantity = float(trajectory.times[1] - trajectory.times[0]), self.objective.quantity
+        h, quantity = one_step_length(trajectory.times, "a filter"), self.objective.quantity
         parts = None
         if isinstance(quantity, PointAcceleration):
             parts = self.filter.applied(quantity.components(trajectory), h)
@@ -103,7 +104,7 @@ class Filtered:
     def seen(self, trajectory: Any) -> tuple[Any, tuple[NodeWeight, ...]]:
         """The quantity and the weights of all nodes that the value depends on, back through the filter."""
         behind, parts, series = self._behind(trajectory)
-        h = float(trajectory.times[1] - trajectory.times[0])
+        h = one_step_length(trajectory.times, "a filter")
         weights = np.zeros(len(series))
         for part in behind.weights(trajectory):
             weights[part.node] += part.weight
@@ -139,7 +140,7 @@ class RideComfort:
     def _weighted(self, trajectory: Any) -> tuple[Array, slice, float]:
         """(nodes, 3) weighted components times their factors, the nodes, and the step."""
         first, last = nodes_within(trajectory, self.window)
-        h, part = float(trajectory.times[1] - trajectory.times[0]), slice(first, last + 1)
+        h, part = one_step_length(trajectory.times, "a filter"), slice(first, last + 1)
         a = self.acceleration.components(trajectory)[part].copy()
         for i, (k, f) in enumerate(zip(self.factors, self.filters, strict=True)):
             a[:, i] = k * f.applied(a[:, i], h)

@@ -81,7 +81,7 @@ def nodes_within(trajectory: AnyTrajectory, window: Window | None) -> tuple[int,
     if window is None:
         return 0, len(times) - 1
     low, high = window
-    slack = 0.5 * float(times[1] - times[0])
+    slack = 0.5 * float(np.diff(times).max())
     if not low < high or low < times[0] - slack or high > times[-1] + slack:
         raise ValueError(f"window needs 0 <= start < end <= {times[-1]:.6g} s, got {window}")
     return int(np.abs(times - low).argmin()), int(np.abs(times - high).argmin())

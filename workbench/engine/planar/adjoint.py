@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..integration.changes import Multipliers
+from ..integration.grids import step_changes
 from ..integration.loops import Pulled, alpha_adjoint_loop, bdf2_adjoint_loop
 from ..integration.schemes import BDF2, GeneralisedAlpha, VelocityVerlet
 from ..integration.seeds import NodeSeeds, Seeds, row_by_row
@@ -76,7 +77,8 @@ def _pulled(trajectory: Trajectory, seeds: Seeds) -> Pulled:
     scheme: Any = trajectory.scheme
     if isinstance(scheme, BDF2):
         return bdf2_adjoint_loop(equations, trajectory.step, trajectory.nodes, seeds)
-    return alpha_adjoint_loop(equations, scheme, trajectory.step, trajectory.nodes, seeds)
+    grid = _grid(trajectory)
+    return alpha_adjoint_loop(equations, scheme, grid, trajectory.nodes, seeds)
 
 
 def _told_by_loop(trajectory: Trajectory, seeds: Seeds) -> tuple[Array, Multipliers]:
@@ -106,6 +108,11 @@ def _acting(trajectory: Trajectory) -> tuple[Tables, Work]:
     return found
 
 
+def _grid(trajectory: Trajectory) -> Array:
+    """(2, nodes) lengths of the steps, and the factor of the auxiliary acceleration before each."""
+    return step_changes(trajectory.nodes.times, joints=trajectory.multiplier.shape[1] > 0)
+
+
 def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
     """First node and tangents of stretches of nodes, the latest first: those kept, or evaluated again."""
     r, kept = trajectory.nodes, trajectory.tangents
@@ -115,6 +122,7 @@ def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[A
         yield 0, (kept.stiffness, kept.damping, kept.jacobian, np.empty((len(r.times), 0, 10)))
         return
     tables, work = _acting(trajectory)
+    grid = _grid(trajectory)
     size = min(last + 1, max(1, int(STRETCH // (8 * n * (2 * n + m) + 80 * states))))
     k, c = np.empty((size, n, n)), np.empty((size, n, n))
     j, b = np.empty((size, m, n)), np.empty((size, states, 10))
@@ -125,7 +133,7 @@ def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[A
             tables,
             work,
             first,
-            trajectory.step,
+            grid,
             r.position,
             r.velocity,
             r.multiplier,
@@ -162,10 +170,10 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds) -> tuple[Array, tuple[Array
         np.empty((total, total)), np.empty((total, total)) if shift else None, np.empty((rows, total)),
         np.empty((2, total)), np.empty(total, np.int64), shift, costate, mu, nu,
     )  # fmt: skip
-    sweep = _state_sweep(trajectory, start) if states else None
+    sweep, grid = _state_sweep(trajectory, start) if states else None, _grid(trajectory)
     for first, (k, c, j, slopes) in _stretches(trajectory, nodes - 1):
         alpha_adjoint(
-            tables.mass, scheme.numbers, trajectory.step, first, r.position, start.starts, start.at,
+            tables.mass, scheme.numbers, grid, first, r.position, start.starts, start.at,
             start.position, start.velocity, start.acceleration, start.multiplier,
             *space, k, c, j, None if sweep is None else sweep._replace(slopes=slopes),
         )  # fmt: skip

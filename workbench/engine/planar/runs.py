@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotConverged, NotSupported
+from ..integration.grids import is_even, step_changes, step_lengths
 from ..integration.independent import CONSISTENT
 from ..integration.loops import alpha_loop, bdf2_loop
 from ..integration.outcome import Diagnosis
@@ -223,8 +224,8 @@ def integrate(
         0.0 if springs else 1.0,
     ])  # fmt: skip
     alpha_forward(
-        tables, work, scheme.numbers, float(tables.times[1] - tables.times[0]), q, v, w, run.lam,
-        z, zdot, np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
+        tables, work, scheme.numbers, step_changes(tables.times, joints=m > 0), q, v, w, run.lam, z, zdot,
+        np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
         settings, run.info, kept.stiffness, kept.damping, kept.jacobian, kept.energy,
     )  # fmt: skip
     return run
@@ -234,7 +235,8 @@ def _failure(
     parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet, info: Array
 ) -> NotConverged:
     """The message of a failed run, with a step that does work when one of a few halvings finds it."""
-    step, h = int(info[1]), float(times[1] - times[0])
+    step = int(info[1])
+    h = float(step_lengths(times)[step])
     cause = (
         "the step's matrix is singular"
         if int(info[0]) == SINGULAR
@@ -246,6 +248,12 @@ def _failure(
             f"GeneralisedAlpha stopped at t = {times[step]:.6g} s (step {h:.3g} s): {cause}. With joints "
             f"rho={scheme.rho:g} leaves the joint forces alternating undamped from step to step; take "
             f"rho <= {UNDAMPED}, which keeps the energy as well",
+            float(times[step]),
+        )
+    if not is_even(times):
+        return NotConverged(
+            f"{type(scheme).__name__} stopped at t = {times[step]:.6g} s (step {h:.3g} s): {cause}. Take "
+            "shorter steps there, or look at the forces near that time",
             float(times[step]),
         )
     advice = f"No step down to {h / 64:.3g} s works: look at the forces near that time"

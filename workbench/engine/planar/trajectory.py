@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.grids import is_even, one_step_length
 from ..integration.independent import Splits
 from ..integration.kinds import (
     Adjoints,
@@ -100,8 +101,8 @@ class Trajectory:
 
     @property
     def step(self) -> float:
-        """Length of a step, s."""
-        return float(self.times[1] - self.times[0])
+        """Length of a step, s. Raises NotSupported where steps are unequal."""
+        return one_step_length(self.times, "what asks for the step")
 
     @property
     def work(self) -> Work:
@@ -222,13 +223,15 @@ class Trajectory:
     def goes_forward(self) -> bool:
         """Whether sensitivities can go forward with the run.
 
-        Not with internal states (damage), redundant joints, laws in Python, or in independent coordinates.
+        Not with internal states (damage), redundant joints, laws in Python, steps of unequal length, or in
+        independent coordinates.
         """
         return (
             self.states.shape[1] == 0
             and self.splits is None
             and not self.diagnosis.redundant_rows
             and not self.system.in_python
+            and is_even(self.times)
         )
 
     def state_sensitivities(self, *, with_rates: bool = False) -> StateSensitivities:
@@ -236,7 +239,7 @@ class Trajectory:
         if not self.goes_forward:
             raise NotSupported(
                 "forward sensitivities need a system without damage states, redundant joints and laws in "
-                "Python, and a run that is not in independent coordinates; use the adjoint"
+                "Python, and a run with equal steps that is not in independent coordinates; use the adjoint"
             )
         parts = compiled(self.system)
         return forward_sensitivities(

@@ -5,6 +5,7 @@ from typing import Any, overload
 
 import numpy as np
 
+from ..integration.grids import checked_times
 from ..integration.kinds import AnySystem, AnyTrajectory
 from ..integration.schemes import GeneralisedAlpha, Scheme
 from ..natural import runs as natural
@@ -43,7 +44,13 @@ def checked_density(system: AnySystem, density: Array) -> Array:
 
 @overload
 def simulate(
-    system: System, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+    system: System,
+    density: Array,
+    t_end: float | None = None,
+    steps: int | None = None,
+    *,
+    scheme: Scheme | None = None,
+    times: Any = None,
 ) -> Trajectory: ...
 
 
@@ -51,39 +58,54 @@ def simulate(
 def simulate(
     system: NaturalSystem,
     density: Array,
-    t_end: float = 0.2,
-    steps: int = 200,
+    t_end: float | None = None,
+    steps: int | None = None,
     *,
     scheme: Scheme | None = None,
+    times: Any = None,
 ) -> NaturalTrajectory: ...
 
 
 @overload
 def simulate(
-    system: TreeSystem, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+    system: TreeSystem,
+    density: Array,
+    t_end: float | None = None,
+    steps: int | None = None,
+    *,
+    scheme: Scheme | None = None,
+    times: Any = None,
 ) -> TreeTrajectory: ...
 
 
 @overload
 def simulate(
-    system: AnySystem, density: Array, t_end: float = 0.2, steps: int = 200, *, scheme: Scheme | None = None
+    system: AnySystem,
+    density: Array,
+    t_end: float | None = None,
+    steps: int | None = None,
+    *,
+    scheme: Scheme | None = None,
+    times: Any = None,
 ) -> AnyTrajectory: ...
 
 
 def simulate(
     system: AnySystem,
     density: Array,
-    t_end: float = 0.2,
-    steps: int = 200,
+    t_end: float | None = None,
+    steps: int | None = None,
     *,
     scheme: Scheme | None = None,
+    times: Any = None,
 ) -> AnyTrajectory:
-    """Integrate the system from t = 0 to t_end in equal steps.
+    """Integrate the system from t = 0 to t_end in equal steps, or over a grid of times.
 
         M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
 
-    Args:    density: (N,) alpha, one per member, >= 0    t_end: s    steps: number of steps
-             scheme: GeneralisedAlpha(rho=0.8) unless given
+    Args:    density: (N,) alpha, one per member, >= 0    t_end: s, 0.2 unless given
+             steps: number of steps, 200 unless given    scheme: GeneralisedAlpha(rho=0.8) unless given
+             times: nodes, s, from 0 on, in place of t_end and steps; their distances may differ
     Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`, of a `TreeSystem` a `TreeTrajectory`.
     Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
     when a step cannot be solved, NotSupported when the scheme cannot treat the system.
@@ -99,11 +121,21 @@ def simulate(
     if run is None:
         kinds = ", ".join(kind.__name__ for kind in KINDS)
         raise TypeError(f"simulate needs a system of one of the kinds {kinds}, got {type(system).__name__}")
+    grid = _grid(t_end, steps, times)
+    alpha = checked_density(system, density)
+    scheme = GeneralisedAlpha() if scheme is None else scheme
+    return run(system, alpha, grid, scheme)
+
+
+def _grid(t_end: float | None, steps: int | None, times: Any) -> Array:
+    """The nodes, from whichever way they were asked for."""
+    if times is not None:
+        if t_end is not None or steps is not None:
+            raise ValueError("simulate needs either times, or t_end and steps, got both")
+        return checked_times(times)
+    t_end, steps = 0.2 if t_end is None else t_end, 200 if steps is None else steps
     if not np.isfinite(t_end) or t_end <= 0.0:
         raise ValueError(f"simulate needs t_end > 0 s, got t_end={t_end}")
     if int(steps) != steps or steps < 1:
         raise ValueError(f"simulate needs a whole number of steps >= 1, got steps={steps}")
-    alpha = checked_density(system, density)
-    scheme = GeneralisedAlpha() if scheme is None else scheme
-    times = np.linspace(0.0, float(t_end), int(steps) + 1)
-    return run(system, alpha, times, scheme)
+    return np.linspace(0.0, float(t_end), int(steps) + 1)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..errors import NotConverged
 from ..integration.dop853_tableau import STAGES, A, B, C
+from ..integration.grids import step_lengths
 from ..integration.outcome import Diagnosis
 from ..integration.schemes import RungeKutta8
 from ..integration.seeds import NodeSeeds
@@ -36,12 +37,14 @@ def run_explicit(
     Raises NotConverged where the run leaves all bounds or a joint moves nothing that has mass.
     """
     parts = tree_compiled(system)
-    steps, h = len(times) - 1, float(times[1] - times[0])
-    grid = (times[:-1, None] + h * np.append(0.0, C)).ravel()
+    steps, lengths = len(times) - 1, step_lengths(times)
+    grid = (times[:-1, None] + lengths[1:, None] * np.append(0.0, C)).ravel()
     tables = tree_on_grid(parts, density, np.append(grid, times[-1]))
     work = tree_work(tables, len(parts.states))
     points = tree_run(parts.start if start is None else start, ROW * steps + 1, keep=False)
-    failed = march_rk8(tables, work, parts.pattern, points, A, B, h, steps, np.zeros((STAGES, parts.size)))
+    failed = march_rk8(
+        tables, work, parts.pattern, points, A, B, lengths, steps, np.zeros((STAGES, parts.size))
+    )
     if failed:
         time = float(times[abs(failed)])
         why = (
@@ -71,7 +74,7 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
     tables, points = r.points
     last = int(seeds.starts.max(initial=0))
     mu = np.zeros((ROW * last + 1, rows, n))
-    costate = np.zeros((rows, 2, n))
+    costate, lengths = np.zeros((rows, 2, n)), step_lengths(r.times)
     for row in range(rows):
         dense = seeds.dense(row)
         entries = np.zeros((len(r.times), 3, n))
@@ -79,7 +82,7 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
         entries[:, 1, : r.size], entries[:, 1, r.size :] = dense.velocity, dense.states
         own = np.zeros((ROW * last + 1, n))
         sweep_rk8(
-            tables, r.work, r.parts.pattern, points, A, B, r.step, dense.last, entries, costate[row, 0],
+            tables, r.work, r.parts.pattern, points, A, B, lengths, dense.last, entries, costate[row, 0],
             costate[row, 1], np.zeros((STAGES, 2, n)), np.zeros((7, n)), own,
         )  # fmt: skip
         mu[:, row] = own

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotConverged, NotSupported
+from ..integration.grids import step_changes
 from ..integration.outcome import Diagnosis
 from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
 from ..integration.seeds import NodeSeeds
@@ -13,7 +14,7 @@ from ._kernels.alpha import march, tangents_again
 from ._kernels.alpha_adjoint import sweep
 from ._kernels.surfaces import surface_histories
 from ._kernels.tables import TreeRun, TreeTables, TreeWork, tree_run, tree_work
-from .compiled import tree_compiled, tree_on_grid
+from .compiled import TreeCompiled, tree_compiled, tree_on_grid
 from .explicit import run_explicit
 from .gradients import Swept, adjoints_of
 from .loops.histories import acceleration_slopes, cut_gaps
@@ -58,12 +59,14 @@ def run(
             f"cut joints need rho <= 0.99: above, their forces alternate; got rho={scheme.rho}"
         )
     parts = tree_compiled(system)
-    h = float(times[1] - times[0])
-    tables = tree_on_grid(parts, density, times, closing=_closing(scheme, h, len(times)))
+    grid = _grid(parts, times)
+    tables = tree_on_grid(parts, density, times, closing=_closing(scheme, grid[0]))
     work = tree_work(tables, len(parts.states))
     keep = keep and 24 * len(times) * parts.size**2 <= MEMORY
     nodes = tree_run(parts.start if start is None else start, len(times), keep=keep)
-    failed = march(tables, work, parts.pattern, nodes, scheme.numbers, h, scheme.tolerance, scheme.iterations)
+    failed = march(
+        tables, work, parts.pattern, nodes, scheme.numbers, grid, scheme.tolerance, scheme.iterations
+    )
     if failed:
         time = float(times[abs(failed) % len(times)])
         why = (
@@ -119,11 +122,16 @@ def _check_redundant(trajectory: TreeTrajectory) -> None:
         )
 
 
-def _closing(scheme: GeneralisedAlpha, h: float, nodes: int) -> Array:
+def _grid(parts: TreeCompiled, times: Array) -> Array:
+    """(2, nodes) lengths of the steps, and the factor of the auxiliary acceleration before each."""
+    return step_changes(times, joints=len(parts.cuts) > 0)
+
+
+def _closing(scheme: GeneralisedAlpha, lengths: Array) -> Array:
     """(nodes,) 1/(h^2 beta c): with it the rows of conditions have the slopes of their forces; accelerations
     first."""
     am, af, _, beta = scheme.numbers
-    out = np.full(nodes, (1.0 - am) / (h * h * beta * (1.0 - af)))
+    out: Array = (1.0 - am) / (lengths * lengths * beta * (1.0 - af))
     out[0] = 0.0
     return out
 
@@ -137,11 +145,11 @@ def _stretches(trajectory: TreeTrajectory, last: int) -> Iterator[tuple[int, tup
         return
     assert isinstance(r.scheme, GeneralisedAlpha)
     size = max(1, min(last + 1, int(STRETCH // (24 * n * n))))
-    room = np.empty((3, size, n, n))
+    room, grid = np.empty((3, size, n, n)), _grid(r.parts, r.times)
     for end in range(last + 1, 0, -size):
         first = max(0, end - size)
         part = room[0, : end - first], room[1, : end - first], room[2, : end - first]
-        tangents_again(r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, r.step, first, *part)
+        tangents_again(r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, grid, first, *part)
         yield first, part
 
 
@@ -156,9 +164,10 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
     entries[:, 2, conditions:] = seeds.multiplier
     last = int(seeds.starts.max(initial=0))
     mu, costate = np.empty((last + 1, rows, n)), np.zeros((rows, 4, n))
+    grid = _grid(r.parts, r.times)
     for first, tangents in _stretches(r, last):
         sweep(
-            r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, r.step, first, *tangents,
+            r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, grid, first, *tangents,
             seeds.starts, seeds.at, entries, costate, np.empty((1, n)), mu,
         )  # fmt: skip
     if conditions < n:  # at the start the kernel's rows of conditions are accelerations, without slopes

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..elements._kernels_spatial_bushing import bushing_forces
 from ..errors import NotSupported
+from ..integration.grids import one_step_length
 from ..integration.kinds import (
     Adjoints,
     Change,
@@ -83,8 +84,8 @@ class TreeTrajectory:
 
     @property
     def step(self) -> float:
-        """Length of a step, s."""
-        return float(self.times[1] - self.times[0])
+        """Length of a step, s. Raises NotSupported where steps are unequal."""
+        return one_step_length(self.times, "what asks for the step")
 
     @property
     def size(self) -> int:

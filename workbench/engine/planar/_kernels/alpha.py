@@ -86,11 +86,13 @@ def work_of(pair, q, big, fr, w, move, free):
 
 @njit(**CAREFUL)
 def alpha_forward(
-    T, W, scheme, h, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info,
+    T, W, scheme, grid, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info,
     keep_k, keep_c, keep_j, keep_e,
 ):  # fmt: skip
     """Integrate from node 0 (all of whose arrays are set) to the end of q (steps + 1, n).
 
+    grid: (2, steps + 1) lengths of the steps that lead to each node, and the factor s by which the auxiliary
+    acceleration goes along with them, a <- w + s (a - w), as from `step_changes`.
     settings: tolerance, most iterations, shift, reuse of factors, 1 when tangents depend on velocities.
     info: status, step, Newton iterations, last update, factorisations.
     keep_k, keep_c (steps + 1, n, n), keep_j (steps + 1, m, n): tangents at the converged states, for the
@@ -104,7 +106,10 @@ def alpha_forward(
     m = lam.shape[1]
     tolerance, most, shift, reuse = settings[0], int(settings[1].real), settings[2], settings[3] > 0.0
     c = (1.0 - af) / (1.0 - am)
-    hc, h2c = h * gamma * c, h * h * beta * c
+    even = True
+    for step in range(1, steps + 1):
+        if grid[0, step] != grid[0, 0]:
+            even = False
     for i in range(n):
         acc[i] = w[0, i]
     largest = 0.0
@@ -122,6 +127,12 @@ def alpha_forward(
         attempts = 0  # multipliers of redundant joints have no unique value to extrapolate
     for step in range(1, steps + 1):
         q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
+        h, along = grid[0, step], grid[1, step]
+        hc, h2c = h * gamma * c, h * h * beta * c
+        if h != grid[0, step - 1]:
+            fresh = False
+            for i in range(n):
+                acc[i] = along * acc[i] + (1.0 - along) * w[step - 1, i]
         for i in range(n):
             # exact for straight lines and for the alternation that rho = 1 leaves in w and lambda
             if smooth:
@@ -227,7 +238,7 @@ def alpha_forward(
         for i in range(n):
             acc[i] += c * w1[i]
             largest = max(largest, abs(w1[i]))
-        smooth = keep and step > 6 and attempts > 0
+        smooth = keep and step > 6 and attempts > 0 and even
         if smooth:
             for i in range(n):
                 off = abs(h2c) * abs(w1[i] - extrapolated(w, step, i))

@@ -16,7 +16,7 @@ from .pairs import pair_covector, pull_back
 
 
 @njit(**ENTRY)
-def linearise(T, W, first, h, q, v, lam, z, zdot, k, c, j, b):
+def linearise(T, W, first, grid, q, v, lam, z, zdot, k, c, j, b):
     """Fill the tangents of the nodes first..first+len(k)-1: k, c (., n, n), j (., m, n), b (., Z, 10).
 
     b holds the slopes of the elements' states, as in `Work`.
@@ -24,7 +24,7 @@ def linearise(T, W, first, h, q, v, lam, z, zdot, k, c, j, b):
     for a in range(k.shape[0]):
         step = first + a
         before = max(step - 1, 0)
-        half = 0.5 * h if step > 0 else 0.0
+        half = 0.5 * grid[0, step] if step > 0 else 0.0
         evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, a >= 0)
         keep_tangents(W, k[a], c[a], j[a])
         for e in range(z.shape[1]):
@@ -113,7 +113,7 @@ def fill_kept(mass, k, c, j, hc, h2c, shift, matrix):
 
 @njit(**ENTRY)
 def alpha_adjoint(
-    mass, scheme, h, first_node, q, starts, at, seed_q, seed_v, seed_w, seed_l,
+    mass, scheme, grid, first_node, q, starts, at, seed_q, seed_v, seed_w, seed_l,
     matrix, unshifted, rhs, right, pivot, shift, costate, mu, nu, keep_k, keep_c, keep_j, D,
 ):  # fmt: skip
     """Fill mu (nodes, R, n) and nu (nodes, R, m), the adjoints of the equations of motion and of Phi.
@@ -122,6 +122,7 @@ def alpha_adjoint(
 
     keep_k, keep_c, keep_j, D.slopes: tangents as from `linearise` at the nodes from first_node on; stretches
     follow one another backwards, with the same costates.
+    grid (2, steps + 1): as in `alpha_forward`.
     starts (R,): the latest node of each row, descending; mu of later nodes is left as it is.
     at (E, 2): node and row of every seed, nodes descending; seed_* (E, ...) are dG/d(node state).
     The gradient of a row is the sum over the nodes of (dr/dparameter)^T mu.
@@ -142,6 +143,7 @@ def alpha_adjoint(
         here = step - first_node
         k, damper, j = keep_k[here], keep_c[here], keep_j[here]
         first = step == 0
+        h, along = grid[0, step], grid[1, step]
         # node 0 solves the consistent initial accelerations, where a = w: the same lines with h = 0, c = 1
         ahead = 0.0 if first else h * gamma
         ahead2 = 0.0 if first else h * h * beta
@@ -160,7 +162,7 @@ def alpha_adjoint(
         if D is not None:
             set_state(D.pair, D.motion, step, q[step], D.rates[step], D.q, D.v, D.big)
             for row in range(active):
-                states_back(D, here, row, 0.5 * h)
+                states_back(D, here, row, 0.5 * grid[0, min(step + 1, grid.shape[1] - 1)])
         while cursor < at.shape[0] and at[cursor, 0] == step:
             row = at[cursor, 1]
             for i in range(n):
@@ -203,4 +205,5 @@ def alpha_adjoint(
                 ta = la[i] + ahead * tv + ahead2 * tq
                 lv[i] = tv + h * tq
                 la[i] = h * h * (0.5 - beta) * tq + h * (1.0 - gamma) * tv - am / (1.0 - am) * ta
-                lw[i] = af / (1.0 - am) * ta
+                lw[i] = af / (1.0 - am) * ta + (1.0 - along) * la[i]
+                la[i] *= along

@@ -6,6 +6,9 @@ Cardona 2015), with the states in the first-order form of the same family (Janse
     d = h v + h^2 ((1/2 - b) a + b a1),          q1 = q exp(d)
     r(q1, v1, w1) = 0;   Newton:  (M + h g c C + h^2 b c K T(d)) dw = -r,  c = (1 - af)/(1 - am)
 
+Where steps change their length, a, which belongs to a time beside its node's, is moved along with it before
+the step: a <- w + (h/h_before) (a - w). Without that the order is 1.
+
 States stand behind the velocities and have no place of their own. Multipliers of cut joints stand behind the
 states as unknowns w whose rows say phi(q1)/(h^2 b c) = 0 (index 3, scaled); at the start phi'' = 0. Factors
 are used until the iteration contracts badly; where the tangents at the converged nodes are kept for the
@@ -24,6 +27,7 @@ SPHERICAL = 3
 FLOOR = 1e-9  # updates this small, and no longer shrinking, are rounding
 SLOW = 0.2  # contraction of the updates above which the factors are renewed
 LEAST = 1.0  # m/s^2 or rad/s^2: at rest rounding of the forces leaves accelerations that mean nothing
+STRETCHED = 1.2  # change of the step's length beyond which factors are renewed at once
 ROUND = 4e-15  # m or rad: rounding of a condition
 LOST = -2
 
@@ -82,10 +86,14 @@ def keep(W, R, node):
 
 
 @njit(**INNER)
-def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
-    """Solve for node; the factors to begin with are in R.lu. Returns the Newton steps, or -1."""
+def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
+    """Solve for node; the factors to begin with are in R.lu. Returns the Newton steps, or -1.
+
+    grid: lengths of the steps and the factors of a, as from `step_changes`.
+    """
     am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
     c = (1.0 - af) / (1.0 - am)
+    h, ratio, along = grid[0, node], grid[0, node] / grid[0, node - 1], grid[1, node]
     by_v, by_q = h * gamma * c, h * h * beta * c
     n, joints = W.m.shape[0], T.column.shape[0]
     conditions = n - T.cut.shape[0]
@@ -94,7 +102,8 @@ def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
     q, v, w, d = R.position[node], R.velocity[node], R.rate[node], R.move[node]
     before = R.rate[max(node - 2, 0)]
     for i in range(n):
-        w[i] = 2.0 * w0[i] - before[i]
+        w[i] = (1.0 + ratio) * w0[i] - ratio * before[i]
+        R.a[i] = along * R.a[i] + (1.0 - along) * w0[i]
         base = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
         v[i] = v0[i] + h * ((1.0 - gamma) * R.a[i] + gamma * base)
         d[i] = h * v0[i] + h * h * ((0.5 - beta) * R.a[i] + beta * base)
@@ -145,9 +154,11 @@ def one_step(T, W, P, R, numbers, h, node, limit, count, fresh):
 
 
 @njit(**CAREFUL)
-def march(T, W, P, R, numbers, h, limit, count):
-    """All nodes from R.position[0], R.velocity[0]; the number of the node that failed (negative: for want
-    of a pivot), or 0. Tangents are kept where R has room for them.
+def march(T, W, P, R, numbers, grid, limit, count):
+    """All nodes from R.position[0], R.velocity[0] over the steps of `grid`, see `step_changes`.
+
+    Returns the number of the node that failed (negative: for want of a pivot), or 0. Tangents are kept where
+    R has room for them.
     """
     kept = R.stiffness.shape[0] > 1
     R.level[0] = LEAST
@@ -161,7 +172,9 @@ def march(T, W, P, R, numbers, h, limit, count):
     fresh = tangent
     for node in range(1, nodes):
         before = R.counts[0]
-        taken = one_step(T, W, P, R, numbers, h, node, limit, count, fresh)
+        h, ratio = grid[0, node], grid[0, node] / grid[0, node - 1]
+        fresh = fresh or ratio > STRETCHED or ratio * STRETCHED < 1.0
+        taken = one_step(T, W, P, R, numbers, grid, node, limit, count, fresh)
         if taken < 0:
             return -node if taken == LOST else node
         fresh = R.counts[0] - before > 5
@@ -181,7 +194,7 @@ def march(T, W, P, R, numbers, h, limit, count):
 
 
 @njit(**CAREFUL)
-def tangents_again(T, W, P, R, numbers, h, first, stiffness, damping, factors):
+def tangents_again(T, W, P, R, numbers, grid, first, stiffness, damping, factors):
     """Tangents and factors of the nodes first, first + 1, ... of a run that did not keep them; 0, or the node
     whose factors are lost.
     """
@@ -190,6 +203,7 @@ def tangents_again(T, W, P, R, numbers, h, first, stiffness, damping, factors):
     n = W.m.shape[0]
     for i in range(stiffness.shape[0]):
         node = first + i
+        h = grid[0, node]
         evaluate(T, W, node, R.position[node], R.velocity[node], R.rate[node], node >= 0)
         if node:
             newton_matrix(T, W, R.move[node], h * gamma * c, h * h * beta * c, factors[i])

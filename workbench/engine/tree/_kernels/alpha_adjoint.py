@@ -8,6 +8,7 @@ factors:
     lq~ = lq + K^T mu,  lv~ = lv + C^T mu,  la~ = la + h g lv~ + h^2 b T^T lq~
     lq <- E^T lq~,  lv <- lv~ + h T^T lq~,  lw <- af/(1 - am) la~
     la <- h^2 (1/2 - b) T^T lq~ + h (1 - g) lv~ - am/(1 - am) la~
+    lw <- lw + (1 - s) la,  la <- s la,  s the factor of a before the step
 
 E = exp(-d) carries a small motion of q over the step, T its tangent; both are 3 x 3 blocks of spherical
 joints. At node 0: M mu = -(la + lw). The gradient by a parameter is the sum of mu^T dr/dp over the nodes.
@@ -51,7 +52,7 @@ def carried_back(T, W, d, x):
 
 
 @njit(**CAREFUL)
-def sweep(T, W, P, R, numbers, h, first, K, C, LU, starts, at, seeds, costate, some, mu):
+def sweep(T, W, P, R, numbers, grid, first, K, C, LU, starts, at, seeds, costate, some, mu):
     """Fill mu (nodes, rows, n) over the nodes first..first + len(K) - 1, whose tangents are K, C, LU.
 
     seeds (E, 3, n) by places, velocities and rates; `at` (E, 2) their node and row, latest first.
@@ -75,6 +76,7 @@ def sweep(T, W, P, R, numbers, h, first, K, C, LU, starts, at, seeds, costate, s
                 l[1, i] += seeds[entry, 1, i]
                 l[3, i] += seeds[entry, 2, i]
             entry += 1
+        h, along = grid[0, node], grid[1, node]
         k, g, lu, d = K[node - first], C[node - first], LU[node - first], R.move[node]
         for row in range(rows):
             m = mu[node, row]
@@ -104,5 +106,6 @@ def sweep(T, W, P, R, numbers, h, first, K, C, LU, starts, at, seeds, costate, s
             for i in range(n):
                 late = la[i] + h * gamma * lv[i] + h * h * beta * moved[i]
                 la[i] = h * h * (0.5 - beta) * moved[i] + h * (1.0 - gamma) * lv[i] - am / (1.0 - am) * late
-                lw[i] = af / (1.0 - am) * late
+                lw[i] = af / (1.0 - am) * late + (1.0 - along) * la[i]
+                la[i] *= along
                 lv[i] += h * moved[i]

@@ -60,13 +60,16 @@ def rates_at(T, W, P, R, point):
 
 
 @njit(**CAREFUL)
-def march_rk8(T, W, P, R, A, B, h, steps, y):
-    """All points from the first; y (stages, n) scratch. 0, or the step that failed."""
+def march_rk8(T, W, P, R, A, B, lengths, steps, y):
+    """All points from the first, over steps of `lengths` (steps + 1,); y (stages, n) scratch.
+
+    Returns 0, or the step that failed.
+    """
     n, stages = W.m.shape[0], B.shape[0]
     first = n - n  # a value, no literal: see `evaluate`
     evaluate(T, W, first, R.position[0], R.velocity[0], R.rate[0], first == 0)  # W.m of the states
     for step in range(steps):
-        node = (stages + 1) * step
+        node, h = (stages + 1) * step, lengths[step + 1]
         q, v = R.position[node], R.velocity[node]
         for i in range(stages):
             at = node + 1 + i
@@ -149,7 +152,7 @@ def back_through_chart(T, W, x, v, alpha, by_v, by_x):
 
 
 @njit(**CAREFUL)
-def sweep_rk8(T, W, P, R, A, B, h, start, seeds, lq, lv, lx, some, mu):
+def sweep_rk8(T, W, P, R, A, B, lengths, start, seeds, lq, lv, lx, some, mu):
     """One row, from node `start` back: mu (points, n); seeds (nodes, 3, n) by places, velocities and rates.
 
     lq, lv (n,): zero on entry, the gradients by the initial places and velocities on return.
@@ -160,6 +163,7 @@ def sweep_rk8(T, W, P, R, A, B, h, start, seeds, lq, lv, lx, some, mu):
     for step in range(start, -1, -1):
         node = (stages + 1) * step
         if step < start:
+            h = lengths[step + 1]
             by_move(T, W, R.move[node + stages + 1], lq, top)
             for a in range(n):
                 carried[a] = lq[a]

@@ -1,0 +1,75 @@
+"""Grids of times: which are allowed, the lengths of their steps, and what generalised-alpha does where they
+change.
+
+Its auxiliary acceleration a belongs to a time beside its node's, by a share of the step. Where steps change
+their length it is moved along, a <- w + s (a - w) with s = h/h_before: without that the order is 1 on steps
+that change all the time. Next to joints of the index-3 form s multiplies what is left of the constrained
+motion: alternating steps 1:3 grow by 1.02 a step at rho = 0.8. There a is moved along small changes alone.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import NotSupported
+
+__all__ = ["checked_times", "is_even", "one_step_length", "step_changes", "step_lengths"]
+
+Array = np.ndarray[Any, Any]
+
+GRADUAL = 1.2  # ratio of neighbouring steps up to which a is moved along with joints; see decision 0170
+EVEN = 1e-12  # of the latest time: rounding of equal steps
+
+
+def checked_times(times: Any) -> Array:
+    """(steps + 1,) times of nodes as a fresh array. ValueError unless they grow and begin at 0 s."""
+    grid = np.array(times, dtype=float)
+    if grid.ndim != 1 or len(grid) < 2:
+        raise ValueError(f"times needs at least two nodes in a row, got shape {grid.shape}")
+    if not np.isfinite(grid).all():
+        raise ValueError(f"times needs finite values, got times[{int(np.argmin(np.isfinite(grid)))}]")
+    if grid[0] != 0.0:
+        raise ValueError(f"times needs to begin at 0 s, where the system starts, got {grid[0]:.6g} s")
+    short = np.flatnonzero(np.diff(grid) <= 0.0)
+    if len(short):
+        i = int(short[0])
+        raise ValueError(f"times needs growing values, got {grid[i]:.9g} s, then {grid[i + 1]:.9g} s")
+    return grid
+
+
+def is_even(times: Array) -> bool:
+    """Whether all steps have one length."""
+    equal = np.linspace(times[0], times[-1], len(times))
+    return bool(np.abs(times - equal).max() <= EVEN * np.abs(times).max())
+
+
+def step_lengths(times: Array) -> Array:
+    """(steps + 1,) length of the step that leads to each node, s; entry 0 repeats that of the first.
+
+    Equal steps get one number, to the bit, whatever rounding did to their differences.
+    """
+    if is_even(times):
+        return np.full(len(times), float(times[1] - times[0]))
+    lengths = np.diff(times)
+    return np.concatenate([lengths[:1], lengths])
+
+
+def step_changes(times: Array, *, joints: bool) -> Array:
+    """(2, steps + 1) `step_lengths`, and the factor s of a before each step, 1 where it stays.
+
+    joints: whether conditions of index 3 hold: then s = 1 where neighbouring steps differ by more than a
+    fifth, and each such place is felt by O(h^2).
+    """
+    lengths = step_lengths(times)
+    factor = np.ones(len(lengths))
+    factor[1:] = lengths[1:] / lengths[:-1]
+    if joints:
+        factor[(factor > GRADUAL) | (factor * GRADUAL < 1.0)] = 1.0
+    return np.array([lengths, factor])
+
+
+def one_step_length(times: Array, what: str) -> float:
+    """Length of the equal steps. NotSupported, naming what needs them, for a grid of unequal ones."""
+    if not is_even(times):
+        raise NotSupported(f"{what} needs steps of one length; run with steps= instead of a grid of times")
+    return float(times[1] - times[0])
