@@ -55,11 +55,15 @@ def plot_search(
     history: Sequence[Mapping[str, Any]],
     *,
     run_key: str | None = None,
+    run_label: str = "confirming run",
     label: str = "response",
     unit: str = "1",
     ax: "Axes | None" = None,
 ) -> "Axes":
-    """True values of the search in the order run, by what proposed them, with the worst so far as a stair."""
+    """True values of the search in the order run, by what proposed them, with the worst so far as a stair.
+
+    The run of `run_key` is ringed and named `run_label`.
+    """
     ax = current_axes(ax)
     number = np.arange(1, len(history) + 1)
     best = np.array([np.nan if h.get("best") is None else h["best"] for h in history], dtype=float)
@@ -79,7 +83,7 @@ def plot_search(
         if run_key is not None and h.get("run_key") == run_key and h.get("value") is not None
     ]  # fmt: skip
     if ringed:
-        ax.plot(*ringed[0], "o", ms=12, mfc="none", mec=VERMILLION, mew=1.8, label="confirming run", zorder=3)
+        ax.plot(*ringed[0], "o", ms=12, mfc="none", mec=VERMILLION, mew=1.8, label=run_label, zorder=3)
     ax.xaxis.set_major_locator(whole_numbers())
     ax.set(xlabel="run", ylabel=axis_label(label, unit))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -128,8 +128,8 @@ def _convergence(layout: Mapping[str, Any], response: str, unit: str) -> Figure:
         id="layout-history",
         title="How the optimiser got there",
         alt=f"Objective over {len(history)} evaluations, from {number(first)} to {number(last)}.",
-        read_off="A stair that is flat at its end has converged; one that still falls deserves more "
-        "evaluations.",
+        read_off="A stair that still falls at its end deserves more evaluations; a flat one may be at an "
+        "optimum or stuck, which the first-order condition tells.",
         panels=(
             Panel(
                 draw=lambda ax: plot_convergence(

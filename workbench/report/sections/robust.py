@@ -171,12 +171,12 @@ def _distributions(
     drawn, limit = int(robust.get("drawn") or robust["samples"]), robust.get("limit")
     values = {name: column[:drawn] for name, column in _common(robust).items()}
     said = ", ".join(f"{s['design']} {number(s['mean'])}" for s in summaries)
-    better = "left" if robust.get("sense", "max") == "max" else "right"
+    better, bad = ("left", "upper") if robust.get("sense", "max") == "max" else ("right", "lower")
     return Figure(
         id="distributions",
         title=f"Distribution of {response}",
         alt=f"Shares of scenarios at or below a value for each design; means: {said}.",
-        read_off=f"A curve further {better} is better everywhere; look at its upper end for the rare bad "
+        read_off=f"A curve further {better} is better everywhere; look at its {bad} end for the rare bad "
         "scenarios."
         + ("" if limit is None else f" The dotted line is the limit of {quantity(limit, unit)}."),
         panels=(
@@ -207,12 +207,17 @@ def _pairs(robust: Mapping[str, Any], designs: list[str], response: str, unit: s
         if x is not None and y is not None
     ]
     smaller = sum(y <= x for _, x, y in both)
+    paying = (
+        "crosses above it are"
+        if robust.get("sense", "max") == "max"
+        else "dots below it, where it differs, are"
+    )
     return Figure(
         id="pairs",
         title=f"{a} and {b} in the same scenarios",
         alt=f"{response} of {b} against {a} in {len(both)} scenarios; {b} is not larger in {smaller}.",
-        read_off=f"Each mark is one scenario. Below the dashed line {b} has the smaller {response}; crosses "
-        "above it are scenarios that pay for the change.",
+        read_off=f"Each mark is one scenario. Below the dashed line {b} has the smaller {response}; {paying} "
+        "scenarios that pay for the change.",
         panels=(
             Panel(
                 draw=lambda ax: plot_differences(values[a], values[b], names=(a, b), unit=unit, ax=ax),

@@ -111,8 +111,7 @@ def _responses(folder: CampaignFolder) -> Figure | None:
         title=f"{response} of {which}",
         alt=f"{response} of {len(known)} runs in the order run, from {number(float(known.min()))} to "
         f"{number(float(known.max()))}.",
-        read_off="Circles are the design. A search that works climbs away from the cloud of the design."
-        + sampled,
+        read_off="Circles are the design. A search that works leaves the cloud of the design." + sampled,
         panels=(
             Panel(
                 draw=lambda ax: plot_response(

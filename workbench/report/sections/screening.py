@@ -102,7 +102,7 @@ def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Fi
         last = rejected[0]
         read_off += (
             f" The rejected step ({_added(last) or 'last'}, gain {number(last.get('gain'), 3)}) is "
-            f"{'hatched' if bars else 'a cross'}: too little to count."
+            f"{'hatched' if bars else 'a cross'}{_why_rejected(last, threshold)}."
         )
     if threshold is not None:
         read_off += f" A step needs a gain of at least {number(threshold, 3)}."
@@ -148,6 +148,12 @@ def _path_figure(screening: Mapping[str, Any], path: list[dict[str, Any]]) -> Fi
             marked=frozenset(k for k, step in enumerate(path) if not step.get("accepted", True)),
         ),
     )
+
+
+def _why_rejected(step: Mapping[str, Any], threshold: float | None) -> str:
+    """That its gain is too small, where it is; a set may also lose to another one."""
+    gain = step.get("gain")
+    return ": too little to count" if threshold is not None and gain is not None and gain < threshold else ""
 
 
 def _added(step: Mapping[str, Any]) -> str:

@@ -54,8 +54,9 @@ def search_figure(
         read_off = (
             "The stair is the worst of the means that the Kriging of all runs holds at the runs so far."
         )
+    ringed = "confirming run" if worst.get("mean") is None else "first run of the mean"
     if found is not None:
-        read_off += f" The confirming run (ring) was run {found} of {len(searched)} of the search."
+        read_off += f" The {ringed} (ring) was run {found} of {len(searched)} of the search."
     return Figure(
         id="search",
         title="How it was found",
@@ -64,7 +65,9 @@ def search_figure(
         read_off=read_off,
         panels=(
             Panel(
-                draw=lambda ax: plot_search(history, run_key=key, label=response, unit=unit, ax=ax),
+                draw=lambda ax: plot_search(
+                    history, run_key=key, run_label=ringed, label=response, unit=unit, ax=ax
+                ),
                 width=7.0,
                 height=3.0,
             ),
@@ -136,6 +139,8 @@ def profile_figure(
         return Panel(draw=draw, width=3.2, height=2.6)
 
     mark = "red dot is the confirming run" if confirmed else "open ring is the surrogate's extreme, not run"
+    if worst.get("mean") is not None:
+        mark = "red dot is the mean of the repeated runs"
     return Figure(
         id="profile",
         title="The response around the worst case",

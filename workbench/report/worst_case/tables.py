@@ -95,9 +95,10 @@ def ranked_runs(
     wanted = _telling_names(folder, worst, ranked)
     names, left_out = wanted[:MOST_COLUMNS], wanted[MOST_COLUMNS:]
     key = worst.get("run_key") if worst["confirmed"] else None
+    role = "confirms the worst case" if worst.get("mean") is None else "first run of the mean"
     table = Table(
         id="worst-runs",
-        title=f"The {len(ranked)} worst true runs",
+        title=f"The {len(ranked)} worst true runs of the search",
         columns=(
             Column(name="rank"),
             Column(name="run"),
@@ -112,7 +113,7 @@ def ranked_runs(
             (
                 rank,
                 folder.run_name(h.get("run_key")),
-                "confirms the worst case" if key and h.get("run_key") == key else "",
+                role if key and h.get("run_key") == key else "",
                 h["value"],
                 h.get("predicted"),
                 h.get("predicted_std"),
