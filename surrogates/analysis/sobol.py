@@ -14,6 +14,9 @@ theta is drawn, too (`surrogates.kriging.theta_posterior`): at the likeliest the
 path is the mean m of the paths plus a deviation that has variances and interactions of its own, so that a
 draw of an index of a plain response is mostly too large: with s = mean of the draws - index of m, a band
 is widened from [q, q'] to [min(q, q - s), max(q', q' - s)].
+
+A response that no path resembles moves the indices of m by more than paths tell: a band holds index of m +-
+1.96 se, too, with se of the delete-a-group jackknife (`surrogates.analysis.left_out_groups`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,9 +29,11 @@ from sklearn.utils.validation import check_is_fitted
 from ..kriging.estimator import Kriging
 from ..kriging.posterior import Posterior
 from ..kriging.theta_posterior import drawn_fits
+from ..kriging.validation import NORMAL_975
 from ..likelihood.correlation import Correlation
 from ..likelihood.likelihood import _solve
 from .effects import _Averages, column
+from .left_out_groups import jackknife_error, posteriors_without_groups
 from .measure import Measure, resolve
 
 __all__ = ["Indices", "SobolIndices", "sobol_indices"]
@@ -82,8 +87,9 @@ def sobol_indices(
         draws: paths drawn from the posterior.   pairs: interactions wanted.
         measures: weights of the inputs, see `surrogates.analysis.measure`; None is uniform.
         features: Fourier features of the prior draws.
-        thetas: draws of theta that the paths are shared among; 0 takes the fitted theta as known. None is 10,
-            and 0 where theta was given or hardly moves: above 300 runs, or where the trend is exact.
+        thetas: draws of theta that the paths are shared among; 0 takes the fitted theta as known and asks no
+            refits. None is 10, and 0 where theta was given or hardly moves: above 300 runs, or where the
+            trend is exact.
 
     Returns indices of zero when the response is constant.
 
@@ -111,11 +117,12 @@ def sobol_indices(
             averages = _Averages(model, weights)
             paths = _Paths(model, averages, diagonal, draws=count, features=features, rng=rng)
             parts.append(_shares(paths, named))
+    moved = _refitted(kriging, weights, named) if len(models) > 1 else []
     return SobolIndices(
-        main=_indices([p.main for p in parts]),
-        total=_indices([p.total for p in parts]),
+        main=_indices([p.main for p in parts], [p.main for p in moved]),
+        total=_indices([p.total for p in parts], [p.total for p in moved]),
         pairs=named,
-        interaction=_indices([p.interaction for p in parts]),
+        interaction=_indices([p.interaction for p in parts], [p.interaction for p in moved]),
         variance=posterior.scale**2 * np.concatenate([p.variance for p in parts]),
         draws=draws,
     )
@@ -170,19 +177,36 @@ def _shares(paths: "_Paths", named: Sequence[tuple[int, int]]) -> _Shares:
     )
 
 
-def _indices(parts: Sequence[Array]) -> Indices:
-    """Mean and band from the shares of each model (k, 1 + draws), those of its mean path first."""
+def _refitted(
+    kriging: Kriging, weights: Sequence[Measure], named: Sequence[tuple[int, int]]
+) -> list[_Shares]:
+    """Shares of the mean path, of the model and then of refits without a tenth of the runs each."""
+    found = []
+    for posterior in (kriging.posterior_, *posteriors_without_groups(kriging)):
+        paths = _Paths(
+            posterior, _Averages(posterior, weights), 0.0, draws=1, features=1, rng=np.random.default_rng(0)
+        )
+        found.append(_shares(paths, named))
+    return found
+
+
+def _indices(parts: Sequence[Array], moved: Sequence[Array] = ()) -> Indices:
+    """Mean and band from the shares of each model (k, 1 + draws), those of its mean path first.
+
+    moved: the same of the model, and of refits without some of the runs each
+    """
     shares = np.clip(np.concatenate([part[:, 1:] for part in parts], axis=1), 0.0, 1.0)
     if not len(shares):
         return Indices(mean=np.zeros(0), lower=np.zeros(0), upper=np.zeros(0))
     mean = shares.mean(axis=1)
     lower, upper = np.quantile(shares, [0.025, 0.975], axis=1, method="weibull")  # of one more draw
     shift = mean - np.clip(np.mean([part[:, 0] for part in parts], axis=0), 0.0, 1.0)
-    return Indices(
-        mean=mean,
-        lower=np.maximum(np.minimum(lower, lower - shift), 0.0),
-        upper=np.minimum(np.maximum(upper, upper - shift), 1.0),
-    )
+    lower, upper = np.minimum(lower, lower - shift), np.maximum(upper, upper - shift)
+    if len(moved):
+        centre, *without = (np.clip(part[:, 0], 0.0, 1.0) for part in moved)
+        reach = NORMAL_975 * jackknife_error(without)
+        lower, upper = np.minimum(lower, centre - reach), np.maximum(upper, centre + reach)
+    return Indices(mean=mean, lower=np.maximum(lower, 0.0), upper=np.minimum(upper, 1.0))
 
 
 class _Paths:

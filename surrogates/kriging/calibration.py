@@ -27,7 +27,7 @@ from ..likelihood.starts import canonical_rows
 from .runs import Runs
 from .validation import NORMAL_975
 
-__all__ = ["MOST_REFITS", "Refittable", "conformal_factor_of", "interval_factor"]
+__all__ = ["MOST_REFITS", "Refittable", "conformal_factor_of", "dealt_groups", "interval_factor"]
 
 FOLDS = 20  # ten leave a refit without a tenth of the runs, where it knows its own errors less well
 PRIOR_ERRORS = 1.5  # of variance one, which count beside the observed where these are small
@@ -79,12 +79,7 @@ def interval_factor(
         theta_start=kriging.theta_,
         n_starts=1,
     )
-    # the folds are dealt along the canonical order: each sees all of the range of y, in any order of the rows
-    order = canonical_rows(runs.u, runs.z)
-    shuffled = np.random.default_rng(kriging.seed).permuted(_dealt(n), axis=1).ravel()
-    fold = np.empty(n, dtype=np.intp)
-    fold[order] = shuffled[:n]
-    errors = _errors_of_refits(model, x, runs.observed, noise, fold)
+    errors = _errors_of_refits(model, x, runs.observed, noise, dealt_groups(runs, FOLDS, seed=kriging.seed))
     if len(errors) < FEWEST:
         return 1.0
     wider = _conformal_factor(errors)
@@ -93,6 +88,20 @@ def interval_factor(
         return factor
     share = n / (n + RUNS_BEFORE)
     return float(factor**share * TYPICAL ** (1.0 - share))
+
+
+def dealt_groups(runs: Runs, count: int, *, seed: int) -> NDArray[np.intp]:
+    """A group 0 to count - 1 for each run, (n,), in sizes that differ by one at most.
+
+    They are dealt along the canonical order: each sees all of the range of y, in any order of the rows.
+    """
+    n = len(runs.u)
+    order = canonical_rows(runs.u, runs.z)
+    hands = np.tile(np.arange(count), (-(-n // count), 1))
+    shuffled = np.random.default_rng(seed).permuted(hands, axis=1).ravel()
+    group = np.empty(n, dtype=np.intp)
+    group[order] = shuffled[:n]
+    return group
 
 
 def conformal_factor_of(standardised: NDArray[np.float64]) -> float:
@@ -135,8 +144,3 @@ def _predictive_factor(errors: NDArray[np.float64]) -> float:
     count = PRIOR_ERRORS + len(errors)
     spread = np.sqrt((PRIOR_ERRORS + float(np.sum(errors**2))) / count)
     return float(spread * stats.t.ppf(0.975, count)) / NORMAL_975
-
-
-def _dealt(n: int) -> NDArray[np.intp]:
-    """Fold numbers in hands of twenty, enough for n runs."""
-    return np.tile(np.arange(FOLDS), (-(-n // FOLDS), 1))
