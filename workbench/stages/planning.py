@@ -16,6 +16,7 @@ from workbench.models.stored.evaluation import UNFINISHED
 from workbench.provenance.content import ContentCache
 from workbench.provenance.named import model_files
 from workbench.provenance.reading import readings_now
+from workbench.report.lines.tables import hanging
 from workbench.sampling.change import change_sentence, design_change, serves_on
 from workbench.sampling.stored import MOST_ROWS, design_head, design_keys
 from workbench.stages.design import answered_runs
@@ -226,7 +227,7 @@ def _whole_design(view: CampaignView, kind: str, runs: int) -> dict[str, Any]:
 def _served_lines(document: dict[str, Any]) -> list[str]:
     lines = []
     if "refused" in document:
-        lines.append(document["refused"])
+        lines += hanging("", document["refused"], indent=2)
     if "design" in document:
         lines.append(document["design"]["sentence"])
     reading = document.get("reading", {})

@@ -49,6 +49,9 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
             os.fsync(file.fileno())
         os.replace(new, path)
         _sync_folder(path.parent)
+    except StoreError:  # of what was to be written: it is no trouble with the disk
+        new.unlink(missing_ok=True)
+        raise
     except OSError as exc:
         new.unlink(missing_ok=True)
         raise StoreError(

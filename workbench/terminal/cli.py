@@ -8,6 +8,7 @@ import json
 import os
 import signal
 import sys
+from shutil import get_terminal_size
 from typing import Annotated
 
 import typer
@@ -82,5 +83,11 @@ def _was_interrupted(exc: BaseException) -> bool:
 def _fail(text: str, code: int) -> None:
     if "--json" in sys.argv:
         print(json.dumps({"error": text, "exit_code": code}))
-    print(f"holdfast: {text}", file=sys.stderr)
+    message = f"holdfast: {text}"
+    if sys.stderr.isatty():  # a log file keeps it in one line
+        from workbench.report.lines.tables import hanging
+
+        columns = max(40, get_terminal_size().columns)
+        message = "\n".join(hanging("", message, indent=2, width=columns))
+    print(message, file=sys.stderr)
     raise SystemExit(code)

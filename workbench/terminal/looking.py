@@ -20,21 +20,25 @@ def viewed_campaign(study: Path, folder: Path | None) -> Iterator["CampaignView"
     """The campaign of a study to look at; as of when stands on standard error.
 
     Where nobody works on it and it can be written, its responses are first read as the study reads them now.
-    Where that is impossible or refused, the runs are shown as they are stored, with the reason.
+    Where that is impossible or refused, the runs are shown as they are stored, with the reason. Where no
+    campaign is, none is made.
     """
     from workbench.campaign.view import CampaignView
     from workbench.stages.campaign import Campaign
     from workbench.study.loading import load_study
+    from workbench.system.witness import witness_says
     from workbench.terminal.console import progress_for
 
     read = load_study(study)
     progress = progress_for(sys.stderr)
     try:
-        try:
-            Campaign(read, folder=folder, progress=progress).close()
-            refused = ""
-        except HoldfastError as exc:
-            refused = str(exc)
+        refused = ""
+        path = (folder or read.campaign_folder) / "runs.sqlite"
+        if path.exists() or witness_says(path):
+            try:
+                Campaign(read, folder=folder, progress=progress).close()
+            except HoldfastError as exc:
+                refused = str(exc)
         with CampaignView.opened(read, folder=folder, progress=progress) as view:
             if refused:
                 progress.note(f"shown as stored: {refused}")

@@ -319,7 +319,13 @@ def test_a_damaged_store_is_examined_mended_and_joined(tmp_path, capsys):
     (state,) = json.loads(out)
     assert (code, state["sound"]) == (5, False)
     code, out, _ = in_process("doctor", "--store", study, capsys=capsys)
-    assert "BAD  to recover  7 answered runs are whole, 1 damaged; `holdfast recover` saves them\n" in out
+    assert "BAD  to recover  7 answered runs are whole, 1 damaged; `holdfast recover` saves\n" in out
+    assert all(len(line) <= 80 for line in out.splitlines()[1:])  # the first is the path
+    place = tmp_path / "out"
+    code, _, err = in_process("export", study, "--output", place, capsys=capsys)
+    assert code == 5
+    assert "is damaged: run " in err
+    assert "Free space" not in err  # the disk is not to blame
     code, _, err = in_process("design", study, capsys=capsys)
     assert code == 5
     assert "1 rows of evaluation are not as they were stored" in err
@@ -333,3 +339,26 @@ def test_a_damaged_store_is_examined_mended_and_joined(tmp_path, capsys):
     assert (code, out.count("BAD")) == (0, 0)
     with Campaign.from_file(study) as campaign:
         assert len(campaign.runs()) == 7
+
+
+@pytest.mark.parametrize("verb", ["failures", "export", "report", "plan"])
+def test_a_look_at_a_folder_without_a_campaign_makes_none(tmp_path, capsys, verb):
+    study, folder = write_study(tmp_path), tmp_path / "mistyped"
+    code, _, err = in_process(verb, study, "--folder", folder, capsys=capsys)
+    assert not folder.exists()
+    if verb != "plan":  # which tells what would be done
+        assert code == 5
+        assert f"no database {folder / 'runs.sqlite'}; `holdfast run` makes it" in err
+
+
+def test_a_refusal_stays_within_the_columns_of_a_terminal(tmp_path, capsys, monkeypatch):
+    study = write_study(tmp_path)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "60")
+    code, _, err = in_process("show", study, "99", "--folder", "mistyped", capsys=capsys)
+    assert code == 5
+    first, *rest = err.splitlines()
+    assert first.startswith("holdfast: no database mistyped/runs.sqlite;")
+    assert all(line.startswith("  ") for line in rest)
+    assert rest
+    assert max(map(len, err.splitlines())) <= 60

@@ -10,6 +10,7 @@ from workbench.campaign.rescue.stock import stock_of
 from workbench.campaign.store_schema import VERSION
 from workbench.errors import StoreError
 from workbench.histories.store import FILE, HistoryStore
+from workbench.report.lines.tables import hanging
 from workbench.system.database import explained, opened_for_reading, tables
 from workbench.system.one_writer import holder_of
 from workbench.system.witness import file_state, has_log, witness_says
@@ -43,10 +44,11 @@ class Examination:
 
     def lines(self) -> list[str]:
         """For a person."""
-        return [
-            str(self.path),
-            *(f"{'ok ' if check.ok else 'BAD'}  {check.name:<11} {check.text}" for check in self.checks),
-        ]
+        lines = [str(self.path)]
+        for check in self.checks:
+            begin = f"{'ok ' if check.ok else 'BAD'}  {check.name:<11} "
+            lines += hanging(begin, check.text, indent=len(begin))
+        return lines
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""

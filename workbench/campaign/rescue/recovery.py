@@ -20,6 +20,7 @@ from workbench.campaign.rescue.stock import Exported, Stock, exported_rows, stoc
 from workbench.campaign.store_schema import SCHEMA, VERSION
 from workbench.errors import StoreError
 from workbench.models.stored.evaluation import UNFINISHED
+from workbench.report.lines.tables import hanging
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 from workbench.system.database import connected, explained
@@ -152,7 +153,12 @@ def recovery_lines(found: list[Recovery]) -> list[str]:
         if one.missing:
             lines.append(f"  {one.missing} runs of the design have no answer; `holdfast run` makes them")
         lines.append(f"  the damaged files are in {one.aside}; whether other runs are missing cannot be told")
-    return lines
+    return [part for line in lines for part in _in_columns(line)]
+
+
+def _in_columns(line: str) -> list[str]:
+    indent = len(line) - len(line.lstrip())
+    return hanging(" " * indent, line.lstrip(), indent=indent + 2)
 
 
 def _version(study: Study, stock: Stock) -> str:

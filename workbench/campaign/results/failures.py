@@ -8,8 +8,9 @@ them, 0 says nothing). Words are cut by level.
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
+
+import numpy as np
 
 from workbench.models.stored.evaluation import FAILED, Evaluation, alike, cause_of
 from workbench.space.box import Space
@@ -133,30 +134,41 @@ def _best_cut(
     name: str, failed: Sequence[Mapping[str, Any]], good: Sequence[Mapping[str, Any]], *, numeric: bool
 ) -> Cut:
     bad_values, good_values = [r[name] for r in failed], [r[name] for r in good]
-    cuts = []
-    levels = sorted({*bad_values, *good_values})
-    if not numeric:
-        sides = [("is", level) for level in levels]
+    if numeric:
+        side, threshold, bad_beyond, good_beyond = _best_threshold(bad_values, good_values)
     else:
-        middles = [(a + b) / 2 for a, b in pairwise(levels)]
-        sides = [(side, t) for t in middles or levels for side in ("above", "below")]
-    for side, threshold in sides:
-        beyond = [sum(_beyond(v, side, threshold) for v in values) for values in (bad_values, good_values)]
-        cuts.append(
-            Cut(
-                parameter=name,
-                side=side,
-                threshold=threshold,
-                failed_beyond=beyond[0],
-                failed=len(failed),
-                good_beyond=beyond[1],
-                good=len(good),
-            )
+        bad_counts, good_counts = Counter(bad_values), Counter(good_values)
+        side, threshold = (
+            "is",
+            max(
+                sorted({*bad_values, *good_values}),
+                key=lambda level: bad_counts[level] / len(failed) - good_counts[level] / len(good),
+            ),
         )
-    return max(cuts, key=lambda cut: cut.score)
+        bad_beyond, good_beyond = bad_counts[threshold], good_counts[threshold]
+    return Cut(
+        parameter=name,
+        side=side,
+        threshold=threshold,
+        failed_beyond=bad_beyond,
+        failed=len(failed),
+        good_beyond=good_beyond,
+        good=len(good),
+    )
 
 
-def _beyond(value: Any, side: str, threshold: Any) -> bool:
-    if side == "is":
-        return bool(value == threshold)
-    return bool(value > threshold) if side == "above" else bool(value < threshold)
+def _best_threshold(bad: Sequence[float], good: Sequence[float]) -> tuple[str, float, int, int]:
+    """Side and threshold of the best cut, and how many failures and good runs lie beyond it.
+
+    Thresholds lie halfway between neighbouring values; sorted once, each is one look-up.
+    """
+    low, high = np.sort(np.asarray(bad, dtype=float)), np.sort(np.asarray(good, dtype=float))
+    levels = np.unique(np.concatenate([low, high]))
+    thresholds = (levels[1:] + levels[:-1]) / 2 if len(levels) > 1 else levels
+    below = [np.searchsorted(values, thresholds, side="left") for values in (low, high)]
+    above = [len(v) - np.searchsorted(v, thresholds, side="right") for v in (low, high)]
+    counts = np.array([above, below])  # (side, failures or good runs, threshold)
+    scores = counts[:, 0] / len(low) - counts[:, 1] / len(high)
+    at, side = divmod(int(np.argmax(scores.T)), 2)
+    beyond = counts[side, :, at]
+    return ("above", "below")[side], float(thresholds[at]), int(beyond[0]), int(beyond[1])

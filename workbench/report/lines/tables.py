@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Sequence
 
-__all__ = ["format_number", "table_lines", "unit_suffix", "wrapped"]
+__all__ = ["format_number", "hanging", "table_lines", "unit_suffix", "wrapped"]
 
 
 def format_number(value: float | None, digits: int = 5) -> str:
@@ -39,6 +39,16 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], *, width: in
         if n == 0:
             text.append("  ".join("-" * s for s in sizes))
     return text
+
+
+def hanging(begin: str, text: str, *, indent: int, width: int = 80) -> list[str]:
+    """A paragraph behind its beginning, in lines of at most `width` columns, all but the first indented.
+
+    >>> hanging("BAD  pages  ", "page 7 is never used", indent=12, width=24)
+    ['BAD  pages  page 7 is', '            never used']
+    """
+    first, *rest = wrapped(text, width - max(len(begin), indent))
+    return [begin + first, *(" " * indent + line for line in rest)]
 
 
 def wrapped(text: str, width: int) -> list[str]:
