@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 _ITERATIONS = 80
 _STEP_TO_BOUNDARY = 0.99
+_FAINT = 1e-7  # singular value, relative, below which a direction of rows and factors is left out
+_FEWER = 0.5  # directions as a share of rows and factors from which a common basis saves nothing
 
 
 @dataclass(slots=True, kw_only=True)
@@ -75,6 +77,7 @@ class NewtonSystem:
     n_rows: number of rows that carry -t    residual: of the constraints
     diagonal (n,), signs (k,), slope (n,): a Hessian diag + curvature diag(signs) curvature', and its product
     with the step so far; without them the columns alone, all positive, of a Hessian at the present point.
+    basis (K, n): curvature (K, k) and jacobian (q, K) are given in its rows then, K being far below k + q.
     """
 
     def __init__(
@@ -90,12 +93,14 @@ class NewtonSystem:
         diagonal: Array | None = None,
         signs: Array | None = None,
         slope: Array | None = None,
+        basis: Array | None = None,
     ) -> None:
         q = len(jacobian)
         self.state, self.jacobian, self.n_rows, self.residual = state, jacobian, n_rows, residual
+        self.basis = basis
         self.below, self.above = state.d - lo, hi - state.d
         self.unit = np.r_[np.ones(n_rows), np.zeros(q - n_rows)]
-        self.dual_residual = jacobian.T @ state.y - state.zl + state.zu
+        self.dual_residual = self._to_members(jacobian.T @ state.y) - state.zl + state.zu
         self.weight = state.zl / self.below + state.zu / self.above
         if slope is not None:
             self.dual_residual += slope
@@ -103,10 +108,14 @@ class NewtonSystem:
             self.weight += diagonal
         self.low_rank = np.hstack([curvature, jacobian.T])
         self.first = curvature.shape[1]
-        self.scaled = self.low_rank / self.weight[:, None]
         size = self.first + q + 1
         matrix = np.zeros((size, size))
-        matrix[:-1, :-1] = self.low_rank.T @ self.scaled
+        if basis is None:
+            self.scaled = self.low_rank / self.weight[:, None]
+            matrix[:-1, :-1] = self.low_rank.T @ self.scaled
+        else:
+            self.scaled = (basis / self.weight).T
+            matrix[:-1, :-1] = self.low_rank.T @ (basis @ self.scaled) @ self.low_rank
         first = np.arange(self.first)
         matrix[first, first] += 1.0 if signs is None else signs
         self.last = np.arange(self.first, size - 1)
@@ -116,6 +125,15 @@ class NewtonSystem:
         # rows that are alike to rounding leave a zero pivot: any share of the load between them will do
         lu[lu.diagonal() == 0.0, lu.diagonal() == 0.0] = np.finfo(float).eps * np.abs(lu.diagonal()).max()
         self.factors = lu, pivots
+
+    def _to_members(self, combined: Array) -> Array:
+        """(n,) of what is given in rows of the basis, where there is one."""
+        return combined if self.basis is None else combined @ self.basis
+
+    def _seen(self, along: Array) -> Array:
+        """What the columns see of a weighted step (n,), (k + q,)."""
+        seen = self.scaled.T @ along
+        return seen if self.basis is None else seen @ self.low_rank
 
     def direction(self, target: float, correction: BoundState | None = None) -> BoundState:
         """Newton direction towards the products `target`; the correction holds a predictor's second order."""
@@ -129,15 +147,16 @@ class NewtonSystem:
         upper = (target - cu) / self.above - state.zu
         first = -self.dual_residual + lower - upper
         second = -self.residual - ((target - cs) / state.y - state.s)
-        right = np.r_[self.scaled.T @ first, 1 - state.y[: self.n_rows].sum()]
+        right = np.r_[self._seen(first), 1 - state.y[: self.n_rows].sum()]
         right[self.last] -= second
         solution = scipy.linalg.lu_solve(self.factors, right, check_finite=False)
         dy, dt = solution[self.first : -1], float(solution[-1])
-        dd = (first - self.low_rank @ solution[:-1]) / self.weight
+        dd = (first - self._to_members(self.low_rank @ solution[:-1])) / self.weight
+        change = self.jacobian @ (dd if self.basis is None else self.basis @ dd)
         return BoundState(
             d=dd,
             t=dt,
-            s=-self.residual - self.jacobian @ dd + self.unit * dt,
+            s=-self.residual - change + self.unit * dt,
             y=dy,
             zl=lower - state.zl / self.below * dd,
             zu=upper + state.zu / self.above * dd,
@@ -196,7 +215,7 @@ def quadratic_bound(
         prices[used] = rest.budget_multipliers
         return replace(rest, budget_multipliers=prices)
     r, n = G.shape
-    rows = _quadratic_rows(c, G, W)
+    basis, rows, budget_rows = _quadratic_rows(c, G, W, A)
     width = hi - lo
     d = np.clip(np.zeros(n), lo + 0.1 * width, hi - 0.1 * width)
     values, _, _ = rows(d, np.full(r, 1 / r))
@@ -217,7 +236,9 @@ def quadratic_bound(
     while iterations < _ITERATIONS:
         values, gradients, curvature = rows(state.d, state.y[:r])
         residual = np.r_[values - state.t, A @ state.d - b] + state.s
-        system = NewtonSystem(state, lo, hi, curvature, np.vstack([gradients, A]), r, residual)
+        system = NewtonSystem(
+            state, lo, hi, curvature, np.vstack([gradients, budget_rows]), r, residual, basis=basis
+        )
         products = state.complementarity(lo, hi)
         gap = products / scale
         off = float(np.abs(system.dual_residual) @ width)
@@ -247,16 +268,51 @@ def quadratic_bound(
 
 
 def _quadratic_rows(
-    c: Array, G: Array, W: Array | None
-) -> Callable[[Array, Array], tuple[Array, Array, Array]]:
+    c: Array, G: Array, W: Array | None, A: Array
+) -> tuple[Array | None, Callable[[Array, Array], tuple[Array, Array, Array]], Array]:
+    """A basis (K, n) or None, the values, slopes and curvature of rows at a step, and the budgets' slopes.
+
+    Between rigid bodies a response sees the densities through a few sums, so a hundred slopes and factors
+    span two dozen directions; slopes and curvature are given in those, where they save something.
+    """
     n = G.shape[1]
     if W is None or W.shape[1] == 0:
-        return lambda d, y: (c + G @ d, G, np.zeros((n, 0)))
+        return None, lambda d, y: (c + G @ d, G, np.zeros((n, 0))), A
+    basis = _common_basis(np.vstack([G, W.reshape(-1, n)]))
+    if basis is None:
+
+        def all_rows(d: Array, y: Array) -> tuple[Array, Array, Array]:
+            Wd = W @ d
+            heavy = y > 1e-9 * y.max()  # the others would add columns of rounding size
+            columns = (np.sqrt(y[heavy])[:, None, None] * W[heavy]).reshape(-1, n).T
+            return c + G @ d + 0.5 * (Wd**2).sum(1), G + np.einsum("rk,rkn->rn", Wd, W), columns
+
+        return None, all_rows, A
+    directions = len(basis)
+    slopes, factors = G @ basis.T, W @ basis.T
+    slopes, factors = (
+        np.concatenate([x, np.zeros((*x.shape[:-1], len(A)))], axis=-1) for x in (slopes, factors)
+    )
 
     def rows(d: Array, y: Array) -> tuple[Array, Array, Array]:
-        Wd = W @ d
-        heavy = y > 1e-9 * y.max()  # the others would add columns of rounding size
-        columns = (np.sqrt(y[heavy])[:, None, None] * W[heavy]).reshape(-1, n).T
-        return c + G @ d + 0.5 * (Wd**2).sum(1), G + np.einsum("rk,rkn->rn", Wd, W), columns
+        u = np.r_[basis @ d, np.zeros(len(A))]
+        Wu = factors @ u
+        heavy = y > 1e-9 * y.max()
+        columns = (np.sqrt(y[heavy])[:, None, None] * factors[heavy]).reshape(-1, len(u)).T
+        return c + slopes @ u + 0.5 * (Wu**2).sum(1), slopes + np.einsum("rk,rkb->rb", Wu, factors), columns
 
-    return rows
+    return np.vstack([basis, A]), rows, np.eye(len(A), directions + len(A), directions)
+
+
+def _common_basis(rows: Array) -> Array | None:
+    """(K, n): orthonormal rows that span the given ones (q, n) but for `_FAINT`; None where K is near q."""
+    size = np.sqrt((rows**2).sum(1))
+    scaled = rows[size > 0] / size[size > 0, None]
+    if not len(scaled):
+        return None
+    wide = len(scaled) < scaled.shape[1]
+    squares, axes = np.linalg.eigh(scaled @ scaled.T if wide else scaled.T @ scaled)
+    kept = squares > _FAINT**2 * squares[-1]
+    if kept.sum() > _FEWER * len(rows):
+        return None
+    return np.asarray(np.linalg.qr(scaled.T @ axes[:, kept])[0].T if wide else axes[:, kept].T)
