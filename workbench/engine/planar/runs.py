@@ -36,7 +36,7 @@ from .start import accelerations_from, check_start, initial_accelerations, proxi
 from .system import System
 from .trajectory import Tangents, Trajectory
 
-__all__ = ["run"]
+__all__ = ["run", "run_from"]
 
 Array = np.ndarray[Any, Any]
 LOG = logging.getLogger("workbench.engine")
@@ -78,13 +78,36 @@ def run(system: System, alpha: Array, times: Array, scheme: Scheme) -> Trajector
     return _implicit(parts, alpha, times, scheme)
 
 
-def _implicit(
-    parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet | BDF2
+def run_from(
+    system: System, alpha: Array, times: Array, scheme: GeneralisedAlpha, start: tuple[Array, Array] | None
 ) -> Trajectory:
+    """Run over `times` by generalised-alpha from q and v at the first of them, None for the system's own.
+
+    Joints are not checked at a start that is given. Raises as `run`.
+    """
+    parts = compiled(system)
+    if system.has_states:
+        raise NotSupported(
+            "a run from a start of its own does not carry states of force elements in the plane"
+        )
+    if len(parts.row_names) and scheme.rho > UNDAMPED:
+        raise NotSupported(
+            f"a run from a start of its own needs rho <= {UNDAMPED} with joints, got {scheme.rho}"
+        )
+    return _implicit(parts, alpha, times, scheme, start)
+
+
+def _implicit(
+    parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet | BDF2,
+    start_at: tuple[Array, Array] | None = None,
+) -> Trajectory:  # fmt: skip
     tables = on_grid(parts, alpha, times)
     if isinstance(scheme, VelocityVerlet) and len(tables.row):
         raise NotSupported("velocity Verlet is explicit and cannot hold joints; use GeneralisedAlpha")
-    q0, v0, phi_q = check_start(parts, tables)
+    first = tables if start_at is None else on_grid(parts, alpha, np.zeros(1))
+    q0, v0, phi_q = check_start(parts, first)
+    if start_at is not None:
+        q0, v0 = start_at
     found = redundancy(parts.row_names, phi_q)
     redundant = len(found.rows) > 0
     if isinstance(scheme, BDF2) or not parts.fused:
@@ -250,7 +273,7 @@ def _failure(
             f"rho <= {UNDAMPED}, which keeps the energy as well",
             float(times[step]),
         )
-    if not is_even(times):
+    if not is_even(times) or times[0] != 0.0:
         return NotConverged(
             f"{type(scheme).__name__} stopped at t = {times[step]:.6g} s (step {h:.3g} s): {cause}. Take "
             "shorter steps there, or look at the forces near that time",

@@ -104,6 +104,10 @@ class Trajectory:
         """Length of a step, s. Raises NotSupported where steps are unequal."""
         return one_step_length(self.times, "what asks for the step")
 
+    def start_at(self, node: int) -> tuple[Array, Array]:
+        """Places and velocities at a node, as `start` of another run."""
+        return self.position[node].copy(), self.velocity[node].copy()
+
     @property
     def work(self) -> Work:
         """Work arrays of the kernels on this run's tables, made once."""

@@ -1,13 +1,14 @@
 """simulate: integrate a system of any kind over time and return its trajectory."""
 
 from collections.abc import Callable
-from typing import Any, overload
+from typing import Any, cast, overload
 
 import numpy as np
 
+from ..errors import NotSupported
 from ..integration.grids import checked_times
 from ..integration.kinds import AnySystem, AnyTrajectory
-from ..integration.schemes import GeneralisedAlpha, Scheme
+from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
 from ..natural import runs as natural
 from ..natural.runs import NaturalTrajectory
 from ..natural.system import NaturalSystem
@@ -17,6 +18,7 @@ from ..planar.trajectory import Trajectory
 from ..tree import runs as tree
 from ..tree.system import TreeSystem
 from ..tree.trajectory import TreeTrajectory
+from .error_control import error_controlled
 
 __all__ = ["KINDS", "simulate"]
 
@@ -28,6 +30,9 @@ KINDS: dict[type, Callable[..., AnyTrajectory]] = {
     NaturalSystem: natural.run,
     TreeSystem: tree.run,
 }
+
+# the same from a start of its own, for the grids that a tolerance asks for
+PARTS: dict[type, Callable[..., AnyTrajectory]] = {System: planar.run_from, TreeSystem: tree.run_from}
 
 
 def checked_density(system: AnySystem, density: Array) -> Array:
@@ -51,6 +56,8 @@ def simulate(
     *,
     scheme: Scheme | None = None,
     times: Any = None,
+    tolerance: float | None = None,
+    most: int = 100_000,
 ) -> Trajectory: ...
 
 
@@ -63,6 +70,8 @@ def simulate(
     *,
     scheme: Scheme | None = None,
     times: Any = None,
+    tolerance: float | None = None,
+    most: int = 100_000,
 ) -> NaturalTrajectory: ...
 
 
@@ -75,6 +84,8 @@ def simulate(
     *,
     scheme: Scheme | None = None,
     times: Any = None,
+    tolerance: float | None = None,
+    most: int = 100_000,
 ) -> TreeTrajectory: ...
 
 
@@ -87,6 +98,8 @@ def simulate(
     *,
     scheme: Scheme | None = None,
     times: Any = None,
+    tolerance: float | None = None,
+    most: int = 100_000,
 ) -> AnyTrajectory: ...
 
 
@@ -98,14 +111,19 @@ def simulate(
     *,
     scheme: Scheme | None = None,
     times: Any = None,
+    tolerance: float | None = None,
+    most: int = 100_000,
 ) -> AnyTrajectory:
-    """Integrate the system from t = 0 to t_end in equal steps, or over a grid of times.
+    """Integrate the system from t = 0 to t_end: in equal steps, over a grid of times, or to a tolerance.
 
         M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
 
     Args:    density: (N,) alpha, one per member, >= 0    t_end: s, 0.2 unless given
              steps: number of steps, 200 unless given    scheme: GeneralisedAlpha(rho=0.8) unless given
              times: nodes, s, from 0 on, in place of t_end and steps; their distances may differ
+             tolerance: of all places at all nodes, m or rad. Steps are then as long as they may be, none
+             longer than t_end/steps (50 unless given); at most `most`. `times` of the run are those taken,
+             its gradients theirs, and `diagnosis.notices` says how large the error was measured.
     Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`, of a `TreeSystem` a `TreeTrajectory`.
     Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
     when a step cannot be solved, NotSupported when the scheme cannot treat the system.
@@ -121,10 +139,38 @@ def simulate(
     if run is None:
         kinds = ", ".join(kind.__name__ for kind in KINDS)
         raise TypeError(f"simulate needs a system of one of the kinds {kinds}, got {type(system).__name__}")
+    if tolerance is not None and steps is None and times is None:
+        steps = 50  # of the longest step
     grid = _grid(t_end, steps, times)
     alpha = checked_density(system, density)
     scheme = GeneralisedAlpha() if scheme is None else scheme
-    return run(system, alpha, grid, scheme)
+    if tolerance is None:
+        return run(system, alpha, grid, scheme)
+    if times is not None:
+        raise ValueError("simulate needs either times or a tolerance, got both")
+    if not 0.0 < tolerance < np.inf:
+        raise ValueError(f"simulate needs tolerance > 0 m or rad, got tolerance={tolerance}")
+    return _to_tolerance(system, alpha, grid, scheme, run, tolerance, most)
+
+
+def _to_tolerance(
+    system: AnySystem, alpha: Array, grid: Array, scheme: Scheme, run: Callable[..., AnyTrajectory],
+    tolerance: float, most: int,
+) -> AnyTrajectory:  # fmt: skip
+    part = next((part for kind, part in PARTS.items() if isinstance(system, kind)), None)
+    if part is None or not isinstance(scheme, GeneralisedAlpha | RungeKutta8):
+        raise NotSupported(
+            "a tolerance is held by GeneralisedAlpha and RungeKutta8, of planar systems and trees; got "
+            f"{type(scheme).__name__} of a {type(system).__name__}"
+        )
+    finder = scheme if isinstance(scheme, GeneralisedAlpha) else GeneralisedAlpha()
+    found = error_controlled(
+        lambda times, start: part(system, alpha, times, finder, start),
+        lambda times: run(system, alpha, times, scheme),
+        order=8 if isinstance(scheme, RungeKutta8) else 2,
+        scheme=finder, t_end=float(grid[-1]), tolerance=tolerance, longest=float(grid[1]), most=most,
+    )  # fmt: skip
+    return cast(AnyTrajectory, found)
 
 
 def _grid(t_end: float | None, steps: int | None, times: Any) -> Array:

@@ -21,7 +21,7 @@ from .loops.histories import acceleration_slopes, cut_gaps
 from .system import TreeSystem
 from .trajectory import TreeTrajectory
 
-__all__ = ["run"]
+__all__ = ["run", "run_from"]
 
 Array = np.ndarray[Any, Any]
 
@@ -89,6 +89,13 @@ def run(
     if aside:
         _check_redundant(trajectory)
     return trajectory
+
+
+def run_from(
+    system: TreeSystem, density: Array, times: Array, scheme: Scheme, start: tuple[Array, Array] | None
+) -> TreeTrajectory:
+    """`run` from a start at the first of `times`, None for the system's own, for runs without gradients."""
+    return run(system, density, times, scheme, keep=False, start=start)
 
 
 def _hardest_contact(system: TreeSystem, tables: TreeTables, work: TreeWork, nodes: TreeRun, at: int) -> str:

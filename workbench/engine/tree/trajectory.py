@@ -133,6 +133,10 @@ class TreeTrajectory:
         """What the states are."""
         return self.parts.states
 
+    def start_at(self, node: int) -> tuple[Array, Array]:
+        """Places and velocities at a node, states behind them, as `start` of another run."""
+        return self.nodes.position[node].copy(), self.nodes.velocity[node].copy()
+
     @cached_property
     def work(self) -> TreeWork:
         """Work arrays of the kernels on this run's tables."""
