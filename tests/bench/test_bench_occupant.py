@@ -1,14 +1,21 @@
 """What the occupant costs: a run of 2 s, its gradient by 360 densities, the rows of a layout step."""
 
 import time
+from importlib.resources import files
 
 import numpy as np
+import psutil
 import pytest
 
 from studies.occupant_braking import DEVIATION, NOMINAL, STEPS, T_END, responses_of, restraint
 from workbench.engine import AtTime, Maximum, gradient, gradients, optimise_layout, simulate
+from workbench.models.protocol import ModelSpec
+from workbench.robust_layout.runs import LayoutRuns
+from workbench.study.loading import load_study
 
 pytestmark = pytest.mark.bench
+
+DEMO_STEPS = 250
 
 CASES = (NOMINAL, {**NOMINAL, "hands": "one", "grip": 400.0, "deceleration": 9.0})
 
@@ -70,3 +77,44 @@ def test_layout_step():
     result = optimise_layout(problem, max_evaluations=30)
     each = (time.process_time() - begin) / len(result.history)
     print(f"\n  layout of two cases: {1e3 * each:.0f} ms of processor time per evaluation")
+
+
+def processor_time():
+    """Seconds of this process and of all that it has started and that live."""
+    here = psutil.Process()
+    return sum(p.cpu_times().user + p.cpu_times().system for p in [here, *here.children(recursive=True)])
+
+
+def test_many_cases_of_a_layout(tmp_path):
+    """Cases of an optimised layout, 30 of 360 members: in one call over two threads, and as rows of two
+    worker processes, which is the way of models without `responses_of_cases`."""
+    study = load_study(str(files("studies") / "occupant_demo.toml"))
+    model, options = restraint(steps=DEMO_STEPS), {"steps": DEMO_STEPS}
+    rng = np.random.default_rng(0)
+    density = np.zeros(model.members)
+    density[rng.choice(180, 15, replace=False)] = density[180 + rng.choice(180, 15, replace=False)] = 0.4
+    rows = study.space.rows(rng.random((400, study.space.dimension)))
+    model.responses_of_cases(density, rows[:4])
+
+    def timed(name, **limits):
+        spec = ModelSpec(
+            kind="layout", folder=".", names=study.space.names, responses={model.response: None},
+            identity="bench", version="1", options={
+                "layouts": str(tmp_path / name / "layouts"), "model": "studies.occupant_braking:restraint",
+                "options": options,
+            },
+        )  # fmt: skip
+        with LayoutRuns(
+            tmp_path / name, spec=spec, space=study.space, model=model, seed=0, workers=2, **limits
+        ) as runs:
+            evaluate = runs.of(density)
+            evaluate(rows[:4], purpose="warm")
+            begin = processor_time()
+            found = [o.outputs[model.response] for o in evaluate(rows, purpose="bench")]
+            return found, processor_time() - begin
+
+    apart, before = timed("processes", timeout=600.0)
+    together, after = timed("threads")
+    assert together == apart
+    print(f"\n  4 000 cases of a layout, in one call over threads: {10 * after:.0f} CPU s")
+    print(f"  4 000 cases of a layout, as rows of processes: {10 * before:.0f} CPU s")
