@@ -49,7 +49,8 @@ def optimise_for_cases(
     identity: str,
 ) -> Optimised | str:
     """The engine's layout for these cases, made once and kept in `folder`; a sentence when there is none."""
-    text = repr((identity, [dict(case) for case in cases], evaluations))
+    # by name: cases that an attack found come back from its file in another order of their parameters
+    text = repr((identity, [sorted(case.items()) for case in cases], evaluations))
     text += "" if start is None else layout_name(start)
     place = folder / f"{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
     document = read_json(place)

@@ -88,6 +88,7 @@ def find_robust_layout(
     oracle = LayoutOracle(
         model=model, space=space, evaluator=evaluator, folder=folder / "rounds", identity=identity,
         budget=settings.budget, corners=settings.corners, seed=settings.seed,
+        going_on=settings.going_on,
     )  # fmt: skip
     drawn = stratified_cases(space, settings.scenarios, seed=settings.seed)
     cases = distinct([space.canonical(case) for case in [*start, *drawn]])

@@ -3,7 +3,8 @@
 `look` runs the known cases and fresh random corners: samples inside hardly ever meet a corner, and a layout
 that breaks there needs no attack. `attack` sends the adversary of `workbench.search.evidence.attack` against
 the bound: it has no surrogate, and every turn of the loop has a seed of its own, so that a layout is never
-attacked by the numbers that it was mended for.
+attacked by the numbers that it was mended for. It begins at the worst case known, and where it breaks nothing
+but no two of its climbs from elsewhere arrived at the worst, it goes on from there, three times at most.
 
 What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed.
 """
@@ -22,17 +23,21 @@ from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cuts import spread_out_worst
 from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.search.evidence.attack.adversary import attack
+from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.attack.strata import Strata
+from workbench.search.evidence.grade import ARRIVED, fewest_runs
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.space.box import Space
 from workbench.space.streams import stream
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["Found", "LayoutOracle"]
+__all__ = ["Found", "LayoutOracle", "is_settled"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
+TURNS = 1000  # apart are the seeds of attacks that go on from those of other turns
+NOTICEABLE = 0.01  # of the worst value: a rise that leaves behind what climbs had arrived at
 KEPT = 12  # of the runs, far from each other, that are told with the worst
 
 
@@ -60,11 +65,17 @@ class Found:
         return replace(before, value=self.value, case=self.case) if self.value > before.value else before
 
 
+def is_settled(attack: Mapping[str, Any]) -> bool:
+    """Whether another attack would say no more: all cases were run, or climbs from elsewhere arrived at the
+    worst."""
+    return bool(attack["exhaustive"]) or attack["arrived"] >= ARRIVED
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LayoutOracle:
     """budget: true runs of each attack.    corners: random corners looked at before.
     evaluator: density -> evaluator of its true runs.    folder: where ended attacks are kept.
-    identity: changes when the model changes.
+    identity: changes when the model changes.    going_on: attacks after the first, at most.
     """
 
     model: LayoutModel
@@ -75,6 +86,7 @@ class LayoutOracle:
     budget: int
     corners: int
     seed: int
+    going_on: int = 3
 
     def look(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         """The worst of the known cases and of the random corners of this turn."""
@@ -88,8 +100,9 @@ class LayoutOracle:
 
     def attack(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         """The worst that an adversary finds against `limit`, or of the known cases; kept in `folder`."""
-        text = repr((self.identity, self.space.hash, layout_name(density), list(cases), limit, turn))
-        text += repr((self.budget, self.seed))
+        by_name = [sorted(case.items()) for case in cases]
+        text = repr((self.identity, self.space.hash, layout_name(density), by_name, limit, turn))
+        text += repr((self.budget, self.seed, self.going_on))
         place = self.folder / f"attack-{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
         kept = read_json(place)
         if kept is None:
@@ -100,16 +113,48 @@ class LayoutOracle:
 
     def _attacked(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         evaluate = self.evaluator(density)
-        seed = int(stream(self.seed, "attack of a layout", replicate=turn).integers(2**31))
-        record = attack(
-            evaluate, self.space, value=limit, budget=self.budget, seed=seed, response=self.model.response
-        )
-        made = [*evaluate(cases, purpose="cases"), *(attempt.outcome for attempt in record.attempts)]
+        known = evaluate(cases, purpose="cases")
+        record = self._until_settled(evaluate, known, limit=limit, turn=turn)
+        made = [*known, *(attempt.outcome for attempt in record.attempts)]
         found = self._found(density, made, limit=limit, runs=record.runs, status=record.sentence)
         return Found(
             value=found.value, case=found.case, runs=found.runs, status=found.status, others=found.others,
             attack=record.to_dict(), disbelieved=found.disbelieved,
         )  # fmt: skip
+
+    def _until_settled(
+        self, evaluate: Evaluator, known: Sequence[Outcome], *, limit: float, turn: int
+    ) -> Attack:
+        """An attack; where it broke nothing and is not settled, more that begin at the worst known by then.
+
+        What breaks the first limit breaks the layout, so a layout cannot pass by small rises of its worst.
+        """
+        name = self.model.response
+        worst = max(
+            ((o.parameters, o.outputs[name]) for o in known if o.status == "ok"), key=lambda one: one[1],
+            default=None,
+        )  # fmt: skip
+        record: Attack | None = None
+        for again in range(1 + self.going_on):
+            seed = int(
+                stream(self.seed, "attack of a layout", replicate=turn + again * TURNS).integers(2**31)
+            )
+            made = attack(
+                evaluate, self.space, value=limit, budget=self.budget, seed=seed, response=name,
+                known=[] if worst is None else [worst],
+            )  # fmt: skip
+            if made.parameters is not None and made.largest is not None:
+                if worst is None or made.largest > worst[1] + NOTICEABLE * abs(worst[1]):
+                    # what climbs arrived at before is not the worst any more
+                    record = None if record is None else replace(record, arrived=0)
+                if worst is None or made.largest > worst[1]:
+                    worst = (made.parameters, made.largest)
+            record = made if record is None else record.and_then(made)
+            enough = self.budget >= fewest_runs(self.space.dimension)
+            if record.is_beaten or is_settled(record.to_dict()) or not enough:
+                break
+        assert record is not None
+        return record
 
     def _found(
         self, density: Array, outcomes: Sequence[Outcome], *, limit: float, runs: int, status: str

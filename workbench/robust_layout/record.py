@@ -34,6 +34,8 @@ class LoopSettings:
     scenarios: of the stratified set that it begins with.    evaluations: of the optimiser per round.
     budget: true runs of each attack.    corners: random ones looked at before.    rounds: at most.
     tolerance: relative excess of the worst case over the bound that is accepted.
+    going_on: attacks after the first, at most, where that one broke nothing and no two of its climbs arrived
+    at the worst case.
     """
 
     scenarios: int = 24
@@ -43,6 +45,7 @@ class LoopSettings:
     rounds: int = 8
     tolerance: float = 0.02
     seed: int = 0
+    going_on: int = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,91 @@
+"""The outsider that attacks robust loops in other boxes, and what is counted."""
+
+from dataclasses import replace
+from importlib.resources import files
+from inspect import getsource
+
+import numpy as np
+import pytest
+
+from studies import loop_claims
+from studies.loop_claims import Claim, claims, drawn_space, outsider, settings_of_the_demo
+from studies.loop_rivals import Runs, nominal
+from workbench.study.loading import load_study
+
+WHOLE = load_study(str(files("studies") / "occupant_demo.toml")).space
+
+
+class Needle:
+    """A layout model with a cliff in one corner of three parameters, and a slope that leads elsewhere."""
+
+    response = "y"
+
+    def responses(self, density, case):
+        place = {
+            p.name: (case[p.name] - p.lower) / (p.upper - p.lower)
+            for p in WHOLE.parameters
+            if p.lower is not None
+        }
+        bad = place["mass"] > 0.9 and place["deceleration"] > 0.9 and case["hands"] == "one"
+        return {"y": place["mass"] + place["seat_cap"] - 0.5 * place["grip"] + (3.0 if bad else 0.0)}
+
+
+def test_boxes_go_beyond_the_demos_in_what_loads_the_occupant_alone():
+    beyond = set()
+    for seed in range(20):
+        space = drawn_space(np.random.default_rng(seed))
+        for part, whole in zip(space.parameters, WHOLE.parameters, strict=True):
+            if whole.lower is None:
+                assert part == whole
+                continue
+            width = (part.upper - part.lower) / (whole.upper - whole.lower)
+            assert 0.45 <= width <= 1.02
+            if part.lower < whole.lower - 1e-9 or part.upper > whole.upper + 1e-9:
+                beyond.add(part.name)
+        assert space.canonical(nominal(space)) == nominal(space)
+    assert beyond == set(loop_claims.MOVED)
+
+
+def test_the_outsider_finds_a_cliff_in_a_corner_within_its_budget():
+    runs = Runs(Needle())
+    worst, case = outsider(runs, np.zeros(1), WHOLE, budget=1500, seed=4)
+    assert case["hands"] == "one"
+    assert worst > 4.5  # of 5
+    assert runs.made <= 1500
+
+
+def test_the_outsider_shares_no_code_with_the_adversary():
+    assert "evidence.attack" not in getsource(loop_claims)
+
+
+def claim(**changes):
+    one = Claim(
+        closed=True, stated=0.1, may_exceed=0.02, beaten=0.01, arrived=2, attack_runs=1500, others={},
+        robust=0.1, reasons=(),
+    )  # fmt: skip
+    return replace(one, **changes)
+
+
+def test_a_closed_loop_claims_two_per_cent_and_an_open_one_what_it_said():
+    assert claim().holds
+    assert not claim(beaten=0.021, may_exceed=0.3).holds
+    assert claim(closed=False, beaten=0.29, may_exceed=0.3).holds
+    assert not claim(closed=False, beaten=0.31, may_exceed=0.3).holds
+
+
+@pytest.mark.slow
+def test_both_rules_go_over_the_same_loop(monkeypatch):
+    def short(seed, *, going_on):
+        long = settings_of_the_demo(seed, going_on=going_on)
+        return replace(long, scenarios=4, evaluations=3, budget=100, corners=6, rounds=1)
+
+    monkeypatch.setattr(loop_claims, "settings_of_the_demo", short)
+    found = claims(2, budget=120)
+    assert list(found) == ["one attack", "attacks that go on"]
+    for made, spent in found.values():
+        assert spent > 0.0
+        assert made.robust >= made.stated * (1 - 1e-12)
+        assert made.beaten >= 0.0
+    one, more = (made for made, _ in found.values())
+    assert more.attack_runs >= one.attack_runs
+    assert not (more.closed and not one.closed)  # a loop can only lose the word
