@@ -10,7 +10,8 @@ differ in what the *response* sees are made from the singular vectors of the Jac
 of the feasible set in the direction of each, mixed half and half with a start that spreads the budget. Many
 random densities look alike to a rigid body (their sums agree); these corners do not. The starts are
 evaluated once and pursued in the order of their values, each as long as it earns its evaluations. Where the
-caller allows runs without gradients, they look for starts first (`probing.py`) and correct the steps.
+caller allows runs without gradients, they look for starts first (`probing.py`) and correct the steps; the
+start and theirs are pursued in turns, and the corners get what is left.
 """
 
 from dataclasses import dataclass, field
@@ -27,7 +28,7 @@ from .limited import LimitPenalty, limited_bound
 from .probing import probed_starts, spread, values_alone
 from .quadratic import quadratic_bound
 
-__all__ = ["TrustRegionRun", "corner_starts", "min_max"]
+__all__ = ["TrustRegionRun", "corner_starts", "min_max", "race"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -39,7 +40,7 @@ _MODELS = 12  # solved for one step while rows are added or the penalty is raise
 _REPAIRS, _REPAIR_RADIUS = 3, 0.05  # last evaluations, kept to bring the best design inside its limits
 _NEARLY = 1e-2  # promise, relative to the value, of a search on its last steps
 _SEED = 0  # of the searches without gradients: the same problem has the same layout every time
-_PROBED = 20  # steps from the end of a search without gradients
+_BLOCK = 5  # steps of one search before the others are looked at again
 _CORRECTIONS = 6  # of one step, by runs without gradients
 _KEPT = 0.9  # share of the promise that needs no correction
 _WORTH = 0.1  # share of the promise that another correction must bring
@@ -294,7 +295,7 @@ def min_max(
 
     # two evaluations per corner at least, or the corners are not worth starting
     share = max_evaluations - 2 * len(corners)
-    pursue(first, max_evaluations if not corners else max(_TRIAL + 2, share // 4))
+    pursue(first, max_evaluations if not corners else max(_TRIAL + 2, 0 if probes else share // 4))
     if first.limited and first.promise <= _NEARLY * abs(first.value):
         pursue(first, max_evaluations)  # on its last steps, which converge fast
     runs = [first]
@@ -303,15 +304,13 @@ def min_max(
         recorder.start_index = len(corners) + 1
         found = probed_starts(
             problem, recorder, probes=probes - _SHARE * max_evaluations, max_evaluations=max_evaluations,
-            rng=np.random.default_rng(_SEED),
+            most=(max_evaluations - recorder.evaluations) // (2 * _BLOCK), rng=np.random.default_rng(_SEED),
         )  # fmt: skip
         for index, (_, density) in enumerate(found, start=len(corners) + 1):
             evaluation = problem.tried(density) if recorder.evaluations < max_evaluations else None
             if evaluation is not None:
                 runs.append(new_run(density, index, evaluation))
-                pursue(runs[-1], _PROBED)
-        for run in sorted(runs, key=lambda r: r.value):
-            pursue(run, max_evaluations)
+        race(runs, recorder, max_evaluations=max_evaluations)
     if several and recorder.evaluations + 2 * len(corners) <= max_evaluations:
         waiting = []
         for index, corner in enumerate(corners, start=1):
@@ -342,6 +341,23 @@ def min_max(
             run.come_inside()
     recorder.optima += [run.value for run in runs if run.finished]
     return min(runs, key=lambda r: r.value)
+
+
+def race(runs: list[TrustRegionRun], recorder: Recorder, *, max_evaluations: int) -> None:
+    """Pursue several searches, the next block of steps going to the one that may be the best after it.
+
+    What may come of a search is its value less what its last block gained. One that has had no block of its
+    own comes first: the values of starts say little of where they lead.
+    """
+    hoped = {run.index: -np.inf for run in runs}
+    while recorder.evaluations < max_evaluations and (going := [run for run in runs if not run.finished]):
+        run = min(going, key=lambda run: hoped[run.index])
+        before = run.value
+        for _ in range(_BLOCK):
+            if run.finished or recorder.evaluations >= max_evaluations:
+                break
+            run.step()
+        hoped[run.index] = 2 * run.value - before
 
 
 def _smooth(run: TrustRegionRun) -> bool:

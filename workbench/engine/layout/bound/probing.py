@@ -7,11 +7,14 @@ several designs together span them all, V (k, members); designs are then drawn f
     alpha(y) = the point of the budgets and bounds nearest to   even layout + c V'y,      y in R^k
 
 which for large y is the vertex of the feasible set in that direction. The largest row over y has many local
-minima and needs no gradient to be compared: its minimum over y is sought by the covariance matrix adaptation
-evolution strategy (Hansen 2016, "The CMA evolution strategy: a tutorial"), in several searches. A run of a
-rigid-body system costs a few per cent of its gradients. The ends are starts for steps with gradients.
+minima and needs no gradient to be compared: they are sought by short searches of the covariance matrix
+adaptation evolution strategy (Hansen 2016, "The CMA evolution strategy: a tutorial"), the first from the even
+layout, the others from random points far from it. Searches that all begin at the even layout end in one
+valley, however wide they begin; which valley leads down farthest only steps with gradients tell. A run of a
+rigid-body system costs a few per cent of its gradients.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -31,10 +34,11 @@ Array = NDArray[np.float64]
 _LOOKS = 8  # designs whose gradients give the directions
 _REACH = 0.3  # of those designs from the even layout, in units of its share
 _FAINT, _MOST = 0.02, 8  # singular value, relative, of the last direction that is kept; directions at most
-_POPULATION = 24
-_LONGEST = 1200  # values of one search: steps with gradients end what is left faster
-_WIDTHS = (0.5, 2.0, 1.0)  # of the first steps, one search each
-_ALIKE = 1e-3  # relative spread of the better half that ends a search
+_POPULATION = 16
+_LONGEST = 400  # values of one search: steps with gradients end what is left faster
+_FAR = (2.0, 4.0, 8.0)  # distances of first points from the even layout, in turn, which comes first itself
+_NARROW, _WIDE = 0.5, 0.25  # width of the first steps: the even layout's, and a share of the distance
+_ALIKE = 2e-2  # relative spread of the better half that ends a search for a start
 _ROWS = 60  # of a history that enter the directions
 _TURNS = 4  # through the budgets while a design is drawn into them
 _HALVINGS = 50
@@ -55,16 +59,17 @@ def probed_starts(
     *,
     probes: int,
     max_evaluations: int,
+    most: int,
     rng: np.random.Generator,
 ) -> list[tuple[float, Array]]:
     """Values and densities at the ends of the searches without gradients, the best first.
 
-    probes: runs without gradients at most; how many were made is told to the recorder.
+    probes: runs without gradients at most; how many were made is told to the recorder.    most: searches.
     max_evaluations: of the recorder, which the looks that give the directions count for.
     """
     even = spread(problem)
-    if np.array_equal(even, problem.upper):
-        return []  # no budget binds: all of every member is the only design that uses them
+    if most < 1 or np.array_equal(even, problem.upper):
+        return []  # or no budget binds: all of every member is the only design that uses them
     V = seen_directions(problem, recorder, max_evaluations=max_evaluations, rng=rng)
     if not len(V):
         return []
@@ -74,12 +79,14 @@ def probed_starts(
         return within_budgets(problem, even + y @ columns)
 
     found: list[tuple[float, Array]] = []
-    for width in _WIDTHS:
-        if probes < 2 * _POPULATION:
+    for far in itertools.chain([0.0], itertools.cycle(_FAR)):
+        if probes < 2 * _POPULATION or len(found) >= most:
             break
+        centre = rng.standard_normal(len(V))
+        centre *= far / float(np.linalg.norm(centre))
         end = evolve(
-            lambda y: _largest(problem, design(y)), np.zeros(len(V)),
-            width=width, most=min(probes, _LONGEST), rng=rng,
+            lambda y: _largest(problem, design(y)), centre, width=max(_NARROW, _WIDE * far),
+            most=min(probes, _LONGEST), alike=_ALIKE, rng=rng,
         )  # fmt: skip
         probes -= end.used
         recorder.probes += end.used
@@ -192,12 +199,19 @@ def within_budgets(problem: LayoutProblem, point: Array) -> Array:
 
 
 def evolve(
-    function: Callable[[Array], float], start: Array, *, width: float, most: int, rng: np.random.Generator
+    function: Callable[[Array], float],
+    start: Array,
+    *,
+    width: float,
+    most: int,
+    alike: float = 1e-3,
+    rng: np.random.Generator,
 ) -> Adapted:
     """Minimise a function of few variables by its values alone, from a start (k,) and a first step `width`.
 
-    most: values at most. Only the order of values counts, so inf is a value like any other. Weights and rates
-    are those of Hansen 2016, table 1, without negative weights.
+    most: values at most.    alike: relative spread of the better half of a generation that ends it. Only
+    the order of values counts, so inf is a value like any other. Weights and rates are those of Hansen 2016,
+    table 1, without negative weights.
 
     >>> import numpy as np
     >>> bowl = evolve(lambda y: float(((y - 3.0) ** 2 * [1, 100]).sum()), np.zeros(2), width=1.0, most=4000,
@@ -237,6 +251,6 @@ def evolve(
         C = (1 - c_1 - c_mu) * C + c_1 * np.outer(path_c, path_c) + c_mu * (chosen.T * weights) @ chosen
         width *= float(np.exp(min(c_s / damping * (length / expected - 1), 1.0)))
         last, first = values[order[half]], values[order[0]]
-        if np.isfinite(last) and last - first <= _ALIKE * abs(first):
+        if np.isfinite(last) and last - first <= alike * abs(first):
             break
     return Adapted(point=best, value=value, used=used)
