@@ -52,7 +52,7 @@ def f(a, b):
         raise ValueError("solver diverged")
     return 3 * a + b
 """
-FEW, MANY = 8_000, 24_000  # runs; both are more than are held as records at once
+FEW, MANY = 12_000, 36_000  # runs: designs and stores that are read in pieces
 OF_A_RUN = 300  # bytes that all columns take of a run; as a record it takes 870
 
 
