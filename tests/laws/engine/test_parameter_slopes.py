@@ -131,9 +131,7 @@ def test_slopes_by_every_sort_of_parameter(scheme, joints, seed):
 @pytest.mark.parametrize("seed", [3, 4])
 def test_slopes_in_independent_coordinates(scheme, joints, seed):
     system = sprung_bodies(seed, joints=joints)
-    # a split renewed at another step moves results of IndependentAlpha within its own error
-    within = 1e-5 if joints and isinstance(scheme, IndependentAlpha) else EXACT
-    run, found = check(system, scheme, END, some_parameters(system), within)
+    run, found = check(system, scheme, END, some_parameters(system), EXACT)
     against_the_record(run, found)
 
 

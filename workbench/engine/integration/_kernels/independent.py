@@ -127,10 +127,10 @@ def independent_forward(
             info[3] = size
             if not size < 1e200:
                 break
-            left = size if old < 0.0 else size * min(size / old, 1.0)
             # near singular positions rounding of the positions moves the accelerations far more
             floor = max(1e-9 * level, (3e-15 if iteration < 8 else 1e-11) * extent / h2c)
-            if left <= settings[0] * level or (old > 0.0 and size > 0.3 * old and size <= floor):
+            # this update is not applied to q1 and v1 any more: it is what they are off
+            if size <= settings[0] * level or (old > 0.0 and size > 0.3 * old and size <= floor):
                 done = True
                 break
             lu_solve(matrix[:f, :f], pivot, X.side[:f])
