@@ -63,13 +63,17 @@ def run_chunks(
         f"SELECT {_sound(db)}, ? IS NULL OR (model = ? AND version = ?), {READ} FROM evaluation ORDER BY id"
     )
     cursor = db.execute(query, [model, model, version])
-    with without_collecting():
-        while rows := cursor.fetchmany(AT_ONCE):
+    while True:
+        with without_collecting():  # not while a chunk is out: who never comes back would leave it off
+            rows = cursor.fetchmany(AT_ONCE)
             for sound, _, *cells in rows:
                 if not sound:
                     raise _damaged(where, cells)
-            if chunk := _chunk([row[2:] for row in rows if row[1]], wanted):
-                yield chunk
+            chunk = _chunk([row[2:] for row in rows if row[1]], wanted)
+        if not rows:
+            return
+        if chunk:
+            yield chunk
 
 
 def numbered_runs(db: sqlite3.Connection, where: object, ids: Sequence[int]) -> list[Evaluation]:

@@ -1,6 +1,7 @@
 """Exports: one pass over the runs, the netCDF that xarray would write, cells that nobody computes."""
 
 import csv
+import gc
 
 import pytest
 
@@ -72,6 +73,18 @@ def test_what_passes_in_pieces_is_the_same(tmp_path, monkeypatch):
         assert [path.read_bytes() for path in paths] == first
         assert [key for chunk in seen for key in chunk.keys] == [run.key for run in campaign.runs()]
     assert first[0].count(b"\n") == 9
+
+
+def test_who_stops_reading_in_the_middle_leaves_the_collector_on(tmp_path):
+    with told(tmp_path / "c", 7) as campaign:
+        chunks = campaign.store.chunks(
+            model=campaign.spec.identity, version=campaign.spec.version, names=campaign.study.space.names
+        )
+        assert gc.isenabled()
+        next(chunks)
+        assert gc.isenabled()
+        chunks.close()
+    assert gc.isenabled()
 
 
 def test_a_damaged_run_leaves_the_former_exports(tmp_path):
