@@ -144,7 +144,7 @@ def test_a_newer_or_another_file_is_refused(folder):
     for opened in (HistoryStore.opened, HistoryStore.reading):
         with pytest.raises(StoreError, match="is damaged"):
             opened(folder)
-    assert "is damaged" in examined_histories(folder).lines()[1]
+    assert "is damaged" in " ".join(examined_histories(folder).lines()[1:])
 
 
 def test_files_of_older_campaigns_are_read_and_copied(tmp_path):
