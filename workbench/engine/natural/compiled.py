@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
+from ..compiler.owned_tables import OwnedTables
 from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import _slope
 from ..elements.table import PARAMETERS
@@ -39,10 +40,9 @@ AFFINE = 1e-9  # m: how well further points of an element follow its frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Compiled:
+class Compiled(OwnedTables[NaturalSystem]):
     """The time-independent tables of a system; `system` is the given one, `full` has added directions."""
 
-    system: NaturalSystem
     full: NaturalSystem
     index: dict[str, int]  # first coordinate of every node, free nodes first
     arrays: dict[str, Array]
@@ -142,7 +142,7 @@ def _compile(system: NaturalSystem) -> Compiled:
         **members,
     }
     return Compiled(
-        system=system, full=full, index=index, arrays=arrays, row_names=tuple(rows.names),
+        owner=ref(system), full=full, index=index, arrays=arrays, row_names=tuple(rows.names),
         drives=tuple(rows.drives), order=order, power=np.array([m.power for m in full.members], float),
         start=(q0, v0),
     )  # fmt: skip

@@ -7,10 +7,11 @@ number.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
+from ..compiler.owned_tables import OwnedTables
 from ..elements.element import Element
 from ..elements.laws import UserLaw
 from ..elements.prescribed_motion import Motion, _slope
@@ -55,10 +56,9 @@ class UserSegment:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Compiled:
+class Compiled(OwnedTables[System]):
     """The time-independent tables of a system."""
 
-    system: System
     arrays: dict[str, Array]
     order: Array  # (N,) member number at each segment position
     inverse: Array | None  # (N,) segment position of each member; None where they stand in order
@@ -137,7 +137,7 @@ def _compile(system: System) -> Compiled:
     q0 = np.array([b.position for b in system.free], float).ravel()
     v0 = np.array([b.velocity for b in system.free], float).ravel()
     return Compiled(
-        system=system,
+        owner=ref(system),
         arrays=arrays,
         order=order,
         inverse=None if (np.diff(order) > 0).all() else np.argsort(order),

@@ -9,11 +9,12 @@ join the link that carries them. Children are sorted by name, so nothing depends
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
 from ..compiler.held import marked
+from ..compiler.owned_tables import OwnedTables
 from ..elements.laws import UserLaw
 from ..elements.spring import Spring
 from ..elements.table import PARAMETERS
@@ -51,10 +52,9 @@ MAY_BE_ABSENT = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TreeCompiled:
+class TreeCompiled(OwnedTables[TreeSystem]):
     """The time-independent tables of a tree; n velocities, x states."""
 
-    system: TreeSystem
     arrays: dict[str, Array]
     places: dict[str, Place]
     columns: dict[str, slice]  # of every body's joint in v
@@ -344,7 +344,7 @@ def tree_opened(system: TreeSystem) -> TreeCompiled:
     }  # fmt: skip
     arrays |= {name: marked(arrays[name]) for name in MAY_BE_ABSENT}
     parts = TreeCompiled(
-        system=system, arrays=arrays,
+        owner=ref(system), arrays=arrays,
         places={
             name: Place(link=ground if p.link < 0 else p.link, turn=p.turn, at=p.at)
             for name, p in links.places.items()

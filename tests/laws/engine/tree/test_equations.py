@@ -52,7 +52,8 @@ def by_steps(f, size):
 @pytest.mark.parametrize("seed", range(50))
 def test_mass_stiffness_and_damping_are_the_slopes_of_the_residual(seed):
     rng = np.random.default_rng(seed)
-    parts = tree_compiled(random_tree(rng, count=4 + seed % 6, first=seed % 7))
+    system = random_tree(rng, count=4 + seed % 6, first=seed % 7)
+    parts = tree_compiled(system)
     tables = tree_on_grid(parts, rng.uniform(0.2, 1.0, 12), np.array([0.3]))
     work, smooth = tree_work(tables, len(parts.states)), Complex(parts, tables)
     n, full = len(tables.column), parts.size

@@ -110,7 +110,8 @@ def twin(parts, density, direction):
 @pytest.mark.parametrize("seed", range(12))
 def test_the_gradient_by_density_is_exact(seed):
     rng = np.random.default_rng(100 + seed)
-    parts = tree_compiled(random_tree(rng, count=4 + seed % 4, first=seed % 7))
+    system = random_tree(rng, count=4 + seed % 4, first=seed % 7)
+    parts = tree_compiled(system)
     density, direction = rng.uniform(0.2, 1.0, 12), rng.normal(size=12)
     run = tree_run(parts.system, density, TIMES, SCHEME)
     objective = mixed(rng, parts)
@@ -243,7 +244,8 @@ def test_gradients_by_every_parameter_are_those_of_differences():
 
 def test_tangents_evaluated_again_give_the_same_gradient():
     rng = np.random.default_rng(3)
-    parts = tree_compiled(random_tree(rng, count=5))
+    system = random_tree(rng, count=5)
+    parts = tree_compiled(system)
     density, objective = rng.uniform(0.5, 1.0, 12), mixed(rng, parts)
     kept, lean = (
         discrete_adjoint(tree_run(parts.system, density, TIMES, SCHEME, keep=keep), objective)
@@ -297,7 +299,8 @@ def test_views_and_stored_energy_have_exact_slopes(seed):
 def test_gradients_of_order_8_are_those_of_differences(seed):
     """By density, start and acceleration seeds, with every element; smooth over the step taken."""
     rng = np.random.default_rng(40 + seed)
-    parts = tree_compiled(random_tree(rng, count=5, first=seed))
+    system = random_tree(rng, count=5, first=seed)
+    parts = tree_compiled(system)
     density, objective = rng.uniform(0.5, 1.0, 12), mixed(rng, parts)
     run = tree_run(parts.system, density, TIMES, RungeKutta8())
     found = parameter_gradient(run, objective)

@@ -37,7 +37,8 @@ def look(law, delta, rate=0.0, t=0.0):
     # a second, damped spring keeps the general kernels in use for every law
     keep = Member(a="a", b="ground", point_a=(0.0, 9.0), law=Spring(k=0.0, c=1e-30))
     member = Member(a="a", b="ground", law=law, natural_length=LENGTH)
-    parts = compiled(System(bodies=(body,), members=(member, keep)))
+    system = System(bodies=(body,), members=(member, keep))
+    parts = compiled(system)
     tables = on_grid(parts, np.array([1.0, 0.0]), np.array([t]))
     work = work_space(tables)
     q, v = np.array([LENGTH + delta, 0.0, 0.0]), np.array([rate, 0.0, 0.0])

@@ -78,7 +78,8 @@ def test_gradients_agree_with_differences_where_members_are_idle() -> None:
 
 
 def test_segments_keep_their_members() -> None:
-    tables = on_grid(compiled(pendulum()), SOME, np.linspace(0.0, 0.4, 3))
+    system = pendulum()
+    tables = on_grid(compiled(system), SOME, np.linspace(0.0, 0.4, 3))
     few = acting_tables(tables)
     assert few.scale.tolist() == tables.scale[tables.scale > 0].tolist()
     assert len(few.segment) == len(tables.segment)
@@ -89,7 +90,8 @@ def test_segments_keep_their_members() -> None:
 
 
 def test_tables_of_which_most_members_act_are_left_alone() -> None:
-    tables = on_grid(compiled(pendulum()), MOST, np.linspace(0.0, 0.4, 3))
+    system = pendulum()
+    tables = on_grid(compiled(system), MOST, np.linspace(0.0, 0.4, 3))
     assert acting_tables(tables) is tables
 
 
@@ -101,7 +103,8 @@ def test_functions_of_time_are_sampled_once_per_grid() -> None:
         return (t, 0.0, 0.0)
 
     moved = Body(name="car", motion=Motion(position=place, velocity=lambda t: (1.0, 0.0, 0.0)))
-    parts = compiled(System(bodies=(Body(name="ball"), moved)))
+    system = System(bodies=(Body(name="ball"), moved))
+    parts = compiled(system)
     asked.clear()
     coarse, fine = np.linspace(0.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
     for _ in range(2):
