@@ -115,6 +115,7 @@ class _Loop:
     bounds: dict[str, float] = field(default_factory=dict)  # of layouts that were attacked, at that time
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    compared: bool = False  # with the layouts that are looked at once
 
     def run(self) -> RobustLayout:
         nominal = self.optimised([0], None)
@@ -134,19 +135,24 @@ class _Loop:
             },
             tolerance=self.settings.tolerance, tell=self.tell,
         )  # fmt: skip
-        compared = False
+        while True:
+            self.until_it_holds(others)
+            others.first()
+            robust = self.attacked_best()
+            if self.holds(robust) or len(self.rounds) >= self.settings.rounds:
+                return self.result(robust, others.found())
+
+    def until_it_holds(self, others: OtherStarts) -> None:
+        """Rounds, until the best layout of all holds against an attack or all are spent."""
         while len(self.rounds) < self.settings.rounds:
             if not self.round(len(self.rounds) + 1):
                 continue
-            if not compared:
-                compared = True
+            if not self.compared:
+                self.compared = True
                 self.compare()
             others.agree()
             if self.holds(self.judged.best()):
-                break
-        others.first()
-        robust = self.attacked_best()
-        return self.result(robust, others.found())
+                return
 
     def limit(self, bound: float) -> float:
         """What a worst case may reach without breaking a bound."""
@@ -308,7 +314,8 @@ class _Loop:
                 self.judged.join(broken[:JOINING])
 
     def attacked_best(self) -> str:
-        """The best layout over all cases found for any layout, attacked."""
+        """The best layout over all cases found for any layout, attacked; rounds that are left start there."""
+        self.fresh = len(self.judged.cases)
         while True:
             self.judged.join([found.case for found in self.worst.values()])
             name = self.judged.best()

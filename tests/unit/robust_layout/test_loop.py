@@ -12,6 +12,7 @@ from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
 from workbench.errors import Interrupted, StudyError
 from workbench.models.evaluator import FunctionEvaluator
 from workbench.report.writing import write_report
+from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.model import load_layout_model
 from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.other_starts import OtherStarts
@@ -126,6 +127,24 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert found["status"].startswith("160 true runs of an adversary found nothing more than")
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
+
+
+def test_rounds_that_are_left_are_used_where_the_best_layout_breaks_in_the_end(tmp_path, monkeypatch):
+    attacked_best, rounds = _Loop.attacked_best, []
+
+    def broken_at_first(loop):
+        name = attacked_best(loop)
+        if not rounds:  # as where the attack on another layout finds a case for it
+            loop.bounds[name] *= 0.5
+        rounds.append(len(loop.rounds))
+        return name
+
+    monkeypatch.setattr(_Loop, "attacked_best", broken_at_first)
+    found, _ = run(tmp_path)
+    assert rounds[0] < 5
+    assert rounds[1] > rounds[0]
+    assert len(found["rounds"]) == rounds[-1]
+    assert found["closed"] or rounds[-1] == 5
 
 
 def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
