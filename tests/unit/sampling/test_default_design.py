@@ -67,7 +67,10 @@ def test_words_are_balanced_against_each_other_and_against_the_numbers():
     design = make_design(space, DEFAULT, 40, seed=5)
     random = [make_design(space, "lhs", 40, seed=k).unit for k in range(50)]
     assert largest_correlation(design.unit[:, :7]) <= 0.1
-    # words enter as their places in the list, an order that the searches know nothing of
+    bound = 0.5 * min(largest_correlation(unit) for unit in random)
+    for k in range(len(WORDS)):  # each word beside all numbers
+        assert largest_correlation(design.unit[:, [*range(7), 7 + k]]) < bound
+    # words beside words enter as their places in the list, an order that the searches know nothing of
     assert largest_correlation(design.unit) < 0.6 * min(largest_correlation(unit) for unit in random)
     for a, b in ((7, 8), (7, 9), (8, 9)):
         pairs = np.histogram2d(design.unit[:, a], design.unit[:, b], bins=3)[0]

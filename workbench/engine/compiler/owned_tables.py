@@ -19,5 +19,5 @@ class OwnedTables(Generic[Owner]):
     def system(self) -> Owner:
         """The system, as long as somebody holds it."""
         found = self.owner()
-        assert found is not None
+        assert found is not None, "the system of these tables is gone: hold it as long as they are used"
         return found
