@@ -140,6 +140,7 @@ def test_gradients_by_every_parameter_are_those_of_differences():
     # given numbers in place of those taken from the start, so that one changes at a time
     q = parts.start[0]
     rests = [q[parts.coordinates[s.body].start + s.coordinate] for s in system.springs]
+    as_drawn = system  # its tables go with it
     system = replace(
         system, springs=tuple(replace(s, rest=r) for s, r in zip(system.springs, rests, strict=True))
     )
@@ -235,6 +236,7 @@ def test_gradients_by_every_parameter_are_those_of_differences():
     assert by_start @ dv == pytest.approx(expected, rel=DIFFERENCES)
     dq = np.zeros(parts.size)
     dq[: len(found.position)] = rng.normal(size=len(found.position))
+    assert parts.system is as_drawn
     tables = tree_on_grid(parts, density, TIMES)
     expected = along(
         lambda e: value(system, (times_exponential(tables, q, e * dq).real, parts.start[1])), 1e-4
