@@ -61,9 +61,8 @@ def runs_as_text(campaign: StoredRuns) -> Iterator[str]:
     yield "["
     between = ""
     for some in _answers(campaign):
-        text = json.dumps(some)[1:-1]
-        if text:
-            yield between + text
+        if some:
+            yield between + some
             between = ", "
     yield "]"
 
@@ -113,13 +112,12 @@ def _screening_keys(campaign: StoredRuns) -> list[str]:
     return list(dict.fromkeys(keys))
 
 
-def _answers(campaign: StoredRuns) -> Iterator[list[tuple[str, str, Mapping[str, float]]]]:
-    """Key, status and outputs of the screening runs, some at a time."""
+def _answers(campaign: StoredRuns) -> Iterator[str]:
+    """Key, status and outputs of the screening runs as JSON without its brackets, some at a time."""
     if has_functionals(campaign):
         for some in screening_chunks(campaign):
-            yield [(run.key, run.status, run.outputs) for run in some]
+            yield json.dumps([(run.key, run.status, run.outputs) for run in some])[1:-1]
         return
     keys = _screening_keys(campaign)
     for begin in range(0, len(keys), AT_ONCE):
-        found = campaign.store.answers(keys[begin : begin + AT_ONCE])
-        yield [answer for answer in found if answer[1] not in UNFINISHED]
+        yield campaign.store.answers_as_text(keys[begin : begin + AT_ONCE])

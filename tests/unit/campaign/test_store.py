@@ -55,6 +55,54 @@ def test_rows_keep_order_and_full_precision(store):
     assert store.check() == []
 
 
+def test_the_text_of_answers_is_that_of_their_records(store):
+    keys = queue(store, *({"a": float(k)} for k in range(6)))
+    queue(store, {"a": 7.0}, batch="told")
+    ends = [
+        Answer(status="ok", outputs={"µ [1]": 1 / 3, "y": -5e-324}),
+        Answer(status="failed", error="it broke"),
+        Answer(status="skipped"),
+        Answer(status="ok", outputs={"y": 1e308}),
+    ]
+    for key, answer in zip(keys, ends, strict=False):
+        store.finish(key, answer, attempt=1)
+    store.start([(keys[4], 1)])
+
+    def expected(keys):
+        rows = [row for row in store.rows(keys=keys) if row.status not in ("queued", "running")]
+        return json.dumps([[row.key, row.status, row.outputs] for row in rows])[1:-1]
+
+    for wanted in (keys, [keys[3], "unknown", *keys[:3]], keys[2:4], keys[4:], ["unknown"], []):
+        assert store.answers_as_text(wanted) == expected(wanted)
+    before = store.answers_as_text(keys)
+    store.write("UPDATE evaluation SET outputs = '{\"y\": 2' WHERE key = ?", [keys[3]])  # no JSON any more
+    assert store.answers_as_text(keys) == before.replace('{"y": 1e+308}', '{"y": 2')
+
+
+@pytest.mark.parametrize(("stretch", "many"), [(2, 100), (3, 0), (100, 0), (100, 100)])
+def test_statuses_come_in_the_order_of_their_keys(store, monkeypatch, stretch, many):
+    keys = queue(store, *({"a": float(k)} for k in range(4)))
+    (other,) = queue(store, {"a": 9.0}, batch="worst_case")
+    keys += queue(store, *({"a": float(k)} for k in range(4, 8)))
+    for key, status in zip(keys, ("ok", "failed", "ok"), strict=False):
+        store.finish(key, Answer(status=status, outputs={"y": 1.0} if status == "ok" else {}), attempt=1)
+    monkeypatch.setattr(module, "STRETCH", stretch)
+    monkeypatch.setattr(module, "MANY", many)
+    expected = dict(zip(keys, ["ok", "failed", "ok", *["queued"] * 5], strict=True))
+    orders = (
+        keys,
+        keys[::-1],
+        [*keys, *keys[:3]],
+        [keys[2], "unknown", other, *keys],
+        keys[:4],
+        ["unknown"],
+        [],
+    )
+    for wanted in orders:
+        right = {key: {**expected, other: "queued"}[key] for key in wanted if key != "unknown"}
+        assert list(store.statuses(wanted).items()) == list(right.items())
+
+
 def test_an_answer_is_given_once(store):
     (key,) = queue(store, {"a": 1.0})
     store.finish(key, Answer(status="ok", outputs={"y": 1.0}), attempt=1)
