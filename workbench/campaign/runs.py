@@ -293,6 +293,7 @@ class CampaignRuns(StoredRuns):
             if not quiet:
                 self.progress.runs(counts.total(), total, counts)
 
+        watch(())  # what was known before counts for no pace
         if self._engine is None:
             self._engine = self.opened_engine()
         try:

@@ -41,14 +41,14 @@ class PlainProgress:
     def runs(self, done: int, total: int, counts: Mapping[str, int]) -> None:
         """A line now and then, and one for the last run."""
         now = time.monotonic()
-        self._first = done - 1 if self._first is None else self._first
+        self._first = done if self._first is None else self._first
         if done < total and now - self._last < EVERY:
             return
         self._last = now
-        seconds = max(now - self._begun, 1e-9)
-        rate = (done - self._first) / seconds
-        left = "" if done >= total else f", {_duration((total - done) / rate)} left"
-        self._say(f"  {done}/{total} runs, {_rate(rate)}{left}{_failed(counts)}")
+        rate = (done - self._first) / max(now - self._begun, 1e-9)
+        left = "" if done >= total or rate <= 0 else f", {_duration((total - done) / rate)} left"
+        pace = f", {_rate(rate)}" if rate > 0 else ""
+        self._say(f"  {done}/{total} runs{pace}{left}{_failed(counts)}")
 
     def search(
         self, run: int, budget: int, *, proposal: str, value: float | None, best: float, name: str, unit: str
@@ -97,7 +97,7 @@ class RichProgress:
 
     def runs(self, done: int, total: int, counts: Mapping[str, int]) -> None:
         """The bar."""
-        self._first = done - 1 if self._first is None else self._first
+        self._first = done if self._first is None else self._first
         rate = (done - self._first) / max(time.monotonic() - self._begun, 1e-9)
         filled = int(30 * done / max(total, 1))
         bar = "━" * filled + "─" * (30 - filled)

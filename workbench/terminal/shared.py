@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -93,8 +94,18 @@ def finish(
     document: Any, lines: Sequence[str], *, as_json: bool, failures: Mapping[str, int] | None = None
 ) -> None:
     """Print the figures, as lines or as JSON, and leave with 3 when runs failed."""
-    print(json.dumps(document, indent=1, sort_keys=True) if as_json else "\n".join(lines))
+    if as_json:
+        print(json.dumps(document, indent=1, sort_keys=True))
+    else:
+        print("\n".join(_for_a_terminal(lines) if sys.stdout.isatty() else lines))
     if failures:
         text = ", ".join(f"{n} {status}" for status, n in failures.items())
         print(f"holdfast: runs without a value: {text} (see `holdfast failures`)", file=sys.stderr)
         raise typer.Exit(FAILED_RUNS)
+
+
+def _for_a_terminal(lines: Sequence[str]) -> list[str]:
+    """Lines that go on below themselves where the terminal ends; files and pipes have them whole."""
+    from workbench.report.lines.tables import fitted
+
+    return fitted(lines, width=max(40, get_terminal_size().columns))

@@ -351,6 +351,14 @@ def test_a_look_at_a_folder_without_a_campaign_makes_none(tmp_path, capsys, verb
         assert f"no database {folder / 'runs.sqlite'}; `holdfast run` makes it" in err
 
 
+def test_a_file_has_long_lines_whole(tmp_path, capsys):
+    study = write_study(tmp_path)
+    folder = tmp_path / ("long" * 20)
+    assert in_process("design", study, "--folder", folder, capsys=capsys)[0] == 2
+    _, out, _ = in_process("plan", study, "--folder", folder, capsys=capsys)
+    assert f"stored in {folder}: none" in out.splitlines()
+
+
 def test_a_refusal_stays_within_the_columns_of_a_terminal(tmp_path, capsys, monkeypatch):
     study = write_study(tmp_path)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
@@ -362,3 +370,23 @@ def test_a_refusal_stays_within_the_columns_of_a_terminal(tmp_path, capsys, monk
     assert all(line.startswith("  ") for line in rest)
     assert rest
     assert max(map(len, err.splitlines())) <= 60
+
+
+LONG = """def f(a):
+    if a > 0.5:
+        raise ValueError("the solver lost its way between the third and the fourth step of the second stage")
+    return 3 * a
+"""
+
+
+def test_what_is_printed_stays_within_80_columns(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "80")
+    more = 'engine = "inline"\n[design]\nkind = "lhs"\nruns = 12\n[screen]\nresponse = "y"'
+    study = write_study(tmp_path, code=LONG, more=more)
+    verbs = [("run",), ("plan",), ("failures",), ("show", 12), ("screen",), ("screen", "--method", "src")]
+    for verb, *words in verbs:
+        code, out, err = in_process(verb, study, *words, capsys=capsys)
+        assert code in (0, 3), err
+        for line in out.splitlines():
+            assert len(line) <= 80 or len(max(line.split(), key=len)) > 70, line

@@ -23,6 +23,20 @@ def test_plain_progress_is_few_lines():
     assert lines[2:] == ["  run 3 of at most 60: worst so far y = 2 mm", "note: odd"]
 
 
+def test_the_pace_is_that_of_the_runs_made_since_the_stage_began(monkeypatch):
+    clock = iter([0.0, 0.0, 0.0, 20.0, 40.0])
+    monkeypatch.setattr("workbench.terminal.console.time.monotonic", lambda: next(clock))
+    out = io.StringIO()
+    progress = progress_for(out)
+    progress.stage("evaluate", "1000 runs, 100 of them known")
+    for done in (100, 300, 1000):
+        progress.runs(done, 1000, {"ok": done})
+    assert out.getvalue().splitlines()[1:] == [
+        "  300/1000 runs, 10 runs/s, 70 s left",
+        "  1000/1000 runs, 22.5 runs/s",
+    ]
+
+
 class Terminal(io.StringIO):
     def isatty(self):
         return True

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from workbench.report.lines.statements import regime_text, state_text
-from workbench.report.lines.tables import format_number, table_lines, unit_suffix
+from workbench.report.lines.tables import fitted, format_number, table_lines, unit_suffix
 
 __all__ = ["method_lines", "other_screening_lines", "screening_lines"]
 
@@ -52,13 +52,16 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
         )
     if document.get("n_left_out"):
         text.append(f"{document['n_left_out']} runs without a value were left out")
-    return text
+    return fitted(text)
 
 
 def other_screening_lines(document: Mapping[str, Any]) -> list[str]:
     """What `holdfast screen --method` found: the path of a method of ours, or rankings of others."""
-    if "path" in document:
-        return screening_lines(document)
+    return screening_lines(document) if "path" in document else fitted(_ranking_lines(document))
+
+
+def _ranking_lines(document: Mapping[str, Any]) -> list[str]:
+    """Indices, effects, or the rankings of several methods."""
     unit = unit_suffix(document["unit"]).strip()
     lines = [f"Screening of {document['response']}{f' [{unit}]' if unit else ''}: {document['method']}"]
     if document["method"] == "rivals":

@@ -1,9 +1,9 @@
 """Numbers, units, tables and paragraphs as plain text."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-__all__ = ["format_number", "hanging", "table_lines", "unit_suffix", "wrapped"]
+__all__ = ["fitted", "format_number", "hanging", "table_lines", "unit_suffix", "wrapped"]
 
 
 def format_number(value: float | None, digits: int = 5) -> str:
@@ -51,7 +51,25 @@ def hanging(begin: str, text: str, *, indent: int, width: int = 80) -> list[str]
     return [begin + first, *(" " * indent + line for line in rest)]
 
 
+def fitted(lines: Iterable[str], *, width: int = 80) -> list[str]:
+    """Lines of at most `width` columns: a longer one goes on below itself, two columns further in.
+
+    A word that is longer, such as a path, stays whole.
+
+    >>> fitted(["  verdict: the list is not resolved", "short"], width=24)
+    ['  verdict: the list is', '    not resolved', 'short']
+    """
+    text = []
+    for line in "\n".join(lines).split("\n"):
+        indent = len(line) - len(line.lstrip())
+        if len(line) > width:
+            text += hanging(line[:indent], line[indent:], indent=indent + 2, width=width)
+        else:
+            text.append(line)
+    return text
+
+
 def wrapped(text: str, width: int) -> list[str]:
     """A paragraph of at most `width` columns; what a no-break space joins stays on one line."""
-    lines = textwrap.wrap(text, width, break_long_words=False) or [""]
+    lines = textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [""]
     return [line.replace("\u00a0", " ") for line in lines]
