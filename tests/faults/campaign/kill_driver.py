@@ -1,19 +1,27 @@
-"""A coordinator to be killed: evaluates `count` rows in `folder` and acknowledges what the store has.
+"""Coordinators to be killed: each evaluates `count` rows in `folder` and acknowledges what the store has.
 
-    python kill_driver.py folder count engine [kill-before-the-k-th-operation [database or files]]
+    python kill_driver.py
+
+reads the arguments of `main` from standard input, a JSON list a line, and makes each a fork of this process,
+which has loaded everything before: an interpreter of its own would be most of the work. It says the number
+of the fork. "poll" and "wait" instead of a list say how the last one ended, null while it is at work; until
+then its number is not given to another process.
 
 engine: inline, processes, or histories (inline, a model whose answers are histories).
 
 Every acknowledged row is appended to `folder/acknowledged` in one write, after its commit.
 """
 
+import json
 import os
 import signal
 import sqlite3
 import sys
 import time
+import traceback
 from pathlib import Path
 
+import workbench.study.schema  # noqa: F401  (a study file loads it late)
 from workbench.campaign import store as store_module
 from workbench.campaign import supervisor
 from workbench.space.box import Parameter, Space
@@ -95,13 +103,14 @@ def acknowledging(folder):
     return supervise
 
 
-def main(folder, count, engine, kill_after="0", what="database"):
+def main(folder, count, engine, kill_after=0, what="database"):
+    """Evaluate; killed before the `kill_after`-th operation on the "database" or on "files", never when 0."""
     folder = Path(folder)
     folder.mkdir(exist_ok=True)
-    if int(kill_after) and what == "files":
-        kill_at_file_operation(int(kill_after))
-    elif int(kill_after):
-        CountingConnection.left = int(kill_after)
+    if kill_after and what == "files":
+        kill_at_file_operation(kill_after)
+    elif kill_after:
+        CountingConnection.left = kill_after
         connect = sqlite3.connect
         store_module.sqlite3.connect = lambda *a, **k: connect(*a, factory=CountingConnection, **k)
     from workbench.campaign import runs
@@ -124,8 +133,35 @@ def main(folder, count, engine, kill_after="0", what="database"):
         )
         campaign = Campaign.from_file(study, folder=folder)
     with campaign:
-        campaign.evaluate(rows(int(count)))
+        campaign.evaluate(rows(count))
+
+
+def forked(arguments):
+    """The number of a new process that does `main`."""
+    child = os.fork()
+    if child:
+        return child
+    try:
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        os.dup2(2, 1)  # what it prints is no answer of ours
+        main(*arguments)
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)
+    os._exit(0)
+
+
+def serve():
+    child = 0
+    for line in sys.stdin:
+        asked = json.loads(line)
+        if isinstance(asked, list):
+            said = child = forked(asked)
+        else:
+            ended, status = os.waitpid(child, 0 if asked == "wait" else os.WNOHANG)
+            said = os.waitstatus_to_exitcode(status) if ended else None
+        print(json.dumps(said), flush=True)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    serve()
