@@ -39,7 +39,8 @@ _PUBLIC: dict[str, str] = {
         "objectives.member_quantities": ("MemberElongation", "MemberForce"),
         "objectives.point_coordinate": ("PointCoordinate",),
         "objectives.point_quantities": ("PlaneClearance", "PointDistance", "PointSpeed"),
-        "natural.runs": ("NaturalTrajectory", "moving"),
+        "natural.runs": ("NaturalTrajectory",),
+        "natural.start": ("moving",),
         "integration.schemes": (
             "BDF2", "GeneralisedAlpha", "IndependentAlpha", "RungeKutta8", "VelocityVerlet",
         ),

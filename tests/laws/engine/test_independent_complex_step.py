@@ -10,6 +10,7 @@ from tests.unit.engine.natural.test_runs import sprung
 from workbench.engine import (
     IndependentAlpha,
     Member,
+    NaturalTrajectory,
     RungeKutta8,
     Scalar,
     Spring,
@@ -22,7 +23,7 @@ from workbench.engine.integration.chart import chart
 from workbench.engine.integration.dop853_tableau import A, B, C
 from workbench.engine.integration.independent import march, march_rk8, point_times
 from workbench.engine.natural import compiled as natural
-from workbench.engine.natural import runs as natural_runs
+from workbench.engine.natural import start as natural_start
 from workbench.engine.natural import tables as natural_tables
 from workbench.engine.planar._kernels.tables import work_space
 from workbench.engine.planar.compiled import compiled, on_grid
@@ -61,10 +62,10 @@ def by_complex_step(run, direction, slopes):
     """d(state at the end . slopes) along a direction of the densities."""
     r = run
     times = r.times if isinstance(r.scheme, IndependentAlpha) else point_times(r.times, C)
-    if isinstance(r, natural_runs.NaturalTrajectory):
+    if isinstance(r, NaturalTrajectory):
         parts, work = natural.compiled(r.system), natural_tables.work_space
         tables = natural.on_grid(parts, r.density, times)
-        equations = natural_runs.independent_equations(parts, tables)
+        equations = natural_start.independent_equations(parts, tables)
     else:
         parts = compiled(r.system)
         equations, work = independent_equations(parts, on_grid(parts, r.density, times)), work_space

@@ -21,15 +21,17 @@ GRADUAL = 1.2  # ratio of neighbouring steps up to which a is moved along with j
 EVEN = 1e-12  # of the latest time: rounding of equal steps
 
 
-def checked_times(times: Any) -> Array:
-    """(steps + 1,) times of nodes as a fresh array. ValueError unless they grow and begin at 0 s."""
+def checked_times(times: Any, *, begin: float = 0.0) -> Array:
+    """(steps + 1,) times of nodes as a fresh array. ValueError unless they grow and start at `begin` s."""
     grid = np.array(times, dtype=float)
     if grid.ndim != 1 or len(grid) < 2:
         raise ValueError(f"times needs at least two nodes in a row, got shape {grid.shape}")
     if not np.isfinite(grid).all():
         raise ValueError(f"times needs finite values, got times[{int(np.argmin(np.isfinite(grid)))}]")
-    if grid[0] != 0.0:
-        raise ValueError(f"times needs to begin at 0 s, where the system starts, got {grid[0]:.6g} s")
+    if abs(grid[0] - begin) > EVEN * np.abs(grid).max():
+        where = "0 s, where the system starts" if begin == 0.0 else f"{begin:.9g} s, where the start stands"
+        raise ValueError(f"times needs to begin at {where}, got {grid[0]:.9g} s")
+    grid[0] = begin
     short = np.flatnonzero(np.diff(grid) <= 0.0)
     if len(short):
         i = int(short[0])
@@ -43,24 +45,34 @@ def is_even(times: Array) -> bool:
     return bool(np.abs(times - equal).max() <= EVEN * np.abs(times).max())
 
 
-def step_lengths(times: Array) -> Array:
+def step_lengths(times: Array, before: float | None = None) -> Array:
     """(steps + 1,) length of the step that leads to each node, s; entry 0 repeats that of the first.
 
     Equal steps get one number, to the bit, whatever rounding did to their differences.
+    before: length of the step that led to node 0 in an earlier run: then entry 0 is that, and equal steps as
+    long as it get its number.
     """
     if is_even(times):
-        return np.full(len(times), float(times[1] - times[0]))
-    lengths = np.diff(times)
-    return np.concatenate([lengths[:1], lengths])
+        first = float(times[1] - times[0])
+        if before is not None and (len(times) - 1) * abs(first - before) <= EVEN * np.abs(times).max():
+            first = before
+        lengths = np.full(len(times), first)
+    else:
+        lengths = np.diff(times)
+        lengths = np.concatenate([lengths[:1], lengths])
+    if before is not None:
+        lengths[0] = before
+    return lengths
 
 
-def step_changes(times: Array, *, joints: bool) -> Array:
+def step_changes(times: Array, *, joints: bool, before: float | None = None) -> Array:
     """(2, steps + 1) `step_lengths`, and the factor s of a before each step, 1 where it stays.
 
     joints: whether conditions of index 3 hold: then s = 1 where neighbouring steps differ by more than a
     fifth, and each such place is felt by O(h^2).
+    before: as in `step_lengths`.
     """
-    lengths = step_lengths(times)
+    lengths = step_lengths(times, before)
     factor = np.ones(len(lengths))
     factor[1:] = lengths[1:] / lengths[:-1]
     if joints:
@@ -68,8 +80,12 @@ def step_changes(times: Array, *, joints: bool) -> Array:
     return np.array([lengths, factor])
 
 
-def one_step_length(times: Array, what: str) -> float:
-    """Length of the equal steps. NotSupported, naming what needs them, for a grid of unequal ones."""
-    if not is_even(times):
+def one_step_length(times: Array, what: str, before: float | None = None) -> float:
+    """Length of the equal steps. NotSupported, naming what needs them, for a grid of unequal ones.
+
+    before: length of the step that led to node 0 in an earlier run, which must be the same.
+    """
+    lengths = step_lengths(times, before)
+    if not is_even(times) or (lengths != lengths[0]).any():
         raise NotSupported(f"{what} needs steps of one length; run with steps= instead of a grid of times")
-    return float(times[1] - times[0])
+    return float(lengths[-1])

@@ -20,14 +20,16 @@ from ._kernels.independent_rk import (
     independent_rk8_adjoint,
 )
 from .chart import Chart, Rates
-from .grids import one_step_length
-from .schemes import IndependentAlpha
+from .grids import one_step_length, step_lengths
+from .run_state import RunState, earlier_nodes, earlier_times
+from .schemes import IndependentAlpha, Scheme
 
 __all__ = [
     "IndependentEquations",
     "March",
     "Pulled",
     "Splits",
+    "independent_state",
     "march",
     "march_rk8",
     "notices",
@@ -38,6 +40,7 @@ __all__ = [
 Array = np.ndarray[Any, Any]
 LOG = logging.getLogger("workbench.engine")
 
+SPLITS = ("rows", "cols", "rank", "tight", "bridged")
 CONSISTENT = 1e-8  # m or rad: what the independent joints may leave of a redundant one
 NEAR = 1e-3  # share of the largest pivot below which rounding of the joints shows in the accelerations
 DEAD = 3e-5  # below it a stage of order 8 is lost: rounding is multiplied by one over its cube
@@ -70,7 +73,7 @@ class IndependentEquations(NamedTuple):
 
 
 class March(NamedTuple):
-    """States at the nodes, the splits, and the number of evaluations."""
+    """States at the nodes, the splits, the number of evaluations, and what the next step would look at."""
 
     position: Array
     velocity: Array
@@ -78,6 +81,41 @@ class March(NamedTuple):
     multiplier: Array
     splits: Splits
     evaluations: int
+    equations: IndependentEquations
+    left: tuple[Array, ...]
+
+
+def _left(equations: IndependentEquations) -> list[Array]:
+    """The arrays of work space and chart: they hold the equations at the point seen last."""
+    return [x for part in (equations.work, equations.chart) for x in part if isinstance(x, np.ndarray)]
+
+
+def _begun(equations: IndependentEquations, start: RunState, arrays: tuple[Array, ...]) -> tuple[Array, ...]:
+    """Arrays of a run with the nodes of an earlier one in front, whose last point the equations then hold."""
+    own = _left(equations)
+    for array, left in zip(own, start.solver[-len(own) :], strict=True):
+        array[...] = left
+    names = ("position", "velocity", "acceleration", "multiplier", *SPLITS)
+    return tuple(np.concatenate([start.earlier[name], x[1:]]) for name, x in zip(names, arrays, strict=True))
+
+
+def independent_state(run: March, times: Array, scheme: Scheme, start: RunState | None) -> RunState:
+    """What a run leaves at its last node."""
+    # the accelerations of a step are extrapolated over three nodes, that of the system's start left out
+    count = 5 if isinstance(scheme, IndependentAlpha) else 1
+    splits = {name: getattr(run.splits, name) for name in SPLITS}
+    none = np.zeros((len(times), 0))
+    lengths = step_lengths(times, None if start is None else start.step)
+    return RunState(
+        time=float(times[-1]), step=float(lengths[-1]), scheme=scheme, position=run.position[-1],
+        velocity=run.velocity[-1], acceleration=run.acceleration[-1], multiplier=run.multiplier[-1],
+        states=none[-1], state_rates=none[-1], auxiliary=run.left[0].copy(),
+        earlier=earlier_nodes(
+            start, count, times=times, position=run.position, velocity=run.velocity,
+            acceleration=run.acceleration, multiplier=run.multiplier, **splits,
+        ),
+        solver=tuple(x.copy() for x in (*run.left[1:], *_left(run.equations))),
+    )  # fmt: skip
 
 
 def _empty(equations: IndependentEquations, times: Array, q0: Array, v0: Array) -> tuple[Array, ...]:
@@ -93,34 +131,53 @@ def _empty(equations: IndependentEquations, times: Array, q0: Array, v0: Array) 
 
 
 def march(
-    equations: IndependentEquations, scheme: IndependentAlpha, times: Array, q0: Array, v0: Array
-) -> March:
-    """Generalised-alpha from a closed state. Raises NotConverged."""
-    n, h = len(q0), one_step_length(times, "IndependentAlpha")
-    q, v, w, lam, rows, cols, rank, tight, bridged = _empty(equations, times, q0, v0)
-    info = np.zeros(5)
+    equations: IndependentEquations, scheme: IndependentAlpha, times: Array, q0: Array, v0: Array,
+    start: RunState | None = None,
+) -> March:  # fmt: skip
+    """Generalised-alpha from a closed state, or from where an earlier run ended. Raises NotConverged.
+
+    `equations` is sampled at the nodes of `earlier_times(start, times)`.
+    """
+    before = None if start is None else start.step
+    n, h = len(q0), one_step_length(times, "IndependentAlpha", before)
+    arrays = _empty(equations, times, q0, v0)
+    acc, carried, info = np.zeros(n, arrays[0].dtype), np.zeros(3), np.zeros(5)
+    known = 0
+    if start is not None:
+        arrays, known = _begun(equations, start, arrays), start.known
+        acc[:], carried[:] = start.auxiliary, start.solver[0]
+    q, v, w, lam, rows, cols, rank, tight, bridged = arrays
     independent_forward(
-        *equations[:4], scheme.numbers, h, q, v, w, lam, np.zeros(n, q.dtype), rows,
-        cols, rank, tight, bridged,
+        *equations[:4], scheme.numbers, h, q, v, w, lam, acc, rows, cols, rank, tight, bridged,
         np.zeros((n, n), q.dtype), np.zeros(n, np.int64), np.zeros(n, q.dtype),
-        np.array([scheme.tolerance, scheme.iterations]), info,
+        np.array([scheme.tolerance, scheme.iterations]), info, known, carried,
     )  # fmt: skip
-    _check(equations, times, info, f"IndependentAlpha(rho={scheme.rho:g})", rows)
+    _check(equations, earlier_times(start, times), info, f"IndependentAlpha(rho={scheme.rho:g})", rows)
+    q, v, w, lam, rows, cols, rank, tight, bridged = (x[max(known - 1, 0) :] for x in arrays)
     splits = Splits(rows=rows, cols=cols, rank=rank, tight=tight, bridged=bridged)
-    return March(q, v, w, lam, splits, int(info[2]))
+    return March(q, v, w, lam, splits, int(info[2]), equations, (acc, carried))
 
 
 def march_rk8(
-    equations: IndependentEquations, tableau: tuple[Array, Array], times: Array, q0: Array, v0: Array
-) -> tuple[March, Array, Array]:
-    """Order 8 from a closed state, and the states at all stages. `equations` is sampled at `point_times`."""
+    equations: IndependentEquations, tableau: tuple[Array, Array], times: Array, q0: Array, v0: Array,
+    start: RunState | None = None,
+) -> tuple[March, Array, Array]:  # fmt: skip
+    """Order 8 from a closed state, or from where an earlier run ended, and the states at all stages.
+
+    `equations` is sampled at `point_times`.
+    """
     n, m, steps = len(q0), len(equations.row_names), len(times) - 1
-    q, v, w, lam, rows, cols, rank, tight, bridged = _empty(equations, times, q0, v0)
+    arrays = _empty(equations, times, q0, v0)
+    last, info = np.zeros((2, n + m), arrays[0].dtype), np.zeros(5)
+    if start is not None:
+        arrays = _begun(equations, start, arrays)
+        last[0, :n], last[1, :m] = start.acceleration, start.multiplier
+    q, v, w, lam, rows, cols, rank, tight, bridged = arrays
     sq, sv = np.zeros((POINTS * steps + 1, n), q.dtype), np.zeros((POINTS * steps + 1, n), q.dtype)
-    info = np.zeros(5)
+    sq[0], sv[0] = q[0], v[0]
     independent_rk8(
         *equations[:4], *tableau, times, q, v, w, lam, sq, sv, np.zeros((STAGES, n), q.dtype),
-        np.zeros((2, n + m), q.dtype), rows, cols, rank, tight, info,
+        last, rows, cols, rank, tight, info, 0 if start is None else 1,
     )  # fmt: skip
     _check(equations, times, info, "RungeKutta8", rows)
     worst = int(tight.argmin())
@@ -133,7 +190,7 @@ def march_rk8(
             float(times[worst]),
         )
     splits = Splits(rows=rows, cols=cols, rank=rank, tight=tight, bridged=bridged)
-    return March(q, v, w, lam, splits, POINTS * steps), sq, sv
+    return March(q, v, w, lam, splits, POINTS * steps, equations, (np.zeros(0),)), sq, sv
 
 
 def point_times(times: Array, nodes: Array) -> Array:
@@ -214,9 +271,12 @@ class Pulled(NamedTuple):
 
 def pulled_alpha(
     equations: IndependentEquations, scheme: IndependentAlpha, h: float, run: Any, splits: Splits, seeds: Any,
-    *, joints: bool = False,
+    *, joints: bool = False, given: bool = False,
 ) -> Pulled:  # fmt: skip
-    """Back over a run of `march`; run: position ... multiplier, as `kinds.Nodes`. joints: their adjoints."""
+    """Back over a run of `march`; run: position ... multiplier, as `kinds.Nodes`. joints: their adjoints.
+
+    given: whether it began where an earlier run ended: the first node is held then.
+    """
     n, m = run.position.shape[1], run.multiplier.shape[1]
     gradient, lam = np.zeros(len(equations.tables.scale)), run.multiplier.copy()
     mu, costate = np.zeros_like(run.position), np.zeros((6, n))
@@ -227,7 +287,7 @@ def pulled_alpha(
         splits.rows, splits.cols, splits.rank, splits.bridged,
         seeds.position, seeds.velocity, seeds.acceleration, seeds.multiplier,
         costate, np.zeros((3, n)), np.zeros((4, n)), np.zeros((n, n)), np.zeros(n, np.int64),
-        mu, nu, gradient,
+        mu, nu, gradient, given,
     )  # fmt: skip
     return Pulled(gradient, run.acceleration, lam, mu, nu, costate[4], costate[5])
 

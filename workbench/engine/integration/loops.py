@@ -15,24 +15,29 @@ import numpy as np
 from ..errors import NotConverged
 from .equations import Equations
 from .grids import one_step_length, step_changes
+from .run_state import RunState
 from .schemes import BDF2, GeneralisedAlpha, VelocityVerlet
 
 __all__ = ["Nodes", "Pulled", "alpha_adjoint_loop", "alpha_loop", "bdf2_adjoint_loop", "bdf2_loop"]
 
 Array = np.ndarray[Any, Any]
 
+Start = tuple[Array, Array, Array, Array] | RunState
+
 FLOOR = 1e-9  # updates this small relative to the accelerations, and no longer shrinking, are rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nodes:
-    """States at all nodes and the Newton steps they took."""
+    """States at all nodes, the Newton steps they took, and what the next step would look at: a, and the
+    largest acceleration."""
 
     position: Array
     velocity: Array
     acceleration: Array
     multiplier: Array
     newton: int
+    left: tuple[Array, ...]
 
 
 def saddle(block: Array, jacobian: Array, shift: float) -> Array:
@@ -46,28 +51,46 @@ def saddle(block: Array, jacobian: Array, shift: float) -> Array:
     return out
 
 
-def _empty(start: tuple[Array, Array, Array, Array], times: Array) -> Nodes:
-    def series(first: Array) -> Array:
-        out = np.zeros((len(times), len(first)), np.result_type(*start))  # complex in complex step
-        out[0] = first
+def _empty(start: Start, times: Array) -> tuple[tuple[Array, ...], int, tuple[Array, Array]]:
+    """Series of q, v, w and lambda, how many of their nodes are known, a and the largest acceleration."""
+    if isinstance(start, RunState):
+        first = [start.earlier[name] for name in ("position", "velocity", "acceleration", "multiplier")]
+        left = start.auxiliary.copy(), start.solver[0].copy()
+    else:
+        first = [x[None] for x in start]
+        left = start[2].copy(), np.abs(start[2]).max(initial=0.0, keepdims=True)
+
+    def series(rows: Array) -> Array:
+        out = np.zeros((len(times), rows.shape[1]), np.result_type(*first))  # complex in complex step
+        out[: len(rows)] = rows
         return out
 
-    q, v, w, lam = (series(x) for x in start)
-    return Nodes(position=q, velocity=v, acceleration=w, multiplier=lam, newton=0)
+    return tuple(series(x) for x in first), len(first[0]), left
+
+
+def _nodes(series: tuple[Array, ...], known: int, newton: int, left: tuple[Array, Array]) -> Nodes:
+    q, v, w, lam = (x[known - 1 :] for x in series)
+    a, largest = left
+    largest = np.maximum(largest, np.abs(w).max(initial=0.0))
+    return Nodes(position=q, velocity=v, acceleration=w, multiplier=lam, newton=newton, left=(a, largest))
 
 
 def _newton(
     equations: Equations,
     node: int,
     time: float,
-    nodes: Nodes,
+    series: tuple[Array, ...],
+    largest: Array,
     known: tuple[Array, Array, Array],
     factors: tuple[float, float, float],
     scheme: Any,
     shift: float,
 ) -> int:
-    """Solve one step for dw: q, v, w move by factors times dw; returns the Newton steps taken."""
-    q, v, w, lam = (x[node] for x in (nodes.position, nodes.velocity, nodes.acceleration, nodes.multiplier))
+    """Solve one step for dw: q, v, w move by factors times dw; returns the Newton steps taken.
+
+    largest: (1,) acceleration of earlier runs.
+    """
+    q, v, w, lam = (x[node] for x in series)
     q[:], v[:], w[:] = known
     by_q, by_v, by_w = factors
     n = equations.size
@@ -84,7 +107,7 @@ def _newton(
         w += by_w * move[:n]
         lam += move[n:]
         size = float(np.abs(by_w * move[:n]).max())
-        level = max(float(np.abs(nodes.acceleration[: node + 1]).max()), 1e-300)
+        level = max(float(np.abs(series[2][: node + 1]).max()), float(largest[0]), 1e-300)
         floor = FLOOR * level
         if equations.rows:
             floor = max(floor, 1e-12 * max(1.0, float(np.abs(q).max())) * by_w / by_q)
@@ -105,31 +128,38 @@ def alpha_loop(
     equations: Equations,
     scheme: GeneralisedAlpha | VelocityVerlet,
     times: Array,
-    start: tuple[Array, Array, Array, Array],
+    start: Start,
     shift: float,
 ) -> Nodes:
-    """Integrate from consistent q, v, w, lambda at node 0."""
-    nodes = _empty(start, times)
+    """Integrate from consistent q, v, w, lambda at node 0, or from where an earlier run ended.
+
+    times: of the nodes of that run, too, as `earlier_times` has them.
+    """
+    series, known, (a, largest) = _empty(start, times)
+    position, velocity, acceleration, multiplier = series
     am, af, gamma, beta = scheme.numbers
-    grid = step_changes(times, joints=equations.rows > 0)
+    grid = step_changes(
+        times[known - 1 :],
+        joints=equations.rows > 0,
+        before=start.step if isinstance(start, RunState) else None,
+    )
     c = (1.0 - af) / (1.0 - am)
-    a, total = nodes.acceleration[0].copy(), 0
-    for node in range(1, len(times)):
-        w = nodes.acceleration[node - 1]
-        h, along = grid[:, node]
+    total = 0
+    for node in range(known, len(times)):
+        w = acceleration[node - 1]
+        h, along = grid[:, node - known + 1]
         a = along * a + (1.0 - along) * w  # as in the compiled loop
         base = (af * w - am * a) / (1.0 - am)
         a1 = base + c * w
-        q = nodes.position[node - 1] + h * nodes.velocity[node - 1] + h * h * ((0.5 - beta) * a + beta * a1)
-        v = nodes.velocity[node - 1] + h * ((1.0 - gamma) * a + gamma * a1)
-        nodes.multiplier[node] = nodes.multiplier[node - 1]
+        q = position[node - 1] + h * velocity[node - 1] + h * h * ((0.5 - beta) * a + beta * a1)
+        v = velocity[node - 1] + h * ((1.0 - gamma) * a + gamma * a1)
+        multiplier[node] = multiplier[node - 1]
         factors = (h * h * beta * c, h * gamma * c, 1.0)
-        total += _newton(equations, node, float(times[node]), nodes, (q, v, w), factors, scheme, shift)
-        a = base + c * nodes.acceleration[node]
-    return Nodes(
-        position=nodes.position, velocity=nodes.velocity, acceleration=nodes.acceleration,
-        multiplier=nodes.multiplier, newton=total,
-    )  # fmt: skip
+        total += _newton(
+            equations, node, float(times[node]), series, largest, (q, v, w), factors, scheme, shift
+        )  # fmt: skip
+        a = base + c * acceleration[node]
+    return _nodes(series, known, total, (a, largest))
 
 
 class Pulled(NamedTuple):
@@ -143,11 +173,13 @@ class Pulled(NamedTuple):
 
 
 def alpha_adjoint_loop(
-    equations: Equations, scheme: GeneralisedAlpha | VelocityVerlet, grid: Array, nodes: Any, seeds: Any
-) -> Pulled:
+    equations: Equations, scheme: GeneralisedAlpha | VelocityVerlet, grid: Array, nodes: Any, seeds: Any,
+    *, given: bool = False,
+) -> Pulled:  # fmt: skip
     """Back over a run; `nodes` and `seeds` hold position, velocity, acceleration, multiplier.
 
-    grid: (2, nodes) as from `step_changes`.
+    grid: (2, nodes) as from `step_changes`.  given: whether node 0 comes from an earlier run, so that no
+    equations were solved there.
     """
     am, af, gamma, beta = scheme.numbers
     c = (1.0 - af) / (1.0 - am)
@@ -161,6 +193,8 @@ def alpha_adjoint_loop(
         lq = lq + seeds.position[node]
         lv = lv + seeds.velocity[node]
         lw = lw + seeds.acceleration[node]
+        if given and node == 0:
+            break
         h, along = grid[:, node]
         hb, hg, share = (h * h * beta, h * gamma, c) if node else (0.0, 0.0, 1.0)
         block = equations.mass + share * (hg * equations.damping + hb * equations.stiffness)
@@ -187,30 +221,36 @@ def _bdf(node: int) -> tuple[float, float, float]:
     return (1.5, -2.0, 0.5) if node > 1 else (1.0, -1.0, 0.0)
 
 
-def bdf2_loop(
-    equations: Equations, scheme: BDF2, times: Array, start: tuple[Array, Array, Array, Array], shift: float
-) -> Nodes:
-    """Integrate from consistent q, v (w and lambda of node 0 are kept for the record only)."""
-    nodes = _empty(start, times)
-    h, total = one_step_length(times, "BDF2"), 0
-    for node in range(1, len(times)):
+def bdf2_loop(equations: Equations, scheme: BDF2, times: Array, start: Start, shift: float) -> Nodes:
+    """Integrate from consistent q, v (w and lambda of node 0 are kept for the record only), or from where an
+    earlier run ended.
+
+    times: as in `alpha_loop`.
+    """
+    series, known, left = _empty(start, times)
+    position, velocity, acceleration, multiplier = series
+    before = start.step if isinstance(start, RunState) else None
+    h, total = one_step_length(times[known - 1 :], "BDF2", before), 0
+    for node in range(known, len(times)):
         b0, b1, b2 = _bdf(node)
-        q1, v1 = nodes.position[node - 1], nodes.velocity[node - 1]
-        q2, v2 = nodes.position[max(node - 2, 0)], nodes.velocity[max(node - 2, 0)]
-        nodes.multiplier[node] = nodes.multiplier[node - 1]
-        guess = q1 + h * v1 + 0.5 * h * h * nodes.acceleration[node - 1]
+        q1, v1 = position[node - 1], velocity[node - 1]
+        q2, v2 = position[max(node - 2, 0)], velocity[max(node - 2, 0)]
+        multiplier[node] = multiplier[node - 1]
+        guess = q1 + h * v1 + 0.5 * h * h * acceleration[node - 1]
         v = (b0 * guess + b1 * q1 + b2 * q2) / h
         w = (b0 * v + b1 * v1 + b2 * v2) / h
         factors = ((h / b0) ** 2, h / b0, 1.0)
-        total += _newton(equations, node, float(times[node]), nodes, (guess, v, w), factors, scheme, shift)
-    return Nodes(
-        position=nodes.position, velocity=nodes.velocity, acceleration=nodes.acceleration,
-        multiplier=nodes.multiplier, newton=total,
-    )  # fmt: skip
+        total += _newton(
+            equations, node, float(times[node]), series, left[1], (guess, v, w), factors, scheme, shift
+        )  # fmt: skip
+    return _nodes(series, known, total, left)
 
 
-def bdf2_adjoint_loop(equations: Equations, h: float, nodes: Any, seeds: Any) -> Pulled:
-    """Back over a run of BDF2; acceleration seeds act through w_n = D v_n."""
+def bdf2_adjoint_loop(equations: Equations, h: float, nodes: Any, seeds: Any, before: int = 0) -> Pulled:
+    """Back over a run of BDF2; acceleration seeds act through w_n = D v_n.
+
+    before: nodes of an earlier run that were known beside its last one.
+    """
     n, last = equations.size, seeds.last
     gradient = np.zeros(equations.members)
     mus, etas = np.zeros((last + 3, n)), np.zeros((last + 3, n))
@@ -218,12 +258,12 @@ def bdf2_adjoint_loop(equations: Equations, h: float, nodes: Any, seeds: Any) ->
     mass = equations.mass
     for node in range(last, -1, -1):
         q, v = nodes.position[node], nodes.velocity[node]
-        b0 = _bdf(node)[0] / h if node else 0.0
+        b0 = _bdf(node + before)[0] / h if node else 0.0
         later_v, later_q = seeds.velocity[node].copy(), seeds.position[node].copy()
         later_v += b0 * seeds.acceleration[node]
         for ahead in (1, 2):
             if node + ahead <= last:
-                b = _bdf(node + ahead)[ahead] / h
+                b = _bdf(node + ahead + before)[ahead] / h
                 later_v += b * (mass @ mus[node + ahead] + seeds.acceleration[node + ahead])
                 later_q -= b * etas[node + ahead]
         if node == 0:

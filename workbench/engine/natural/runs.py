@@ -1,20 +1,20 @@
 """Runs of spatial systems in natural coordinates, and the trajectory they leave."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..errors import AssemblyError, NotSupported
-from ..integration.chart import chart
+from ..errors import NotSupported
 from ..integration.dop853_tableau import A, B, C
-from ..integration.grids import one_step_length
 from ..integration.independent import (
     IndependentEquations,
     March,
     Pulled,
     Splits,
+    independent_state,
     march,
     march_rk8,
     notices,
@@ -35,7 +35,8 @@ from ..integration.kinds import (
 )
 from ..integration.outcome import Diagnosis, Status
 from ..integration.points import PointMotion, PointSeries
-from ..integration.redundancy import FEASIBLE, RANK, redundancy
+from ..integration.redundancy import redundancy
+from ..integration.run_state import Course, GoesOn, RunState, checked_start, earlier_times
 from ..integration.schemes import (
     GeneralisedAlpha,
     IndependentAlpha,
@@ -43,17 +44,17 @@ from ..integration.schemes import (
     Scheme,
 )
 from ..integration.seeds import NodeSeeds, Seeds, row_by_row
-from ._kernels_equations import energy_series, evaluate_rates
+from ._kernels_equations import energy_series
 from .compiled import (
     Compiled,
     compiled,
     on_grid,
-    rates_of,
 )
+from .start import checked, independent_equations, look
 from .system import NaturalSystem
 from .tables import NaturalTables, work_space
 
-__all__ = ["NaturalTrajectory", "independent_equations", "moving", "run"]
+__all__ = ["NaturalTrajectory", "run"]
 
 Array = np.ndarray[Any, Any]
 
@@ -61,7 +62,7 @@ PARAMETERS_ELSEWHERE = "is written for planar systems and trees, not natural coo
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NaturalTrajectory:
+class NaturalTrajectory(GoesOn):
     """States of a spatial system at the nodes of the time grid: points and unit vectors, free ones only.
 
     times: (steps + 1,).
@@ -80,6 +81,8 @@ class NaturalTrajectory:
     tables: NaturalTables
     splits: Splits
     diagnosis: Diagnosis
+    course: Course | None = None
+    last: Callable[[Any], RunState] | None = None  # what the run left at its last node
     status: Status = Status.COMPLETE
     nodes: Nodes = field(init=False, repr=False)
 
@@ -88,11 +91,6 @@ class NaturalTrajectory:
         object.__setattr__(self, "nodes", Nodes(**states))
         for name, array in (*states.items(), ("density", self.density)):
             object.__setattr__(self, name, read_only(array))
-
-    @property
-    def step(self) -> float:
-        """Length of a step, s. Raises NotSupported where steps are unequal."""
-        return one_step_length(self.times, "what asks for the step")
 
     @property
     def states(self) -> Array:
@@ -166,7 +164,7 @@ class NaturalTrajectory:
         out = np.zeros_like(self.multiplier)
         zero = np.zeros(self.position.shape[1])
         for node in range(len(self.times)):
-            _look(equations, node, self.nodes.position[node], self.nodes.velocity[node], zero)
+            look(equations, node, self.nodes.position[node], self.nodes.velocity[node], zero)
             out[node] = equations.work.phi
         return out
 
@@ -219,115 +217,12 @@ class NaturalTrajectory:
         )
 
 
-def independent_equations(parts: Compiled, tables: NaturalTables) -> IndependentEquations:
-    """Work space and arrays for runs on the grid of `tables`."""
-    n, m = len(tables.mass), len(tables.constant)
-    return IndependentEquations(
-        tables=tables,
-        work=work_space(tables),
-        rates=rates_of(parts, tables.times),
-        chart=chart(tables.mass, np.ones(n), m, full=n),
-        row_names=parts.row_names,
-    )
-
-
-def _look(equations: IndependentEquations, node: int, q: Array, v: Array, w: Array) -> None:
-    evaluate_rates(*equations[:4], node, q, v, w)
-
-
-def _start(parts: Compiled, tables: NaturalTables) -> tuple[Array, Array, Array]:
-    """q0, v0 and Phi_q there; raises AssemblyError with the nearest positions or velocities that fit."""
-    equations = independent_equations(parts, on_grid(parts, np.zeros(len(parts.power)), tables.times[:1]))
-    q, v = (x.copy() for x in parts.start)
-    zero = np.zeros_like(q)
-    _look(equations, 0, q, v, zero)
-    phi, phi_q = equations.work.phi.copy(), equations.work.phi_q.copy()
-    if len(phi) == 0:
-        return q, v, phi_q
-    worst = int(np.abs(phi).argmax())
-    if abs(phi[worst]) > FEASIBLE:
-        fixed = q.copy()
-        for _ in range(50):
-            _look(equations, 0, fixed, v, zero)
-            fixed -= np.linalg.lstsq(equations.work.phi_q, equations.work.phi, rcond=RANK)[0]
-        left, size = float(np.abs(equations.work.phi).max()), float(np.abs(fixed - q).max())
-        name = parts.row_names[worst]
-        if left > FEASIBLE:
-            raise AssemblyError(
-                f"conditions contradict each other: '{name}' is off by {abs(phi[worst]):.3g}, and no nearby "
-                f"positions satisfy all of them (best residual {left:.3g}). Check points, axes and lengths",
-                fixed,
-                size,
-            )
-        raise AssemblyError(
-            f"initial positions do not satisfy the conditions: '{name}' is off by {abs(phi[worst]):.3g} "
-            "(allowed "
-            f"{FEASIBLE:.0e}). The nearest assembled positions move a coordinate by up to {size:.3g}",
-            fixed,
-            size,
-        )
-    rate = phi_q @ v + equations.chart.t1
-    worst = int(np.abs(rate).argmax())
-    if abs(rate[worst]) > 1e-8 * max(1.0, np.abs(v).max(initial=0.0)):
-        move = np.linalg.lstsq(phi_q, rate, rcond=RANK)[0]
-        raise AssemblyError(
-            f"initial velocities do not satisfy the conditions: '{parts.row_names[worst]}' changes at "
-            f"{abs(rate[worst]):.3g} per second. Give one point's velocity and take moving(system, "
-            f"{{...}}) for the "
-            "others",
-            v - move,
-            float(np.abs(move).max()),
-        )
-    return q, v, phi_q
-
-
-def moving(system: NaturalSystem, known: dict[str, tuple[float, float, float]]) -> NaturalSystem:
-    """The system with velocities of some points (m/s) or unit vectors (1/s) given, all others following.
-
-    Where the conditions leave freedom the others move as little as possible. Raises AssemblyError when the
-    conditions do not allow the given velocities.
-    """
-    parts = compiled(system)
-    tables = on_grid(parts, np.zeros(len(parts.power)), np.zeros(1))
-    equations = independent_equations(parts, tables)
-    q = parts.start[0].copy()
-    _look(equations, 0, q, np.zeros_like(q), np.zeros_like(q))
-    rows, right = [equations.work.phi_q], [-equations.chart.t1]
-    for name, velocity in known.items():
-        if name not in parts.index:
-            raise ValueError(f"system has no point or vector '{name}'; it has {', '.join(parts.index)}")
-        at = parts.index[name]
-        if at >= len(q):
-            raise ValueError(f"'{name}' is fixed and cannot move")
-        rows.append(np.eye(len(q))[at : at + 3])
-        right.append(np.array(velocity, float))
-    matrix, value = np.vstack(rows), np.concatenate(right)
-    v = np.linalg.lstsq(matrix, value, rcond=RANK)[0]
-    off = float(np.abs(matrix @ v - value).max())
-    if off > 1e-9 * max(1.0, float(np.abs(v).max())):
-        raise AssemblyError(
-            f"the conditions do not allow the velocities of {', '.join(known)}: off by {off:.3g}. Give "
-            "one point's "
-            "velocity along its path",
-            v,
-            off,
-        )
-
-    def of(name: str) -> tuple[float, float, float]:
-        at = parts.index[name]
-        x, y, z = (float(u) for u in v[at : at + 3]) if at < len(q) else (0.0, 0.0, 0.0)
-        return x, y, z
-
-    return replace(
-        parts.full,
-        points=tuple(replace(p, velocity=of(p.name)) for p in parts.full.points),
-        vectors=tuple(replace(u, rate=of(u.name)) for u in parts.full.vectors),
-    )
-
-
-def run(system: NaturalSystem, density: Array, times: Array, scheme: Scheme) -> NaturalTrajectory:
+def run(
+    system: NaturalSystem, density: Array, times: Array, scheme: Scheme, *, start: RunState | None = None
+) -> NaturalTrajectory:
     """Run a spatial system; GeneralisedAlpha means IndependentAlpha with its rho.
 
+    start: what an earlier run left, which goes on.
     Raises AssemblyError, NotConverged, or NotSupported for BDF2 and VelocityVerlet.
     """
     if isinstance(scheme, GeneralisedAlpha):
@@ -337,14 +232,18 @@ def run(system: NaturalSystem, density: Array, times: Array, scheme: Scheme) -> 
             f"spatial systems run with IndependentAlpha or RungeKutta8, not {type(scheme).__name__}"
         )
     parts = compiled(system)
+    n, m = len(parts.start[0]), len(parts.row_names)
+    checked_start(start, scheme, (n, n, m, 0))
+    course = Course(start=start, until=partial(run, system, density, scheme=scheme, start=start))
     tables = on_grid(parts, density, times)
-    q0, v0, phi_q = _start(parts, tables)
-    made, _ = _march(parts, density, times, scheme, (q0, v0))
+    q0, v0, phi_q = checked(parts, tables if start is None else on_grid(parts, density, np.zeros(1)))
+    made, _ = _march(parts, density, times, scheme, (q0, v0), start)
     lost = redundancy(parts.row_names, phi_q).rows
     return NaturalTrajectory(
         system=system, density=density, scheme=scheme, times=times, position=made.position,
         velocity=made.velocity, acceleration=made.acceleration, multiplier=made.multiplier, tables=tables,
-        splits=made.splits,
+        splits=made.splits, course=course,
+        last=lambda r: independent_state(made, r.times, scheme, start),
         diagnosis=Diagnosis(
             newton_iterations=made.evaluations, factorisations=made.evaluations,
             redundant_rows=lost, reason="natural coordinates, independent ones by pivoting",
@@ -355,14 +254,14 @@ def run(system: NaturalSystem, density: Array, times: Array, scheme: Scheme) -> 
 
 def _march(
     parts: Compiled, density: Array, times: Array, scheme: IndependentAlpha | RungeKutta8,
-    start: tuple[Array, Array],
+    at: tuple[Array, Array], start: RunState | None = None,
 ) -> tuple[March, tuple[IndependentEquations, Any]]:  # fmt: skip
     """The run, with the equations and stage states that its adjoint needs."""
     if isinstance(scheme, IndependentAlpha):
-        equations = independent_equations(parts, on_grid(parts, density, times))
-        return march(equations, scheme, times, *start), (equations, None)
+        equations = independent_equations(parts, on_grid(parts, density, earlier_times(start, times)))
+        return march(equations, scheme, times, *at, start), (equations, None)
     equations = independent_equations(parts, on_grid(parts, density, point_times(times, C)))
-    run, sq, sv = march_rk8(equations, (A, B), times, *start)
+    run, sq, sv = march_rk8(equations, (A, B), times, *at, start)
     return run, (equations, (sq, sv))
 
 
@@ -375,10 +274,12 @@ def _pulled(trajectory: NaturalTrajectory, seeds: Seeds, *, joints: bool) -> tup
     nodes = r.nodes
     if isinstance(r.scheme, IndependentAlpha):
         equations = independent_equations(parts, r.tables)
-        found = pulled_alpha(equations, r.scheme, r.step, nodes, r.splits, seeds, joints=joints)
+        found = pulled_alpha(
+            equations, r.scheme, r.step, nodes, r.splits, seeds, joints=joints, given=r.start is not None
+        )
         return found, nodes.times, nodes.position, nodes.velocity
-    start = nodes.position[0], nodes.velocity[0]
-    made, (equations, points) = _march(parts, r.density, nodes.times, r.scheme, start)
+    at = nodes.position[0], nodes.velocity[0]
+    made, (equations, points) = _march(parts, r.density, nodes.times, r.scheme, at, r.start)
     found = pulled_rk8(equations, (A, B), nodes.times, made, points, seeds, joints=joints)
     return found, np.append(nodes.times[0], point_times(nodes.times, C)), *points
 

@@ -76,9 +76,10 @@ def _pulled(trajectory: Trajectory, seeds: Seeds) -> Pulled:
     equations = SampledEquations(compiled(trajectory.system), trajectory.tables)
     scheme: Any = trajectory.scheme
     if isinstance(scheme, BDF2):
-        return bdf2_adjoint_loop(equations, trajectory.step, trajectory.nodes, seeds)
-    grid = _grid(trajectory)
-    return alpha_adjoint_loop(equations, scheme, grid, trajectory.nodes, seeds)
+        before = 0 if trajectory.start is None else trajectory.start.known - 1
+        return bdf2_adjoint_loop(equations, trajectory.step, trajectory.nodes, seeds, before)
+    grid, given = _grid(trajectory), trajectory.start is not None
+    return alpha_adjoint_loop(equations, scheme, grid, trajectory.nodes, seeds, given=given)
 
 
 def _told_by_loop(trajectory: Trajectory, seeds: Seeds) -> tuple[Array, Multipliers]:
@@ -110,24 +111,27 @@ def _acting(trajectory: Trajectory) -> tuple[Tables, Work]:
 
 def _grid(trajectory: Trajectory) -> Array:
     """(2, nodes) lengths of the steps, and the factor of the auxiliary acceleration before each."""
-    return step_changes(trajectory.nodes.times, joints=trajectory.multiplier.shape[1] > 0)
+    before = None if trajectory.start is None else trajectory.start.step
+    return step_changes(trajectory.nodes.times, joints=trajectory.multiplier.shape[1] > 0, before=before)
 
 
 def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
     """First node and tangents of stretches of nodes, the latest first: those kept, or evaluated again."""
     r, kept = trajectory.nodes, trajectory.tangents
     n, m, states = r.position.shape[1], r.multiplier.shape[1], r.states.shape[1]
+    least = 0 if trajectory.start is None else 1  # a start that is given solves no equations
     if kept is not None and len(kept.stiffness):
         trajectory.complete_tangents()
-        yield 0, (kept.stiffness, kept.damping, kept.jacobian, np.empty((len(r.times), 0, 10)))
+        whole = kept.stiffness, kept.damping, kept.jacobian, np.empty((len(r.times), 0, 10))
+        yield least, tuple(x[least:] for x in whole)
         return
     tables, work = _acting(trajectory)
     grid = _grid(trajectory)
     size = min(last + 1, max(1, int(STRETCH // (8 * n * (2 * n + m) + 80 * states))))
     k, c = np.empty((size, n, n)), np.empty((size, n, n))
     j, b = np.empty((size, m, n)), np.empty((size, states, 10))
-    for end in range(last + 1, 0, -size):
-        first = max(0, end - size)
+    for end in range(last + 1, least, -size):
+        first = max(least, end - size)
         part = tuple(x[: end - first] for x in (k, c, j, b))
         linearise(
             tables,
@@ -166,6 +170,7 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds) -> tuple[Array, tuple[Array
     gradient = np.zeros((rows, count))
     shift = proximal(tables, redundant=len(trajectory.diagnosis.redundant_rows) > 0)
     mu, nu, costate = np.empty((nodes, rows, n)), np.empty((nodes, rows, m)), np.zeros((rows, 4, n))
+    mu[0], nu[0] = 0.0, 0.0
     space = (
         np.empty((total, total)), np.empty((total, total)) if shift else None, np.empty((rows, total)),
         np.empty((2, total)), np.empty(total, np.int64), shift, costate, mu, nu,

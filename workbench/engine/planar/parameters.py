@@ -143,15 +143,15 @@ def _by_change(
         _same(parts, compiled(r.system))
         tables = on_grid(parts, r.density, found.times)
         if parts.user:
-            return _total_in_python(parts, tables, found)
+            return _total_in_python(parts, tables, found, _begin(r, parts))
         equations = IndependentEquations(
             tables=tables, work=work_space(tables), rates=rates_of(parts, found.times),
             chart=chart_of(tables, np.zeros((len(tables.row), len(tables.mass)))), row_names=parts.row_names,
         )  # fmt: skip
-        return lagrangian_of(equations, found, parts.start)
+        return lagrangian_of(equations, found, _begin(r, parts))
 
     return slopes_by_change(
-        found, seeds, changes, start=lambda system: compiled(system).start, total=total,
+        found, seeds, changes, start=lambda system: _begin(r, compiled(system)), total=total,
         held=lambda system: value(_held(r, system)),
     )  # fmt: skip
 
@@ -169,26 +169,33 @@ def _same(parts: Compiled, ran: Compiled) -> None:
         )
 
 
+def _begin(trajectory: Trajectory, parts: Compiled) -> tuple[Array, Array]:
+    """Place and velocity at the first node with the numbers of a system: held where the run goes on."""
+    return parts.start if trajectory.start is None else trajectory.start_at(0)
+
+
 def _held(trajectory: Trajectory, system: System) -> Trajectory:
     """The states of a run read with the numbers of another system, at whose start its first node stands."""
     r, parts = trajectory, compiled(system)
     position, velocity = r.position.copy(), r.velocity.copy()
-    position[0], velocity[0] = parts.start
+    position[0], velocity[0] = _begin(r, parts)
     return replace(
         r, system=system, tables=on_grid(parts, r.density, r.times), position=position, velocity=velocity,
         tangents=None, memo={},
     )  # fmt: skip
 
 
-def _total_in_python(parts: Compiled, tables: Tables, found: Multipliers) -> float:
+def _total_in_python(
+    parts: Compiled, tables: Tables, found: Multipliers, start: tuple[Array, Array]
+) -> float:
     """L of index-3 runs with laws that users wrote in Python."""
-    q, v = moved_start(found, parts.start)
+    q, v = moved_start(found, start)
     equations, out = SampledEquations(parts, tables), 0.0
     for at in range(len(q)):
         equations.look(at, q[at], v[at], found.lam[at])
         work = equations.work
         out += float(found.mu[at] @ (tables.mass * found.w[at] + work.force) + found.nu[at, 0] @ work.phi)
-        if at == 0 and len(tables.row):
+        if at == 0 and found.nu[0, 2].any():
             _, bend = rates_of_joints(parts, work, float(found.times[0]))
             out += float(found.nu[0, 2] @ (work.phi_q @ found.w[0] + bend))
     return out

@@ -16,7 +16,9 @@ from ..integration.dop853_tableau import (
     B,
     C,
 )
+from ..integration.grids import step_lengths
 from ..integration.outcome import Diagnosis
+from ..integration.run_state import Course, RunState
 from ..integration.schemes import RungeKutta8
 from ..integration.seeds import Seeds, row_by_row
 from ._kernels.equations import evaluate
@@ -46,13 +48,14 @@ def refuse(parts: Compiled) -> None:
         )
 
 
-def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
+def runge_kutta(parts: Compiled, alpha: Array, times: Array, course: Course) -> Trajectory:
     """Integrate over the nodes `times`, equal or not."""
     refuse(parts)
     if len(parts.arrays["row"]):
-        return jointed_rk8(parts, alpha, times)
+        return jointed_rk8(parts, alpha, times, course)
     tables = on_grid(parts, alpha, times)
-    run = _run(parts, alpha, times, *parts.start)
+    start = course.start
+    run = _run(parts, alpha, times, *(parts.start if start is None else (start.position, start.velocity)))
     q, v, w = run.position, run.velocity, run.acceleration
     if not np.isfinite(q).all():
         bad = int(np.flatnonzero(~np.isfinite(q).all(axis=1))[0])
@@ -69,7 +72,19 @@ def runge_kutta(parts: Compiled, alpha: Array, times: Array) -> Trajectory:
         diagnosis=Diagnosis(
             newton_iterations=0, factorisations=0, redundant_rows=(), reason="RungeKutta8 as asked",
         ),
-        memo={"stages": run},
+        memo={"stages": run}, course=course, last=_last,
+    )  # fmt: skip
+
+
+def _last(trajectory: Trajectory) -> RunState:
+    """What a run leaves at its last node: places and velocities are all that order 8 looks at."""
+    r, start = trajectory, trajectory.start
+    lengths = step_lengths(r.times, None if start is None else start.step)
+    return RunState(
+        time=float(r.times[-1]), step=float(lengths[-1]), scheme=r.scheme,
+        position=r.position[-1], velocity=r.velocity[-1], acceleration=r.acceleration[-1],
+        multiplier=r.multiplier[-1], states=r.states[-1], state_rates=r.state_rates[-1],
+        auxiliary=np.zeros(0), earlier={"times": r.times[-1:]}, solver=(),
     )  # fmt: skip
 
 

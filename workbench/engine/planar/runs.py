@@ -2,6 +2,7 @@
 
 import logging
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..integration.independent import CONSISTENT
 from ..integration.loops import alpha_loop, bdf2_loop
 from ..integration.outcome import Diagnosis
 from ..integration.redundancy import Redundancy, redundancy
+from ..integration.run_state import Course, RunState, checked_start, earlier_nodes, earlier_times
 from ..integration.schemes import (
     BDF2,
     GeneralisedAlpha,
@@ -42,26 +44,36 @@ Array = np.ndarray[Any, Any]
 LOG = logging.getLogger("workbench.engine")
 
 KEEP = 32e6  # bytes of tangents that a run keeps for its adjoint; beyond, the adjoint evaluates them again
+PREDICTED = 8  # nodes that a step looks at: extrapolation over six, that of the system's start left out
+STATE_ARRAYS = ("position", "velocity", "acceleration", "multiplier", "states", "state_rates")
 UNDAMPED = 0.99  # above it the alternation of the joint forces may grow: eigenvalue -1, twice, at rho = 1
 
 
-def run(system: System, alpha: Array, times: Array, scheme: Scheme) -> Trajectory:
+def run(
+    system: System, alpha: Array, times: Array, scheme: Scheme, *, start: RunState | None = None
+) -> Trajectory:
     """Run a planar system over the nodes `times`; alpha: (N,) densities.
 
+    start: what an earlier run left, which goes on.
     Raises AssemblyError when the start violates the joints, NotConverged when a step cannot be solved,
     NotSupported when the scheme cannot treat the system.
     """
     parts = compiled(system)
+    course = Course(start=start, until=partial(run, system, alpha, scheme=scheme, start=start))
+    n = len(parts.start[0])
+    sizes = n, n, len(parts.row_names), len(parts.arrays["state_pair"])
     if isinstance(scheme, RungeKutta8):
+        checked_start(start, scheme, sizes)
         if not parts.fused:
             raise NotSupported(
                 "RungeKutta8 runs the engine's own laws only; use GeneralisedAlpha for a UserLaw"
             )
-        return runge_kutta(parts, alpha, times)
+        return runge_kutta(parts, alpha, times, course)
     jointed = len(parts.row_names) > 0
     if isinstance(scheme, IndependentAlpha):
         if jointed:
-            return independent_alpha(parts, alpha, times, scheme, reason="IndependentAlpha as asked")
+            checked_start(start, scheme, sizes)
+            return independent_alpha(parts, alpha, times, scheme, course, reason="IndependentAlpha as asked")
         scheme = GeneralisedAlpha(
             rho=scheme.rho, tolerance=scheme.tolerance, iterations=scheme.iterations
         )  # no joints: every coordinate is independent
@@ -74,8 +86,10 @@ def run(system: System, alpha: Array, times: Array, scheme: Scheme) -> Trajector
                 f"independent coordinates: at rho={scheme.rho:g} the joint forces of the index-3 form would "
                 "alternate undamped"
             )
-            return independent_alpha(parts, alpha, times, instead, reason=reason)
-    return _implicit(parts, alpha, times, scheme)
+            checked_start(start, instead, sizes)
+            return independent_alpha(parts, alpha, times, instead, course, reason=reason)
+    checked_start(start, scheme, sizes)
+    return _implicit(parts, alpha, times, scheme, course)
 
 
 def run_from(
@@ -94,50 +108,54 @@ def run_from(
         raise NotSupported(
             f"a run from a start of its own needs rho <= {UNDAMPED} with joints, got {scheme.rho}"
         )
-    return _implicit(parts, alpha, times, scheme, start)
+    return _implicit(parts, alpha, times, scheme, None, start)
 
 
 def _implicit(
     parts: Compiled, alpha: Array, times: Array, scheme: GeneralisedAlpha | VelocityVerlet | BDF2,
-    start_at: tuple[Array, Array] | None = None,
+    course: Course | None, start_at: tuple[Array, Array] | None = None,
 ) -> Trajectory:  # fmt: skip
+    left = None if course is None else course.start
     tables = on_grid(parts, alpha, times)
     if isinstance(scheme, VelocityVerlet) and len(tables.row):
         raise NotSupported("velocity Verlet is explicit and cannot hold joints; use GeneralisedAlpha")
-    first = tables if start_at is None else on_grid(parts, alpha, np.zeros(1))
+    first = tables if start_at is None and left is None else on_grid(parts, alpha, np.zeros(1))
     q0, v0, phi_q = check_start(parts, first)
     if start_at is not None:
         q0, v0 = start_at
     found = redundancy(parts.row_names, phi_q)
     redundant = len(found.rows) > 0
+    marched = tables if left is None else on_grid(parts, alpha, earlier_times(left, times))
     if isinstance(scheme, BDF2) or not parts.fused:
         if parts.system.has_states:
             raise NotSupported(
                 "states of force elements, as the damage of breakable bushings, need GeneralisedAlpha and "
                 "the engine's own laws"
             )
-        start = (q0, v0, *_start_with_laws(parts, tables, q0, v0))
-        equations, few = SampledEquations(parts, tables), tables
+        begin = (q0, v0, *_start_with_laws(parts, tables, q0, v0)) if left is None else left
+        equations, few = SampledEquations(parts, marched), tables
         shift = proximal(tables, redundant=redundant)
         if isinstance(scheme, BDF2):
-            nodes = bdf2_loop(equations, scheme, times, start, shift)
+            nodes = bdf2_loop(equations, scheme, marched.times, begin, shift)
         else:
-            nodes = alpha_loop(equations, scheme, times, start, shift)
+            nodes = alpha_loop(equations, scheme, marched.times, begin, shift)
         empty = np.zeros((len(times), len(tables.state_pair)))
         made = Run(
             q=nodes.position, v=nodes.velocity, w=nodes.acceleration, lam=nodes.multiplier, z=empty,
             zdot=empty.copy(), info=np.array([0, len(times) - 1, nodes.newton, 0, nodes.newton]),
+            left=nodes.left,
         )  # fmt: skip
     else:
-        few = acting_tables(tables)
-        made = integrate(parts, few, scheme, q0, v0, redundant=redundant)
+        few = acting_tables(marched)
+        made = integrate(parts, few, scheme, q0, v0, redundant=redundant, left=left)
         if made.info[0] != 0 or not np.isfinite(made.q[-1]).all():
-            raise _failure(parts, alpha, times, scheme, made.info)
+            raise _failure(parts, alpha, marched.times, scheme, made.info)
     return _agreeing(Trajectory(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=made.q, velocity=made.v,
         acceleration=made.w, multiplier=made.lam, states=made.z, state_rates=made.zdot, tables=tables,
         adjoints=COMPILED if parts.fused and not isinstance(scheme, BDF2) else LOOP,
-        tangents=made.tangents, memo=_memo(made.work, few, tables),
+        tangents=made.tangents, memo=_memo(made.work, few, tables, marched), course=course,
+        last=partial(_state, left=made.left),
         diagnosis=Diagnosis(
             newton_iterations=int(made.info[2]), factorisations=int(made.info[4]),
             redundant_rows=found.rows, reason=f"{type(scheme).__name__} as asked",
@@ -146,9 +164,25 @@ def _implicit(
     ))  # fmt: skip
 
 
-def _memo(work: Work | None, few: Tables, tables: Tables) -> dict[str, Any]:
+def _state(trajectory: Trajectory, *, left: tuple[Array, ...]) -> RunState:
+    """What a run on all coordinates leaves at its last node: a, and the arrays of its Newton method."""
+    r, start = trajectory, trajectory.start
+    lengths = step_lengths(r.times, None if start is None else start.step)
+    return RunState(
+        time=float(r.times[-1]), step=float(lengths[-1]), scheme=r.scheme, position=r.position[-1],
+        velocity=r.velocity[-1], acceleration=r.acceleration[-1], multiplier=r.multiplier[-1],
+        states=r.states[-1], state_rates=r.state_rates[-1], auxiliary=left[0].copy(),
+        solver=tuple(x.copy() for x in left[1:]),
+        earlier=earlier_nodes(
+            start, PREDICTED, times=r.times, position=r.position, velocity=r.velocity,
+            acceleration=r.acceleration, multiplier=r.multiplier, states=r.states, state_rates=r.state_rates,
+        ),
+    )  # fmt: skip
+
+
+def _memo(work: Work | None, few: Tables, tables: Tables, marched: Tables) -> dict[str, Any]:
     """Work arrays of a run, by the tables that they are for."""
-    if work is None:
+    if work is None or tables is not marched:
         return {}
     return {"work": work} if few is tables else {"acting": (few, work)}
 
@@ -194,6 +228,7 @@ class Run:
 
     q, v, w: (nodes, n).  lam: (nodes, m).  z, zdot: (nodes, states).
     info: (5,) status, step, Newton iterations, last update, factorisations.
+    left: what the next step would look at, a of the alpha family first.
     """
 
     q: Array
@@ -203,6 +238,7 @@ class Run:
     z: Array
     zdot: Array
     info: Array
+    left: tuple[Array, ...]
     tangents: Tangents | None = None
     work: Work | None = None
 
@@ -226,32 +262,56 @@ def integrate(
     v0: Array,
     *,
     redundant: bool,
+    left: RunState | None = None,
 ) -> Run:
-    """Run the compiled loop from consistent initial accelerations."""
+    """Run the compiled loop from consistent initial accelerations, or from where an earlier run ended.
+
+    tables: sampled at `earlier_times` of the run.
+    """
     nodes, n, m, states = len(tables.times), len(q0), len(tables.row), len(tables.state_pair)
     springs = isinstance(tables, SpringTables)
     work = work_space(tables)
     kept = _tangents(nodes, n, m, states, springs=springs)
     q, v, w = (np.zeros((nodes, n)) for _ in range(3))
-    z, zdot = np.zeros((nodes, states)), np.zeros((nodes, states))
-    run = Run(
-        q=q, v=v, w=w, lam=np.zeros((nodes, m)), z=z, zdot=zdot, info=np.zeros(5), tangents=kept, work=work
+    lam, z, zdot = np.zeros((nodes, m)), np.zeros((nodes, states)), np.zeros((nodes, states))
+    info, total = np.zeros(5), n + m
+    acc, matrix, pivot, carried = (
+        np.zeros(n),
+        np.zeros((total, total)),
+        np.zeros(total, np.int64),
+        np.zeros(5),
     )
-    q[0], v[0] = q0, v0
-    w[0], run.lam[0] = initial_accelerations(parts, tables, work, q0, v0)
-    zdot[0] = work.zdot
-    total = n + m
+    if left is None:
+        known, grid = 1, step_changes(tables.times, joints=m > 0)
+        q[0], v[0] = q0, v0
+        w[0], lam[0] = initial_accelerations(parts, tables, work, q0, v0)
+        zdot[0] = work.zdot
+    else:
+        known = left.known
+        grid = step_changes(tables.times[known - 1 :], joints=m > 0, before=left.step)
+        grid = np.concatenate([np.tile(grid[:, :1], known - 1), grid], axis=1)
+        for series, name in zip((q, v, w, lam, z, zdot), STATE_ARRAYS, strict=True):
+            series[:known] = left.earlier[name]
+        acc[:] = left.auxiliary
+        matrix[:], pivot[:], carried[:] = left.solver
     # 1: factors are kept from step to step until Newton slows down; forces alone are cheaper than tangents
     settings = np.array([
         scheme.tolerance, scheme.iterations, proximal(tables, redundant=redundant), 1.0,
         0.0 if springs else 1.0,
     ])  # fmt: skip
     alpha_forward(
-        tables, work, scheme.numbers, step_changes(tables.times, joints=m > 0), q, v, w, run.lam, z, zdot,
-        np.zeros(n), np.zeros((total, total)), np.zeros(total), np.zeros(total, np.int64),
-        settings, run.info, kept.stiffness, kept.damping, kept.jacobian, kept.energy,
+        tables, work, scheme.numbers, grid, q, v, w, lam, z, zdot, acc, matrix, np.zeros(total), pivot,
+        settings, info, kept.stiffness, kept.damping, kept.jacobian, kept.energy, known, carried,
     )  # fmt: skip
-    return run
+    new = [x[known - 1 :] for x in (q, v, w, lam, z, zdot)]
+    return Run(
+        q=new[0], v=new[1], w=new[2], lam=new[3], z=new[4], zdot=new[5], info=info, work=work,
+        left=(acc, matrix, pivot, carried),
+        tangents=Tangents(
+            stiffness=kept.stiffness[known - 1 :], damping=kept.damping[known - 1 :],
+            jacobian=kept.jacobian[known - 1 :], energy=kept.energy[known - 1 :],
+        ),
+    )  # fmt: skip
 
 
 def _failure(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import NotSupported
-from ..integration.grids import is_even, one_step_length
+from ..integration.grids import is_even
 from ..integration.independent import Splits
 from ..integration.kinds import (
     Adjoints,
@@ -20,6 +20,7 @@ from ..integration.kinds import (
 )
 from ..integration.outcome import Diagnosis, Status
 from ..integration.points import PointMotion, PointSeries
+from ..integration.run_state import Course, GoesOn, RunState
 from ..integration.schemes import Scheme
 from ..integration.seeds import NodeSeeds
 from ._kernels.energy import element_energies, member_energy_series, member_power
@@ -66,7 +67,7 @@ class StateNodes(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Trajectory:
+class Trajectory(GoesOn):
     """States at the nodes of the time grid; coordinates are (x, y, theta) of every free body in order.
 
     times: (steps + 1,).  position, velocity, acceleration: (steps + 1, n).  multiplier: (steps + 1, m), one
@@ -89,6 +90,8 @@ class Trajectory:
     adjoints: Adjoints  # of the scheme that made the run
     tangents: Tangents | None = None
     splits: Splits | None = None  # of a run in independent coordinates
+    course: Course | None = None
+    last: Callable[[Any], RunState] | None = None  # what the run left at its last node
     status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)  # derived series, computed once
     nodes: StateNodes = field(init=False, repr=False)
@@ -98,11 +101,6 @@ class Trajectory:
         object.__setattr__(self, "nodes", StateNodes(**states))
         for name, array in (*states.items(), ("density", self.density)):
             object.__setattr__(self, name, read_only(array))
-
-    @property
-    def step(self) -> float:
-        """Length of a step, s. Raises NotSupported where steps are unequal."""
-        return one_step_length(self.times, "what asks for the step")
 
     def start_at(self, node: int) -> tuple[Array, Array]:
         """Places and velocities at a node, as `start` of another run."""
@@ -219,6 +217,11 @@ class Trajectory:
 
     def linearised(self, *, method: str, times: Array | None = None) -> LinearisedRun:
         """The equations on the run's grid or another. Raises NotSupported, naming the method that asks."""
+        if self.start is not None:
+            raise NotSupported(
+                f"{method} begins at the start of a system, not at that of a run that goes on; use "
+                "method='discrete_adjoint'"
+            )
         parts = compiled(self.system)
         tables = self.tables if times is None else on_grid(parts, self.density, times)
         return LinearisedRun(parts, tables, self.density, method=method)
@@ -227,8 +230,8 @@ class Trajectory:
     def goes_forward(self) -> bool:
         """Whether sensitivities can go forward with the run.
 
-        Not with internal states (damage), redundant joints, laws in Python, steps of unequal length, or in
-        independent coordinates.
+        Not with internal states (damage), redundant joints, laws in Python, steps of unequal length, in
+        independent coordinates, or where the run goes on from another.
         """
         return (
             self.states.shape[1] == 0
@@ -236,6 +239,7 @@ class Trajectory:
             and not self.diagnosis.redundant_rows
             and not self.system.in_python
             and is_even(self.times)
+            and self.start is None
         )
 
     def state_sensitivities(self, *, with_rates: bool = False) -> StateSensitivities:
@@ -243,7 +247,8 @@ class Trajectory:
         if not self.goes_forward:
             raise NotSupported(
                 "forward sensitivities need a system without damage states, redundant joints and laws in "
-                "Python, and a run with equal steps that is not in independent coordinates; use the adjoint"
+                "Python, and a run with equal steps from the system's start that is not in independent "
+                "coordinates; use the adjoint"
             )
         parts = compiled(self.system)
         return forward_sensitivities(

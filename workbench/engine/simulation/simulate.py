@@ -8,6 +8,7 @@ import numpy as np
 from ..errors import NotSupported
 from ..integration.grids import checked_times
 from ..integration.kinds import AnySystem, AnyTrajectory
+from ..integration.run_state import RunState
 from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
 from ..natural import runs as natural
 from ..natural.runs import NaturalTrajectory
@@ -24,7 +25,7 @@ __all__ = ["KINDS", "simulate"]
 
 Array = np.ndarray[Any, Any]
 
-# kind of system -> run(system, density (N,), times (steps + 1,), scheme)
+# kind of system -> run(system, density (N,), times (steps + 1,), scheme); with start= where it goes on
 KINDS: dict[type, Callable[..., AnyTrajectory]] = {
     System: planar.run,
     NaturalSystem: natural.run,
@@ -58,6 +59,7 @@ def simulate(
     times: Any = None,
     tolerance: float | None = None,
     most: int = 100_000,
+    start: RunState | None = None,
 ) -> Trajectory: ...
 
 
@@ -72,6 +74,7 @@ def simulate(
     times: Any = None,
     tolerance: float | None = None,
     most: int = 100_000,
+    start: RunState | None = None,
 ) -> NaturalTrajectory: ...
 
 
@@ -86,6 +89,7 @@ def simulate(
     times: Any = None,
     tolerance: float | None = None,
     most: int = 100_000,
+    start: RunState | None = None,
 ) -> TreeTrajectory: ...
 
 
@@ -100,6 +104,7 @@ def simulate(
     times: Any = None,
     tolerance: float | None = None,
     most: int = 100_000,
+    start: RunState | None = None,
 ) -> AnyTrajectory: ...
 
 
@@ -113,8 +118,9 @@ def simulate(
     times: Any = None,
     tolerance: float | None = None,
     most: int = 100_000,
+    start: RunState | None = None,
 ) -> AnyTrajectory:
-    """Integrate the system from t = 0 to t_end: in equal steps, over a grid of times, or to a tolerance.
+    """Integrate the system from t = 0 or a start to t_end: in equal steps, over a grid, or to a tolerance.
 
         M q'' + F(q, q', t, alpha) + Phi_q^T lambda = 0,   Phi(q, t) = 0      (2.8), (2.27)
 
@@ -124,6 +130,8 @@ def simulate(
              tolerance: of all places at all nodes, m or rad. Steps are then as long as they may be, none
              longer than t_end/steps (50 unless given); at most `most`. `times` of the run are those taken,
              its gradients theirs, and `diagnosis.notices` says how large the error was measured.
+             start: `state()` of an earlier run, which goes on from that time: `times` begin there, and t_end
+             is no length. Gradients hold the start fixed.
     Returns: a `Trajectory`, of a `NaturalSystem` a `NaturalTrajectory`, of a `TreeSystem` a `TreeTrajectory`.
     Raises ValueError for unusable arguments, AssemblyError when the start violates the joints, NotConverged
     when a step cannot be solved, NotSupported when the scheme cannot treat the system.
@@ -141,11 +149,13 @@ def simulate(
         raise TypeError(f"simulate needs a system of one of the kinds {kinds}, got {type(system).__name__}")
     if tolerance is not None and steps is None and times is None:
         steps = 50  # of the longest step
-    grid = _grid(t_end, steps, times)
+    grid = _grid(t_end, steps, times, 0.0 if start is None else start.time)
     alpha = checked_density(system, density)
     scheme = GeneralisedAlpha() if scheme is None else scheme
     if tolerance is None:
-        return run(system, alpha, grid, scheme)
+        return run(system, alpha, grid, scheme, **({} if start is None else {"start": start}))
+    if start is not None:
+        raise ValueError("simulate holds a tolerance from 0 s on; go on from a start with steps or times")
     if times is not None:
         raise ValueError("simulate needs either times or a tolerance, got both")
     if not 0.0 < tolerance < np.inf:
@@ -173,15 +183,15 @@ def _to_tolerance(
     return cast(AnyTrajectory, found)
 
 
-def _grid(t_end: float | None, steps: int | None, times: Any) -> Array:
-    """The nodes, from whichever way they were asked for."""
+def _grid(t_end: float | None, steps: int | None, times: Any, begin: float) -> Array:
+    """The nodes from `begin` on, from whichever way they were asked for."""
     if times is not None:
         if t_end is not None or steps is not None:
             raise ValueError("simulate needs either times, or t_end and steps, got both")
-        return checked_times(times)
-    t_end, steps = 0.2 if t_end is None else t_end, 200 if steps is None else steps
-    if not np.isfinite(t_end) or t_end <= 0.0:
-        raise ValueError(f"simulate needs t_end > 0 s, got t_end={t_end}")
+        return checked_times(times, begin=begin)
+    t_end, steps = begin + 0.2 if t_end is None else t_end, 200 if steps is None else steps
+    if not np.isfinite(t_end) or t_end <= begin:
+        raise ValueError(f"simulate needs t_end > {begin:.9g} s, got t_end={t_end}")
     if int(steps) != steps or steps < 1:
         raise ValueError(f"simulate needs a whole number of steps >= 1, got steps={steps}")
-    return np.linspace(0.0, float(t_end), int(steps) + 1)
+    return np.linspace(begin, float(t_end), int(steps) + 1)

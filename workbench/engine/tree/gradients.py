@@ -183,7 +183,9 @@ def _by_change(
     mu = np.ascontiguousarray(swept.mu[:, 0])
     q, full = swept.nodes.position[0], len(by_v)
     given = r.parts.start
-    free = np.array_equal(q, given[0]) and np.array_equal(swept.nodes.velocity[0], given[1])
+    free = (
+        r.start is None and np.array_equal(q, given[0]) and np.array_equal(swept.nodes.velocity[0], given[1])
+    )
     first = [entry for entry, (node, _) in enumerate(seeds.at) if node == 0]
     seed_q = seeds.position[first].sum(axis=0)
     seed_v = np.concatenate(

@@ -1,6 +1,7 @@
 """Runs of trees, and the gradients of what was computed."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from ..errors import NotConverged, NotSupported
 from ..integration.grids import step_changes
 from ..integration.outcome import Diagnosis
+from ..integration.run_state import Course, RunState, checked_start, earlier_nodes
 from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
 from ..integration.seeds import NodeSeeds
 from ._kernels.alpha import march, tangents_again
@@ -39,47 +41,63 @@ def run(
     scheme: Scheme,
     *,
     keep: bool = True,
-    start: tuple[Array, Array] | None = None,
+    start: tuple[Array, Array] | RunState | None = None,
 ) -> TreeTrajectory:
     """Run a tree on the time grid `times`: generalised-alpha on the group, or order 8 in charts.
 
     keep: keep the tangents for gradients, where they are not too many; without them a gradient takes half
     again as long and a run a third less.  start: q and v (states behind the velocities) in place of those of
-    the joints. Raises NotConverged, NotSupported for other schemes, ValueError for a wrong number of
-    densities.
+    the joints, or what an earlier run left, which goes on. Raises NotConverged, NotSupported for other
+    schemes, ValueError for a wrong number of densities.
     """
+    parts = tree_compiled(system)
+    left = start if isinstance(start, RunState) else None
+    states, cuts = len(parts.states), len(parts.start[1]) - len(parts.arrays["column"]) - len(parts.states)
+    checked_start(left, scheme, (len(parts.start[0]), len(parts.arrays["column"]), cuts, states))
+    again = partial(run, system, density, scheme=scheme, keep=keep, start=start)
+    course = Course(start=left, until=again)
     if isinstance(scheme, RungeKutta8):
         if system.cuts:
             raise NotSupported("order 8 holds no cut joints: places would drift apart. Take GeneralisedAlpha")
-        return run_explicit(system, density, times, scheme, start=start)
+        return run_explicit(system, density, times, scheme, start=start, course=course)
     if not isinstance(scheme, GeneralisedAlpha):
         raise NotSupported(f"trees run with GeneralisedAlpha or RungeKutta8, not {type(scheme).__name__}")
     if system.cuts and scheme.rho > 0.99:
         raise NotSupported(
             f"cut joints need rho <= 0.99: above, their forces alternate; got rho={scheme.rho}"
         )
-    parts = tree_compiled(system)
-    grid = _grid(parts, times)
+    before = left.known - 1 if left is not None else 0  # nodes of an earlier run in front
+    grid = _grid(parts, times, left)
     tables = tree_on_grid(parts, density, times, closing=_closing(scheme, grid[0]))
-    work = tree_work(tables, len(parts.states))
     keep = keep and 24 * len(times) * parts.size**2 <= MEMORY
-    nodes = tree_run(parts.start if start is None else start, len(times), keep=keep)
+    begin = parts.start if start is None or isinstance(start, RunState) else start
+    nodes, marched = tree_run(begin, before + len(times), keep=keep), tables
+    if left is not None:
+        _take_over(nodes, left)
+        all_times = np.concatenate([left.earlier["times"][:-1], times])
+        along = np.concatenate([np.tile(grid[:, :1], before), grid], axis=1)
+        marched = tree_on_grid(parts, density, all_times, closing=_closing(scheme, along[0]))
+    else:
+        along = grid
+    work = tree_work(marched, len(parts.states))
     failed = march(
-        tables, work, parts.pattern, nodes, scheme.numbers, grid, scheme.tolerance, scheme.iterations
-    )
+        marched, work, parts.pattern, nodes, scheme.numbers, along, scheme.tolerance, scheme.iterations,
+        0 if left is None else left.known,
+    )  # fmt: skip
     if failed:
-        time = float(times[abs(failed) % len(times)])
+        time = float(marched.times[abs(failed) % len(marched.times)])
         why = (
             f"{scheme.iterations} Newton steps did not settle the accelerations. Take more steps, or look at "
-            "the forces near that time" + _hardest_contact(system, tables, work, nodes, failed)
+            "the forces near that time" + _hardest_contact(system, marched, work, nodes, failed)
             if failed > 0
             else "the mass and stiffness leave a motion undetermined: a joint moves nothing that has mass"
         )
         raise NotConverged(f"generalised-alpha stopped at t = {time:.6g} s: {why}", time)
+    nodes = _from_node(nodes, before)
     aside = tuple(name for name, kept in zip(parts.cut_rows.names, parts.kept, strict=True) if not kept)
     trajectory = TreeTrajectory(
         system=system, density=np.asarray(density, float), scheme=scheme, times=times, tables=tables,
-        nodes=nodes, adjoints=adjoints_of(_sweep),
+        nodes=nodes, adjoints=adjoints_of(_sweep), course=course, last=_last,
         diagnosis=Diagnosis(
             newton_iterations=int(nodes.counts[0]), factorisations=int(nodes.counts[1]), redundant_rows=aside,
             reason="joint coordinates, generalised-alpha on the group of the joints"
@@ -89,6 +107,37 @@ def run(
     if aside:
         _check_redundant(trajectory)
     return trajectory
+
+
+def _take_over(nodes: TreeRun, left: RunState) -> None:
+    """Write what an earlier run left into the first nodes and the solver's arrays of a run."""
+    for name in ("position", "velocity", "rate"):
+        getattr(nodes, name)[: left.known] = left.earlier[name]
+    nodes.a[:] = left.auxiliary
+    nodes.lu[:], nodes.level[:] = left.solver
+
+
+def _from_node(nodes: TreeRun, first: int) -> TreeRun:
+    """The nodes of a run from one on."""
+    if first == 0:
+        return nodes
+    kept = ("stiffness", "damping", "factors") if len(nodes.stiffness) > 1 else ()
+    names = ("position", "velocity", "rate", "move", *kept)
+    return nodes._replace(**{name: getattr(nodes, name)[first:] for name in names})
+
+
+def _last(trajectory: TreeTrajectory) -> RunState:
+    """What a run of generalised-alpha leaves at its last node."""
+    r, nodes = trajectory, trajectory.nodes
+    return RunState(
+        time=float(r.times[-1]), step=float(_grid(r.parts, r.times, r.start)[0, -1]), scheme=r.scheme,
+        position=r.position[-1], velocity=r.velocity[-1], acceleration=r.acceleration[-1],
+        multiplier=r.multiplier[-1], states=r.states[-1], state_rates=r.state_rates[-1],
+        auxiliary=nodes.a.copy(), solver=(nodes.lu.copy(), nodes.level.copy()),
+        earlier=earlier_nodes(
+            r.start, 2, times=r.times, position=nodes.position, velocity=nodes.velocity, rate=nodes.rate
+        ),
+    )  # fmt: skip
 
 
 def run_from(
@@ -129,9 +178,9 @@ def _check_redundant(trajectory: TreeTrajectory) -> None:
         )
 
 
-def _grid(parts: TreeCompiled, times: Array) -> Array:
+def _grid(parts: TreeCompiled, times: Array, start: RunState | None) -> Array:
     """(2, nodes) lengths of the steps, and the factor of the auxiliary acceleration before each."""
-    return step_changes(times, joints=len(parts.cuts) > 0)
+    return step_changes(times, joints=len(parts.cuts) > 0, before=None if start is None else start.step)
 
 
 def _closing(scheme: GeneralisedAlpha, lengths: Array) -> Array:
@@ -147,14 +196,15 @@ def _stretches(trajectory: TreeTrajectory, last: int) -> Iterator[tuple[int, tup
     """First node and tangents of stretches of nodes up to `last`, the latest first: kept, or evaluated
     again."""
     r, n = trajectory, trajectory.parts.size
+    least = 0 if r.start is None else 1  # a start that is given solves no equations
     if len(r.nodes.stiffness) == len(r.times):
-        yield 0, (r.nodes.stiffness, r.nodes.damping, r.nodes.factors)
+        yield least, (r.nodes.stiffness[least:], r.nodes.damping[least:], r.nodes.factors[least:])
         return
     assert isinstance(r.scheme, GeneralisedAlpha)
     size = max(1, min(last + 1, int(STRETCH // (24 * n * n))))
-    room, grid = np.empty((3, size, n, n)), _grid(r.parts, r.times)
-    for end in range(last + 1, 0, -size):
-        first = max(0, end - size)
+    room, grid = np.empty((3, size, n, n)), _grid(r.parts, r.times, r.start)
+    for end in range(last + 1, least, -size):
+        first = max(least, end - size)
         part = room[0, : end - first], room[1, : end - first], room[2, : end - first]
         tangents_again(r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, grid, first, *part)
         yield first, part
@@ -171,13 +221,17 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
     entries[:, 2, conditions:] = seeds.multiplier
     last = int(seeds.starts.max(initial=0))
     mu, costate = np.empty((last + 1, rows, n)), np.zeros((rows, 4, n))
-    grid = _grid(r.parts, r.times)
+    mu[0] = 0.0
+    grid = _grid(r.parts, r.times, r.start)
     for first, tangents in _stretches(r, last):
         sweep(
             r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, grid, first, *tangents,
             seeds.starts, seeds.at, entries, costate, np.empty((1, n)), mu,
         )  # fmt: skip
-    if conditions < n:  # at the start the kernel's rows of conditions are accelerations, without slopes
+    if r.start is not None:
+        for entry in np.flatnonzero(seeds.at[:, 0] == 0):
+            costate[seeds.at[entry, 1], [0, 1, 3]] += entries[entry]
+    elif conditions < n:  # at the start the kernel's rows of conditions are accelerations, without slopes
         by_q, by_v = acceleration_slopes(r)
         costate[:, 0, : r.size] += mu[0, :, conditions:] @ by_q
         costate[:, 1, : r.size] += mu[0, :, conditions:] @ by_v

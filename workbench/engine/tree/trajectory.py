@@ -9,7 +9,6 @@ import numpy as np
 
 from ..elements._kernels_spatial_bushing import bushing_forces
 from ..errors import NotSupported
-from ..integration.grids import one_step_length
 from ..integration.kinds import (
     Adjoints,
     Change,
@@ -21,6 +20,7 @@ from ..integration.kinds import (
 )
 from ..integration.outcome import Diagnosis, Status
 from ..integration.points import PointMotion, PointSeries
+from ..integration.run_state import Course, GoesOn, RunState
 from ..integration.schemes import Scheme
 from ..integration.seeds import NodeSeeds
 from ._kernels.contraction import link_histories, member_states, momenta
@@ -56,7 +56,7 @@ class SurfaceForces(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TreeTrajectory:
+class TreeTrajectory(GoesOn):
     """States of a tree at the nodes of the time grid.
 
     times: (steps + 1,).  position: (steps + 1, nq), unit quaternions (w, x, y, z) for spherical and floating
@@ -74,6 +74,8 @@ class TreeTrajectory:
     diagnosis: Diagnosis
     adjoints: Adjoints
     points: tuple[TreeTables, TreeRun] | None = None  # stages of an explicit scheme, nodes among them
+    course: Course | None = None
+    last: Callable[[Any], RunState] | None = None  # what the run left at its last node
     status: Status = Status.COMPLETE
     memo: dict[str, Any] = field(default_factory=dict, repr=False)
 
@@ -81,11 +83,6 @@ class TreeTrajectory:
     def parts(self) -> TreeCompiled:
         """The compiled system."""
         return tree_compiled(self.system)
-
-    @property
-    def step(self) -> float:
-        """Length of a step, s. Raises NotSupported where steps are unequal."""
-        return one_step_length(self.times, "what asks for the step")
 
     @property
     def size(self) -> int:

@@ -65,10 +65,16 @@ def independent_forward(
     rhs,
     settings,
     info,
+    known,
+    carried,
 ):
     """Integrate from q[0], v[0] to the end of q (steps + 1, n); rows, cols, rank keep the splits,
     tight (steps + 1,) how near a dead point is, bridged (steps + 1,) 1 where it was too near to
     differentiate the joints. acc (n,), matrix, pivot, rhs: work.
+
+    known: 0 from the start of a system; otherwise nodes of an earlier run, which left acc, the arrays of W
+    and X and carried (3,) as they are on entry: largest acceleration, the pivot ratio of the split in use
+    when it was made, how far off redundant rows are. They are left so on return.
 
     settings: tolerance, most iterations.  info: status, step, evaluations, last update, worst redundant row.
     """
@@ -77,7 +83,9 @@ def independent_forward(
     c = (1.0 - af) / (1.0 - am)
     hc, h2c = h * gamma * c, h * h * beta * c
     largest, since, beyond = 0.0, -1.0, 0.0
-    for step in range(steps + 1):
+    if known > 0:
+        largest, since, beyond = carried[0], carried[1], carried[2]
+    for step in range(known, steps + 1):
         q1, v1, w1 = q[step], v[step], w[step]
         if step > 0:
             if X.tight[0] < WORN * since or beyond > LOOSE or bridged[step - 1] == 1:
@@ -154,15 +162,18 @@ def independent_forward(
         for r in range(X.rank[0], lam.shape[1]):
             beyond = max(beyond, abs(W.phi[X.rows[r]]))
         info[4] = max(info[4], beyond)
+    carried[0], carried[1], carried[2] = largest, since, beyond
     info[0], info[1] = CONVERGED, steps
 
 
 @njit(**ENTRY)
 def independent_adjoint(
     T, W, R, X, scheme, h, last, q, v, w, lam, rows, cols, rank, bridged,
-    seed_q, seed_v, seed_w, seed_l, costate, point, reduced, matrix, pivot, mu, nu, gradient,
+    seed_q, seed_v, seed_w, seed_l, costate, point, reduced, matrix, pivot, mu, nu, gradient, given,
 ):  # fmt: skip
     """gradient (N,) += sum over the nodes of (dF/dscale)^T mu; mu (steps + 1, n) is kept.
+
+    given: whether node 0 comes from an earlier run, so that no equations were solved there.
 
     nu (steps + 1, 3, m), or of length 0: adjoints of Phi, Phi' and Phi''.
     costate (6, n): of q, v, a, w and of the two w before it; on return the last two are slopes by the start
@@ -177,6 +188,11 @@ def independent_adjoint(
     by_q, by_v, back, known = reduced[0], reduced[1], reduced[2], reduced[3]
     for backwards in range(last + 1):
         step = last - backwards
+        if given and step == 0:
+            for a in range(n):
+                earlier[a] = lq[a] + seed_q[0, a]
+                earliest[a] = lv[a] + seed_v[0, a]
+            return
         recall_split(X, rows, cols, rank, step)
         r0 = X.rank[0]
         f = n - r0

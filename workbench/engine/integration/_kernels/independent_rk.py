@@ -25,9 +25,12 @@ POINTS = STAGES + 1
 
 @njit(**CAREFUL)
 def independent_rk8(
-    T, W, R, X, a, b, times, q, v, w, lam, sq, sv, slope, last, rows, cols, rank, tight, info
+    T, W, R, X, a, b, times, q, v, w, lam, sq, sv, slope, last, rows, cols, rank, tight, info, known
 ):
     """Fill q, v, w, lam (steps + 1, .) from q[0], v[0], and sq, sv (13 steps + 1, n) at all points.
+
+    known: 1 where node 0 (w, lam and its split among it), sq[0], sv[0], last and the arrays of W and X are as
+    an earlier run left them, else 0.
 
     Point 0 of sq, sv is the start, point 1 + 13 n + i belongs to sample 13 n + i. slope (12, n), last (2, n
     + m): work. info: status, step, -, -, worst redundant row.
@@ -36,7 +39,7 @@ def independent_rk8(
     m = lam.shape[1]
     now, joint = last[0, :n], last[1, :m]
     nearest = 1.0
-    for at in range(POINTS * steps + 1):
+    for at in range(known, POINTS * steps + 1):
         step, i = (at - 1) // POINTS, (at - 1) % POINTS
         qi, vi = sq[at], sv[at]
         if at == 0:

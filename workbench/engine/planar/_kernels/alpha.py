@@ -87,9 +87,13 @@ def work_of(pair, q, big, fr, w, move, free):
 @njit(**CAREFUL)
 def alpha_forward(
     T, W, scheme, grid, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info,
-    keep_k, keep_c, keep_j, keep_e,
+    keep_k, keep_c, keep_j, keep_e, known, carried,
 ):  # fmt: skip
-    """Integrate from node 0 (all of whose arrays are set) to the end of q (steps + 1, n).
+    """Integrate from the first `known` nodes (all of whose arrays are set) to the end of q (steps + 1, n).
+
+    known: 1 from the start of a system; nodes of an earlier run otherwise, which left acc, matrix, pivot and
+    carried (5,) as they are on entry: largest acceleration, strongest joint force, attempts left to
+    extrapolate, 1 where the next step does, 1 where it uses the factors. They are left so on return.
 
     grid: (2, steps + 1) lengths of the steps that lead to each node, and the factor s by which the auxiliary
     acceleration goes along with them, a <- w + s (a - w), as from `step_changes`.
@@ -110,11 +114,11 @@ def alpha_forward(
     for step in range(1, steps + 1):
         if grid[0, step] != grid[0, 0]:
             even = False
-    for i in range(n):
-        acc[i] = w[0, i]
     largest = 0.0
-    for i in range(n):
-        largest = max(largest, abs(w[0, i]))
+    if known == 1:
+        for i in range(n):
+            acc[i] = w[0, i]
+            largest = max(largest, abs(w[0, i]))
     fresh = False
     keep = keep_k.shape[0] > 0
     pinned = True  # K depends on the joint forces by the arms of coincident points alone, if at all
@@ -125,7 +129,10 @@ def alpha_forward(
     smooth, attempts = False, 8  # rounding of the joints may hide a smooth motion: then it is given up
     if shift.real > 0.0:
         attempts = 0  # multipliers of redundant joints have no unique value to extrapolate
-    for step in range(1, steps + 1):
+    if known > 1:
+        largest, strongest, attempts = carried[0], carried[1], int(carried[2])
+        smooth, fresh = carried[3] > 0.0 and even, carried[4] > 0.0
+    for step in range(known, steps + 1):
         q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
         h, along = grid[0, step], grid[1, step]
         hc, h2c = h * gamma * c, h * h * beta * c
@@ -247,4 +254,6 @@ def alpha_forward(
         for e in range(z.shape[1]):
             z[step, e] = W.z[e]
             zdot[step, e] = W.zdot[e]
+    carried[0], carried[1], carried[2] = largest, strongest, attempts if even else 0
+    carried[3], carried[4] = 1.0 if smooth else 0.0, 1.0 if fresh else 0.0
     info[0], info[1] = CONVERGED, steps

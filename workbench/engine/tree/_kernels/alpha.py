@@ -154,23 +154,27 @@ def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
 
 
 @njit(**CAREFUL)
-def march(T, W, P, R, numbers, grid, limit, count):
+def march(T, W, P, R, numbers, grid, limit, count, known):
     """All nodes from R.position[0], R.velocity[0] over the steps of `grid`, see `step_changes`.
 
+    known: nodes that an earlier run left, with a, level and lu as they are then in R; 0: the rates at node 0
+    are found first.  On return R.level[2] says whether the next step would renew the factors.
     Returns the number of the node that failed (negative: for want of a pivot), or 0. Tangents are kept where
     R has room for them.
     """
     kept = R.stiffness.shape[0] > 1
-    R.level[0] = LEAST
-    R.level[1] = LEAST
     n, nodes = W.m.shape[0], R.position.shape[0]
     tangent = nodes > 0
-    if not start(T, W, P, R, R.factors[0], nodes - nodes, kept):
-        return -1
+    if known == 0:
+        R.level[0] = LEAST
+        R.level[1] = LEAST
+        R.level[2] = 1.0
+        if not start(T, W, P, R, R.factors[0], nodes - nodes, kept):
+            return -1
     am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
     c = (1.0 - af) / (1.0 - am)
-    fresh = tangent
-    for node in range(1, nodes):
+    fresh = R.level[2] > 0.0
+    for node in range(max(known, 1), nodes):
         before = R.counts[0]
         h, ratio = grid[0, node], grid[0, node] / grid[0, node - 1]
         fresh = fresh or ratio > STRETCHED or ratio * STRETCHED < 1.0
@@ -190,6 +194,7 @@ def march(T, W, P, R, numbers, grid, limit, count):
                 for j in range(n):
                     R.factors[node, i, j] = R.lu[i, j]
             fresh = False
+    R.level[2] = 1.0 if fresh else 0.0
     return 0
 
 

@@ -150,7 +150,7 @@ class TreeRun(NamedTuple):
     right: Array  # (n,)
     diagonal: Array  # (n,)
     a: Array  # (n,)
-    level: Array  # (2,) largest accelerations and rates of states so far
+    level: Array  # (3,) largest accelerations and rates of states so far; 1 where factors are to be renewed
     counts: Array  # (2,) Newton steps, factorisations
 
 
@@ -165,7 +165,7 @@ def tree_run(start: tuple[Array, Array], nodes: int, *, keep: bool) -> TreeRun:
     run = TreeRun(
         position=zeros(nodes, len(q)), velocity=zeros(nodes, n), rate=zeros(nodes, n), move=zeros(nodes, n),
         stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), factors=np.empty((kept, n, n)),
-        lu=zeros(n, n), right=zeros(n), diagonal=zeros(n), a=zeros(n), level=zeros(2),
+        lu=zeros(n, n), right=zeros(n), diagonal=zeros(n), a=zeros(n), level=zeros(3),
         counts=np.zeros(2, np.int64),
     )  # fmt: skip
     run.position[0], run.velocity[0] = q, v
