@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotSupported
+from ..integration.changes import multipliers
 from ..integration.dop853_tableau import A, B, C
 from ..integration.independent import (
     IndependentEquations,
@@ -50,6 +51,7 @@ from .compiled import (
     compiled,
     on_grid,
 )
+from .parameters import slopes_by_changes
 from .start import checked, independent_equations, look
 from .system import NaturalSystem
 from .tables import NaturalTables, work_space
@@ -57,8 +59,6 @@ from .tables import NaturalTables, work_space
 __all__ = ["NaturalTrajectory", "run"]
 
 Array = np.ndarray[Any, Any]
-
-PARAMETERS_ELSEWHERE = "is written for planar systems and trees, not natural coordinates; take differences"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -173,14 +173,19 @@ class NaturalTrajectory(GoesOn):
         return row_by_row(self, seeds, _gradient)
 
     def parameter_adjoint(self, seeds: NodeSeeds) -> Any:
-        """Raises NotSupported: only densities are known here."""
-        raise NotSupported(f"parameter_gradient {PARAMETERS_ELSEWHERE}")
+        """Raises NotSupported: numbers are told by name here."""
+        raise NotSupported(
+            "parameter_gradient lists the numbers of planar systems and trees; in natural coordinates take "
+            "parameter_slopes, which takes any of them by name"
+        )
 
     def change_adjoint(
         self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
     ) -> Array:
-        """Raises NotSupported: only densities are known here."""
-        raise NotSupported(f"parameter_slopes {PARAMETERS_ELSEWHERE}")
+        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
+        dense = seeds.dense(0)
+        found, *points = _pulled(self, dense, joints=True)
+        return slopes_by_changes(self, value, dense, changes, multipliers(found, *points))
 
     def by_density(self, by_scale: Array) -> Array:
         """From slopes by scale in segment order to slopes by density in member order."""

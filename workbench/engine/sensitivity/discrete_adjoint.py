@@ -38,6 +38,6 @@ def parameter_gradient(trajectory: AnyTrajectory, objective: Objective) -> Any:
     Returns the record of the kind of system, whatever its scheme: `planar.parameters.ByParameter`,
     `tree.gradients.TreeGradient`. The objective's explicit dependence on a parameter other than density
     (stored energy on k, say) is not included. Raises NotSupported for systems with a UserLaw and for natural
-    coordinates.
+    coordinates, whose numbers `parameter_slopes` takes by name.
     """
     return trajectory.parameter_adjoint(node_seeds(trajectory, (objective,)))

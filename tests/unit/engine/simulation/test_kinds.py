@@ -154,7 +154,7 @@ def test_what_natural_coordinates_cannot_give_is_refused_by_name():
     height = Maximum(quantity=PointCoordinate(point="P"))
     with pytest.raises(NotSupported, match="the iterative method is written for planar systems"):
         gradient(system, [1.0], run, height, method="iterative")
-    with pytest.raises(NotSupported, match="parameter_gradient is written for planar systems and trees"):
+    with pytest.raises(NotSupported, match="natural coordinates take parameter_slopes"):
         parameter_gradient(run, height)
     with pytest.raises(NotSupported, match="StoredEnergy has values, but no rates"):
         gradient(system, [1.0], run, Terminal(quantity=StoredEnergy()))
