@@ -10,6 +10,7 @@ linearised about the reference values with index 0. One per cent of any of the f
 of 0.01 then weigh the same when the weights are equal.
 """
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -77,13 +78,17 @@ def swap_search(
     p: int = 10,
     groups: NDArray[np.int64] | None = None,
     feasible: Feasible | None = None,
-    heat: float | None = None,
+    heat: float = 1.0,
+    reference: Mapping[str, float] | None = None,
     draws: Draws,
 ) -> SwapResult:
     """Rearrange the columns from `entries` (d, n) on; swaps stay inside each group of runs.
 
     groups: (g, 2) first run and number of runs; runs in no group stay as they are.
     feasible: points (m, d) -> truth values; a swap passes only when both runs are feasible afterwards.
+    heat: first bar as a multiple of the usual one; 0 goes only down
+    reference: what several criteria are relative to; short searches of each alone find it where it is None,
+    or runs coincide in `entries`
     """
     names, shares = check_weights(criterion, weights)
     check_power(p)
@@ -108,11 +113,19 @@ def swap_search(
 
     first = search(names, draws)
     total = check_budget(swaps, seconds, lambda: _rate(search(names, draws.copy()), feasible))
-    alone: dict[str, float] = {}
-    reference = first.criteria.values.copy()
+    alone = dict(reference or {})
+    about = first.criteria.values.copy()
     spent = 0
     accepted = 0
-    if len(names) > 1:
+    start = values_of(columns, entries, names, p)
+    if len(names) > 1 and reference is not None and all(np.isfinite(v) for v in start.values()):
+        for name, power in (("phi_p", p), ("cd2", 1), ("maxpro", len(columns.levels))):
+            if name in names:  # the kernels add up powers of phi_p and MaxPro
+                # rounded, and no `**`: last bits differ between processors, and must not reach a decision
+                share = np.rint(reference[name] / start[name] * 2**20) / 2**20
+                about[CRITERIA.index(name)] *= math.prod([share] * power)
+        anneal(first, total, shares, heat, feasible, about)
+    elif len(names) > 1:
         part = total // (4 * len(names))
         for name in names:
             single = search((name,), draws)
@@ -121,8 +134,8 @@ def swap_search(
             accepted += int(single.progress[1])
             alone.update(values_of(columns, single.best.entries, (name,), p))
             c = CRITERIA.index(name)
-            reference[c] = single.best.values[c] * first.criteria.scales[c] / single.criteria.scales[c]
-        anneal(first, total - spent, shares, heat, feasible, reference)
+            about[c] = single.best.values[c] * first.criteria.scales[c] / single.criteria.scales[c]
+        anneal(first, total - spent, shares, heat, feasible, about)
     else:
         anneal(first, total, shares, heat, feasible)
     points = columns.points(first.best.entries)
@@ -140,7 +153,7 @@ def anneal(
     search: SwapState,
     trials: int,
     shares: Floats,
-    heat: float | None,
+    heat: float,
     feasible: Feasible | None,
     reference: Floats | None = None,
 ) -> None:
@@ -152,10 +165,9 @@ def anneal(
     search.run(quench, heat=0.0, cooled=1.0, feasible=feasible)
     search.back_to_best()
     search.weigh(shares, search.criteria.values if reference is None else reference)
-    if heat is None:
-        heat = float(START_HEAT @ shares / np.count_nonzero(shares)) * (8.0 / d) ** 2 / n
+    bar = heat * float(START_HEAT @ shares / np.count_nonzero(shares)) * (8.0 / d) ** 2 / n
     slow = trials - quench - freeze
-    search.run(slow, heat=heat, cooled=COOLED, wide=WIDE, narrow=NARROW, feasible=feasible)
+    search.run(slow, heat=bar, cooled=COOLED, wide=WIDE, narrow=NARROW, feasible=feasible)
     search.back_to_best()
     search.run(freeze, heat=0.0, cooled=1.0, wide=NARROW, narrow=NARROW, feasible=feasible)
 

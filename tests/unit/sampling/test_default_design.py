@@ -41,10 +41,7 @@ def test_it_is_near_the_best_of_either_criterion_and_uncorrelated():
 @pytest.mark.slow
 @pytest.mark.parametrize(("runs", "inputs"), [(50, 15), (40, 10), (30, 8)])
 def test_at_the_sizes_of_the_quality_table(runs, inputs):
-    """Correlation at most 0.1 and below that of 50 random ones, both criteria near their own best.
-
-    Of nine designs eight are within 3 % of both; 30 x 8 with seed 21 has a CD2 of 3.2 % above the best.
-    """
+    """Correlation at most 0.1 and below that of 50 random ones, both criteria within 3 % of their best."""
     space = Space([Parameter(f"x{k}", lower=0, upper=1) for k in range(inputs)])
     designs = [make_design(space, DEFAULT, runs, seed=seed).unit for seed in (21, 22, 23)]
     random = [make_design(space, "lhs", runs, seed=k).unit for k in range(50)]
@@ -57,9 +54,8 @@ def test_at_the_sizes_of_the_quality_table(runs, inputs):
             ).values[criterion]
             for k in range(3)
         )
-        excess = sorted(measured(unit) / best - 1.0 for unit in designs)
-        assert excess[1] <= 0.03, (criterion, excess)
-        assert excess[2] <= 0.04, (criterion, excess)
+        excess = [measured(unit) / best - 1.0 for unit in designs]
+        assert max(excess) <= 0.03, (criterion, excess)
 
 
 def test_words_are_balanced_against_each_other_and_against_the_numbers():
