@@ -147,7 +147,10 @@ def reread(study: StudyFile, folder: Folder = None, json_: Json = False) -> None
 
 @commands.command(help=stage_named("screen").help)
 def screen(
-    study: StudyFile,
+    study: Annotated[
+        Path | None,
+        typer.Argument(help="The study file, such as study.toml; not for `--method list`.", metavar="STUDY"),
+    ] = None,
     folder: Folder = None,
     method: Annotated[
         str | None,
@@ -163,15 +166,18 @@ def screen(
     json_: Json = False,
 ) -> None:
     """The stage `screen`, or a look at the same runs by another method."""
-    if method is None and response is None:
-        _screen(study, folder, as_json=json_)
-        return
     from workbench.report.lines.screening import method_lines, other_screening_lines
-    from workbench.screening.named_methods import NAMED_METHODS
 
     if method == "list":
+        from workbench.screening.named_methods import NAMED_METHODS
+
         listed = {"methods": [asdict(one) for one in NAMED_METHODS]}
         finish(listed, method_lines(NAMED_METHODS), as_json=json_)
+        return
+    if study is None:
+        raise StudyError("screen needs a study file, such as: holdfast screen study.toml")
+    if method is None and response is None:
+        _screen(study, folder, as_json=json_)
         return
     from workbench.stages.other_screenings import other_screening
 

@@ -109,14 +109,21 @@ def test_the_version_is_told(capsys):
 
 
 def test_screening_methods_are_listed_with_what_they_cannot_see(tmp_path, capsys):
-    path = write_study(tmp_path)
-    code, out, _ = in_process("screen", path, "--method", "list", capsys=capsys)
+    code, out, _ = in_process("screen", "--method", "list", capsys=capsys)  # before there is a study
     assert code == 0
     for name in ("default", "sobol", "src", "prcc", "hsic", "morris"):
         assert f"\n{name} " in f"\n{out}"
     assert out.count("cannot see") == out.count("needs ") == 12
+    path = write_study(tmp_path)
     code, out, _ = in_process("screen", path, "--method", "list", "--json", capsys=capsys)
     assert [one["name"] for one in json.loads(out)["methods"]][:2] == ["default", "forward"]
+
+
+def test_all_other_screenings_need_a_study(capsys):
+    for words in ((), ("--method", "rivals"), ("--response", "y")):
+        code, _, err = in_process("screen", *words, capsys=capsys)
+        assert code == 2
+        assert "screen needs a study file, such as: holdfast screen study.toml" in err
 
 
 def test_wrong_usage_is_two():
