@@ -20,11 +20,11 @@ pytestmark = pytest.mark.slow
 BETWEEN = 3.0  # of the tolerance
 
 
-def ball(power=1.0, width=1e-4, damping=0.0):
+def ball(power=1.0, width=1e-4, damping=0.0, k=1e7, height=1.0):
     falling = SpatialBody(
-        name="ball", joint=Prismatic(axis=(0, 0, 1.0), position=1.0), mass=1.0, inertia=(0.1, 0.1, 0.1)
+        name="ball", joint=Prismatic(axis=(0, 0, 1.0), position=height), mass=1.0, inertia=(0.1, 0.1, 0.1)
     )
-    floor = SpatialContact(a="ball", shape=Plane(), k=1e7, power=power, width=width, damping=damping)
+    floor = SpatialContact(a="ball", shape=Plane(), k=k, power=power, width=width, damping=damping)
     return TreeSystem(bodies=(falling,), contacts=(floor,))
 
 
@@ -68,3 +68,23 @@ def test_a_ball_on_a_hard_floor_is_right_to_1e_6_within_20_000_steps():
     assert off(system, run) < 1e-6
     fallen = np.abs(0.5 * run.velocity[-1, 0] ** 2 + 9.81 * (run.position[-1, 0] - 1.0))
     assert fallen < 2e-5
+
+
+@pytest.mark.parametrize(("k", "power"), [(1e4, 1.5), (1e5, 1.0)])
+def test_a_contact_costs_order_8_its_order_at_equal_steps_and_a_tolerance_gets_it_back(k, power):
+    system, counts = ball(k=k, power=power, height=0.5), 100 * 2 ** np.arange(7)
+    true = simulate(system, [], 0.5, 50_000, scheme=RungeKutta8()).position[-1]
+
+    def error(run):
+        return float(np.abs(run.position[-1] - true).max())
+
+    alpha, eighth = (
+        [error(simulate(system, [], 0.5, int(n), scheme=s)) for n in counts]
+        for s in (GeneralisedAlpha(), RungeKutta8())
+    )
+    seen = [-np.polyfit(np.log(counts), np.log(e), 1)[0] for e in (alpha, eighth)]
+    assert 1.6 < seen[0] < 2.7  # seven grids meet the floor's edge by chance: 2.0 and 2.5 were seen
+    assert seen[1] < 4.0  # of 8
+    run = simulate(system, [], 0.5, tolerance=1e-6)
+    assert len(run.times) - 1 < 1200
+    assert 10.0 * error(run) < alpha[3]  # of 800 steps
