@@ -384,7 +384,7 @@ def _confirmed(
     """What the first-order error at the returned design lets one say, whatever the method believed."""
     unit = abs(value) / np.maximum(np.abs(problem.limits), 1e-300) if np.isfinite(value) else 0.0
     unpriced = (found.shadow_prices <= 1e-6 * unit) & (problem.usage(density) < 0.999)
-    if problem.budgets and unpriced.all():
+    if problem.budgets and unpriced.all() and found.kkt <= FIRST_ORDER:  # far from an optimum none is priced
         return LayoutStatus.IDLE_BUDGET
     if found.kkt <= (_SETTLED if status is LayoutStatus.LIMIT else FIRST_ORDER):
         return LayoutStatus.CONVERGED

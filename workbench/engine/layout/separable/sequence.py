@@ -125,8 +125,10 @@ def _point(problem: LayoutProblem, density: Array, evaluation: Evaluation, bound
     gradients = problem.checked_gradients(evaluation, rows)
     f = values.ravel()[rows]
     budget = problem.costs @ density - problem.limits
-    others = np.r_[budget, evaluation.constraints]
-    table = np.vstack([problem.costs, evaluation.constraint_gradients.reshape(-1, problem.members)])
+    followed = _followed(evaluation)
+    others = np.r_[budget, evaluation.constraints[followed]]
+    slopes = evaluation.constraint_gradients.reshape(-1, problem.members)
+    table = np.vstack([problem.costs, slopes[followed]])
     if not bound:
         return Point(x=density, values=np.r_[f, others], gradients=np.vstack([gradients, table]))
     t = float(f.max())
@@ -138,6 +140,21 @@ def _point(problem: LayoutProblem, density: Array, evaluation: Evaluation, bound
     return Point(
         x=np.r_[density, t], values=np.r_[t, f - t, others], gradients=np.vstack([top, rows_t, table_t])
     )
+
+
+def _followed(evaluation: Evaluation) -> NDArray[np.intp]:
+    """The constraints that the approximations carry: of each limit in each run the peak that is worst.
+
+    Peaks come and go from design to design, and two-point models and curvatures need the same rows at each.
+    """
+    worst: dict[tuple[int, int], int] = {}
+    for k, row in enumerate(evaluation.limit_rows):
+        of = (row.limit, row.scenario)
+        if of not in worst or evaluation.constraints[k] > evaluation.constraints[worst[of]]:
+            worst[of] = k
+    if not evaluation.limit_rows:
+        return np.arange(len(evaluation.constraints))
+    return np.array([worst[of] for of in sorted(worst)], dtype=np.intp)
 
 
 def _bounds(problem: LayoutProblem, here: Point, bound: bool) -> tuple[Array, Array]:
