@@ -70,7 +70,9 @@ def _optimise(
         problem = model.problem(cases)
         given = problem if start is None else replace(problem, start=problem.into_budgets(start.copy()))
         # the loop judges the trivial layouts itself, and looks from other starts
-        result = optimise_layout(given, max_evaluations=evaluations, compare=False, multi_start=start is None)
+        result = optimise_layout(
+            given, max_evaluations=evaluations, compare=False, multi_start=start is None, probes=0
+        )
         clean = purify(problem, result.density) if problem.geometry is not None else None
         check = check_gradient(model.problem(cases[:1]))  # one case tells whether gradients are right
     except (EngineError, ArithmeticError) as error:

@@ -23,6 +23,7 @@ from .bound.central_path import follow_central_path, has_interior
 from .bound.equivalent_loads import VARIANTS, equivalent_static_loads
 from .bound.linear_steps import linear_steps
 from .bound.min_max import min_max
+from .bound.probing import probes_by_default
 from .bound.secant_path import follow_secant_path
 from .formulation.aggregate import aggregated
 from .formulation.law_variables import values_at
@@ -101,7 +102,7 @@ def optimise_layout(
     peaks: Peaks = "all",
     multi_start: bool = True,
     compare: bool = True,
-    probes: int = 0,
+    probes: int | None = None,
     progress: Callable[[HistoryEntry, Array], None] | None = None,
     keep_iterates: bool = False,
 ) -> LayoutResult:
@@ -118,7 +119,8 @@ def optimise_layout(
         multi_start: also search from corners of the response where several peaks compete.
         compare: spend evaluations on the trivial layouts, so that the result is no worse than they are.
         probes: runs without gradients, beside the evaluations, that may look for starts and correct steps
-            of the trust region where several peaks compete on a long window; 20 per evaluation were tried.
+            of the trust region where several peaks compete on a long window; None: 20 per evaluation from 200
+            evaluations on, with several starts, where slopes are carried forward beside a run.
         progress: called with each history entry and density.
 
     Returns a `LayoutResult`; its design meets every budget. Raises InvalidLayout for unusable problems.
@@ -138,7 +140,8 @@ def optimise_layout(
         raise InvalidLayout(f"method needs to be one of {', '.join((*METHODS, *RUNS_ONLY))}, got '{method}'")
     if peaks not in ("all", "single", "ks", "p_norm"):
         raise InvalidLayout(f"peaks needs to be 'all', 'single', 'ks' or 'p_norm', got '{peaks}'")
-    if probes < 0 or (probes and method not in ("gsao", "trust_region")):
+    able = method in ("gsao", "trust_region")
+    if probes is not None and (probes < 0 or (probes and not able)):
         raise InvalidLayout(f"probes needs to be >= 0, and 0 unless 'gsao' chooses, got {probes}, {method!r}")
     if peaks in ("ks", "p_norm"):
         problem = aggregated(problem, peaks)  # type: ignore[arg-type]
@@ -152,6 +155,8 @@ def optimise_layout(
         if _blind(problem, first):
             return _result(problem, recorder, LayoutStatus.ZERO_SENSITIVITY, "none: nothing to follow", {})
         problem = replace(problem, start=start)
+    if probes is None:
+        probes = probes_by_default(first, max_evaluations) if able and multi_start else 0
     alone = not compare or problem.convex or first.constraints.size > 0
     trivial = {} if alone else _trivial(problem, start, max_evaluations)
     allowed = max(1, max_evaluations - len(trivial))

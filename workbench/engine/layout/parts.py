@@ -105,7 +105,7 @@ def optimise_in_parts(
             seen = np.any(np.abs(kept[open_] - off[open_]) > 0.0)
             start[open_] = kept[open_] if seen else whole.start[open_]
             one = replace(whole, lower=lower, upper=upper, start=np.clip(start, lower, upper))
-            found = optimise_layout(one, max_evaluations=max_evaluations, tolerance=tolerance)
+            found = optimise_layout(one, max_evaluations=max_evaluations, tolerance=tolerance, probes=0)
             kept[open_] = found.density[open_]
             results.append(found)
     value, excess = _value(problem, kept)
@@ -152,4 +152,6 @@ def _at_once(
     own, broken = _value(problem, problem.into_budgets(problem.start))
     starts = sorted([(excess > 1e-9, value, 0), (broken > 1e-9, own, 1)])
     start = design if starts[0][2] == 0 else problem.start
-    return optimise_layout(replace(problem, start=start), max_evaluations=evaluations, tolerance=tolerance)
+    return optimise_layout(
+        replace(problem, start=start), max_evaluations=evaluations, tolerance=tolerance, probes=0
+    )

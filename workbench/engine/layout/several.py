@@ -117,7 +117,7 @@ def front(
         raise InvalidLayout(f"a front of {k} objectives needs at least {k + 1} points, got {points}")
     used, densities = 0, []
     for problem in objectives:
-        result = optimise_layout(problem, max_evaluations=2 * max_evaluations, tolerance=tolerance)
+        result = optimise_layout(problem, max_evaluations=2 * max_evaluations, tolerance=tolerance, probes=0)
         used += result.evaluations
         densities.append(result.density)
     pay_off = np.array([_values(objectives, a) for a in densities])

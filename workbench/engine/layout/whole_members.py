@@ -224,9 +224,9 @@ def _relaxed(open_: Choices, evaluations: int) -> LayoutResult:
     start = replace(limited, start=limited.into_budgets(spread))
     groups = [np.flatnonzero(row > 0).tolist() for row in open_.table[:: open_.states // open_.groups]]
     if all(len(members) == 1 for members in groups):
-        return optimise_layout(start, max_evaluations=evaluations, tolerance=1e-6)
+        return optimise_layout(start, max_evaluations=evaluations, tolerance=1e-6, probes=0)
     both = tied(start, groups)
-    found = optimise_layout(both.problem, max_evaluations=evaluations, tolerance=1e-6)
+    found = optimise_layout(both.problem, max_evaluations=evaluations, tolerance=1e-6, probes=0)
     return replace(found, density=both.design(found.density))
 
 

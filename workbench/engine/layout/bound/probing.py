@@ -25,7 +25,7 @@ from ..formulation.problem import FAILURES, Evaluation, LayoutProblem
 from ..outcome.history import Recorder
 
 __all__ = [
-    "Adapted", "evolve", "probed_starts", "seen_directions", "spread", "values_alone",
+    "Adapted", "evolve", "probed_starts", "probes_by_default", "seen_directions", "spread", "values_alone",
     "within_budgets",
 ]  # fmt: skip
 
@@ -42,6 +42,8 @@ _ALIKE = 2e-2  # relative spread of the better half that ends a search for a sta
 _ROWS = 60  # of a history that enter the directions
 _TURNS = 4  # through the budgets while a design is drawn into them
 _HALVINGS = 50
+_ENOUGH = 200  # evaluations from which searches from far points leave enough steps to each of their ends
+_EACH = 20  # runs without gradients per evaluation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,6 +53,19 @@ class Adapted:
     point: Array
     value: float
     used: int
+
+
+def probes_by_default(evaluation: Evaluation, max_evaluations: int) -> int:
+    """Runs without gradients that a search makes where nobody says how many.
+
+    There are some for histories whose slopes are carried forward, which take many times as long as a run;
+    an adjoint sweep takes about as long as a run, and a static problem has nothing to search in time.
+    """
+    history = np.atleast_2d(evaluation.values).shape[1] > 1
+    if not history or max_evaluations < _ENOUGH or evaluation.limit_rows:
+        return 0
+    carried = evaluation.factors(np.array([0], dtype=np.intp)) is not None
+    return _EACH * max_evaluations if carried else 0
 
 
 def probed_starts(

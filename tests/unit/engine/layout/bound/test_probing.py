@@ -1,18 +1,23 @@
 """Starts from runs without gradients: the search itself, the directions it searches in, what it is worth."""
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from studies import trusses
 from studies.two_body import square_points
+from tests.limited_layouts import limited
 from workbench.engine import Body, Deviation, Load, Maximum, Spring, System, VelocityVerlet, dense_members
 from workbench.engine.errors import NotConverged
+from workbench.engine.layout.bound import probing
 from workbench.engine.layout.bound.min_max import TrustRegionRun, race
 from workbench.engine.layout.bound.probing import (
     evolve,
     probed_starts,
+    probes_by_default,
     seen_directions,
     spread,
     within_budgets,
@@ -23,7 +28,9 @@ from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.history import Recorder
 
 
-def springs(inner: int = 6, outer: int = 9, t_end: float = 1.2) -> LayoutProblem:
+def springs(
+    inner: int = 6, outer: int = 9, t_end: float = 1.2, sensitivities: Literal["auto", "adjoint"] = "auto"
+) -> LayoutProblem:
     """Two bodies tied by inner x outer springs, of which a tenth is there, on a window of several periods."""
     bodies = (Body(name="1", mass=60.0, inertia=10.0), Body(name="2", mass=2000.0, inertia=6000.0))
     system = System(
@@ -41,6 +48,7 @@ def springs(inner: int = 6, outer: int = 9, t_end: float = 1.2) -> LayoutProblem
             t_end=t_end, steps=round(300 * t_end), scheme=VelocityVerlet(),
         )],
         start=np.full(n, 0.1), budgets=[(np.ones(n), 0.1 * n)], lower=1e-4,
+        sensitivities=sensitivities,
     )  # fmt: skip
 
 
@@ -222,13 +230,41 @@ def test_probes_are_counted_beside_the_evaluations_and_said():
     problem = springs(4, 6, 0.5)
     result = optimise_layout(problem, max_evaluations=16, probes=200)
     again = optimise_layout(problem, max_evaluations=16, probes=200)
-    plain = optimise_layout(problem, max_evaluations=16)
+    plain = optimise_layout(problem, max_evaluations=16, probes=0)
     assert 0 < result.probes <= 200
     assert result.evaluations <= 16
     assert np.array_equal(result.density, again.density)
     assert plain.probes == 0
     assert any("runs without gradients" in said for said in result.verdicts)
     assert not any("runs without gradients" in said for said in plain.verdicts)
+
+
+def test_long_searches_of_moving_systems_make_them_unless_told(monkeypatch):
+    monkeypatch.setattr(probing, "_ENOUGH", 16)
+    problem = springs(4, 6, 0.5)
+    chosen = optimise_layout(problem, max_evaluations=16)
+    told = optimise_layout(problem, max_evaluations=16, probes=320)
+    assert chosen.probes == told.probes > 0
+    assert np.array_equal(chosen.density, told.density)
+    assert optimise_layout(problem, max_evaluations=16, probes=0).probes == 0
+    assert optimise_layout(problem, max_evaluations=15).probes == 0
+    assert optimise_layout(problem, max_evaluations=16, multi_start=False).probes == 0
+    assert optimise_layout(problem, "oc", max_evaluations=16).probes == 0
+
+
+@pytest.mark.parametrize(("evaluations", "count"), [(199, 0), (200, 4000), (300, 6000)])
+def test_they_are_twenty_per_evaluation_from_two_hundred_on(evaluations: int, count: int):
+    problem = springs(4, 6, 0.2)
+    assert probes_by_default(problem.evaluate(problem.start), evaluations) == count
+
+
+def test_static_and_limited_layouts_and_those_with_backward_sweeps_make_none():
+    truss = trusses.problem(trusses.ground_structure(columns=3, rows=3))
+    assert probes_by_default(truss.evaluate(truss.start), 500) == 0
+    problem, _, _ = limited(2, "response")
+    assert probes_by_default(problem.evaluate(problem.start), 500) == 0
+    swept = springs(4, 6, 0.2, sensitivities="adjoint")
+    assert probes_by_default(swept.evaluate(swept.start), 500) == 0
 
 
 def test_a_count_that_cannot_be_used_is_refused():
