@@ -29,7 +29,7 @@ from workbench.engine.errors import EngineError
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.loop import find_robust_layout
-from workbench.robust_layout.model import layout_name
+from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.robust_layout.record import LoopSettings
 from workbench.space.box import Space
 from workbench.study.loading import load_study
@@ -48,7 +48,7 @@ KEPT = 0.6  # of a range at least stays in a box
 class Runs:
     """True runs of layouts in memory, in two threads; `made` counts them."""
 
-    model: OccupantRestraint
+    model: LayoutModel
     known: dict[tuple[str, str], Outcome] = field(default_factory=dict)
     made: int = 0
 

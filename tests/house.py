@@ -38,6 +38,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     "studies/gunner": (
         "checks",
         "restraints",
+        "drawing",
         "*",
         "vehicle cabin",
         "figure",

@@ -2,7 +2,8 @@
 
     braking_gunner(grip=371.0, hands="one", k_elbow=0.5)     one function for each proving ground
 
-A row names any of `NOMINAL`; what it does not name has its nominal value.
+A row names any of `NOMINAL`; what it does not name has its nominal value. `fires_late` (s) is the timing
+error of retractors, see `restraints.model`: it does nothing to a gunner without any.
 """
 
 from collections.abc import Mapping
@@ -31,6 +32,7 @@ NOMINAL: Mapping[str, Any] = MappingProxyType(
         "grip": 500.0, "hands": "both", **{f"k_{joint}": 1.0 for joint in JOINTS}, "seat_rate": None,
         "seat_damping": None, "seat_cap": None, "mass": None, "posture": "seated", "facing": 0.0,
         "level": "L0", "start": "balanced", "friction": None, "deceleration": 7.0, "turn": None,
+        "fires_late": 0.0,
     }
 )  # fmt: skip
 TIMES = {"braking": 1.5, "step steer": 1.0, "rollover": 3.0}  # s

@@ -37,8 +37,8 @@ _KINDS = {
 class Drawn:
     """A shape on a body of the system.
 
-    on: the body that it moves with    at: its middle in that body's frame, m    turn: of its own axes from
-    those of the body, a unit quaternion w, x, y, z
+    on: the body that it moves with, or "ground"    at: its middle in that body's frame, m
+    turn: of its own axes from those of the body, a unit quaternion w, x, y, z
     """
 
     shape: Body
@@ -142,7 +142,7 @@ def tree_frames(
     shapes = tuple(drawn) or _boxes(trajectory, roles)
     names = _names(trajectory)
     for one in shapes:
-        if one.on not in names:
+        if one.on not in (*names, "ground"):
             raise StudyError(
                 f"the shape {one.shape.name!r} is drawn on {one.on!r}; bodies of the run are "
                 f"{', '.join(names)}"
@@ -150,6 +150,9 @@ def tree_frames(
     poses = np.empty((len(nodes), len(shapes), 7))
     first: dict[str, int] = {}  # body -> the first shape on it, to whose frame members are tied
     for i, one in enumerate(shapes):
+        if one.on == "ground":
+            poses[:, i] = (*one.at, *one.turn)
+            continue
         poses[:, i, :3] = trajectory.of(one.on, np.array(one.at))[nodes]
         turned = trajectory.frames(one.on).axes[nodes] @ Rotation.from_quat(np.roll(one.turn, -1)).as_matrix()
         poses[:, i, 3:] = _quaternions(turned)

@@ -8,7 +8,7 @@ study: x forward, y left, z up, origin on the ground under the front axle. Table
 """
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -123,15 +123,21 @@ def laws(file: Path | str = FILE) -> dict[Kind, Belt | Airbag | Impulse]:
     }
 
 
-def restraints(numbers: Numbers, kinds: tuple[Kind, ...] = ("belt",), *, file: Path | str = FILE) -> Parts:
+def restraints(
+    numbers: Numbers, kinds: tuple[Kind, ...] = ("belt",), *, file: Path | str = FILE, late: float = 0.0
+) -> Parts:
     """The 180 members of each kind, kind by kind, between the torso and the body "vehicle".
 
-    numbers: of the gunner, whose posture places his ends. Raises ValueError for an unknown kind.
+    numbers: of the gunner, whose posture places his ends. late: s, by which retractors fire after their time,
+    before it if negative. Raises ValueError for an unknown kind.
     """
     unknown = sorted(set(kinds) - set(KINDS))
     if unknown:
         raise ValueError(f"kinds needs names among {', '.join(KINDS)}, got {', '.join(unknown)}")
-    body, law = pieces(numbers), laws(file)
+    body, law = pieces(numbers), dict(laws(file))
+    retractor = law["retractor"]
+    assert isinstance(retractor, Impulse)
+    law["retractor"] = replace(retractor, t0=retractor.t0 + late)
     return Parts(
         members=tuple(
             SpatialMember(

@@ -29,11 +29,11 @@ from workbench.engine.layout.formulation.transient import Scenario, transient_pr
 from workbench.motion.frames import Motion
 
 from ..cases import carrier, gunner, numbers_of
+from ..drawing.bodies import motion_of
 from ..figure import FIGURE
 from ..occupant_responses import responses_of, shares_of
 from ..parts import joined
-from ..uncertain import TIMES, case_of
-from .drawing import motion_of
+from ..uncertain import NOMINAL, TIMES, case_of
 from .ground_structure import KINDS, Kind, restraints, sites
 
 __all__ = ["GunnerRestraint", "restraint"]
@@ -75,7 +75,8 @@ class GunnerRestraint:
                 "restraints are those of a gunner who faces forward at level L0; "
                 f"got facing={case.facing:g} and level='{case.level}'"
             )
-        held = restraints(numbers_of(case), self.kinds, file=case.file)
+        late = float(uncertain.get("fires_late", NOMINAL["fires_late"]))
+        held = restraints(numbers_of(case), self.kinds, file=case.file, late=late)
         return joined(carrier(case), gunner(case), held)
 
     def problem(self, scenarios: Sequence[Mapping[str, Any]]) -> LayoutProblem:

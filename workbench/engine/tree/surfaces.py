@@ -178,6 +178,18 @@ class Road:
         )
         return replace(self, amplitude=0.0, waves=waves)
 
+    def height(self, x: float, y: float) -> float:
+        """What a tyre rolls on at (x, y), m over the plane z = 0.
+
+        >>> Road(kerb_height=0.1, kerb_at=5.0).height(6.0, 0.0)
+        0.1
+        """
+        s = x * cos(self.heading) + y * sin(self.heading) - self.start
+        wave = self.amplitude * sin(2.0 * pi * s / self.wavelength)
+        wave += sum(a * sin(2.0 * pi * s / wavelength + phase) for a, wavelength, phase in self.waves)
+        beyond = x * cos(self.kerb_heading) + y * sin(self.kerb_heading) - self.kerb_at
+        return _step(s / self.ramp) * wave + self.kerb_height * _step(beyond / self.kerb_width)
+
     def numbers(self) -> tuple[float, ...]:
         """Numbers of the kernel."""
         return (
@@ -186,6 +198,12 @@ class Road:
             self.kerb_width,
             *(x for a, wavelength, phase in self.waves for x in (a, 2.0 * pi / wavelength, phase)),
         )  # fmt: skip
+
+
+def _step(share: float) -> float:
+    """0 below 0, 1 above 1, C2 between."""
+    s = min(max(share, 0.0), 1.0)
+    return s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,10 +2,11 @@
 
 The outside of the vehicle is that of `[vehicle.shell]`, the inside that of `[gunner.cabin]`, the thickness
 of the segments that of `[gunner.skin]` in `gunner.toml`, all of them assumed there. Wheels have few sides, so
-that one sees them turn. The road is drawn flat, whatever it is.
+that one sees them turn. What is not flat of the ground is drawn by `road`.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,9 +19,12 @@ from ..cabin.contacts import CabinNumbers, balls, cabin_numbers
 from ..cases import Case, numbers_of, vehicle_numbers
 from ..figure import FIGURE, pieces
 from ..figure_numbers import Numbers
+from ..manoeuvre import Ground
 from ..occupant_responses import shares_of
 from ..parts import triple
+from ..proving_grounds import ProvingGround
 from ..vehicle.numbers import VehicleParameters
+from .road import depth, ground_drawn
 
 __all__ = ["drawn", "motion_of"]
 
@@ -36,13 +40,16 @@ PALM = 0.035  # m, radius of a hand
 def motion_of(runs: Mapping[str, TreeTrajectory], case: Case, *, title: str) -> Motion:
     """Runs of one case side by side, with the deviation of his mass centre and the speed of his head."""
     first = next(iter(runs.values()))
-    shapes = tuple(drawn(first, case))
+    ground = case.on.ground if isinstance(case.on, ProvingGround) else Ground()
+    shapes = (*drawn(first, case), *ground_drawn(ground, tuple(runs.values())))
     centre = {body.name: body.centre for body in first.system.bodies}
     head = RelativeSpeed(body="head", point=centre["head"], reference="vehicle")
     deviation = Deviation(
         bodies=FIGURE, shares=shares_of(first.system), reference="vehicle", weights=(1.0, 1.0, 1.0)
     )
     seen = {label: frames(run, label=label, count=FRAMES, drawn=shapes) for label, run in runs.items()}
+    lifted = np.array([0.0, 0.0, depth(ground.road), 0.0, 0.0, 0.0, 0.0])
+    fixed = np.array([shape.on == "ground" for shape in shapes])[:, None]
     times = next(iter(seen.values()))[0]
     nodes = np.searchsorted(first.times, times)
     reach = {label: np.sqrt(deviation.values(run))[nodes] for label, run in runs.items()}
@@ -52,7 +59,7 @@ def motion_of(runs: Mapping[str, TreeTrajectory], case: Case, *, title: str) -> 
     return Motion(
         title=title,
         times=times,
-        runs=tuple(run for _, run in seen.values()),
+        runs=tuple(replace(run, poses=run.poses + np.where(fixed, 0.0, lifted)) for _, run in seen.values()),
         histories=(
             History(name="deviation of his mass centre", unit="m", series=reach),
             History(name="speed of his head beside the vehicle", unit="m/s", series=speed),

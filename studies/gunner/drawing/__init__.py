@@ -1,0 +1,1 @@
+"""The gunner, his vehicle and the ground to look at."""
