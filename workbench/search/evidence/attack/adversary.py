@@ -4,8 +4,8 @@
                  uncertainty beyond the value is counted
     corner       corners, in equal shares of every combination of unordered levels; all where they fit
     near corner  the same with some coordinates inside
-    change, cliff, pattern, gradient    climbs from the claimed case, from other cases known to be bad, and
-                 from the best cases of each stratum, see `workbench.search.evidence.attack.climbs`
+    change, pair, cliff, pattern, gradient    climbs from the claimed case, from other cases known to be bad,
+                 and from the best cases of each stratum, see `workbench.search.evidence.attack.climbs`
     empty place  cases far from all others, once climbs repeat each other
 
 An adversary shares with the search that it attacks neither a surrogate nor a start design nor a stream of

@@ -1,10 +1,10 @@
 """Climbs side by side, the budget going where it earns.
 
 Climbs begin at cases known to be bad and at the claimed one, which is where a claim is attacked first, and
-at the worst drawn cases of the strata by turns. Every second one climbs corners, the others inside. Once
-`ENOUGH` of those from drawn cases have ended at the worst value known, more of them would only repeat it: the
-budget then goes into cases far from all that were run, in batches, with a climb from the one that stands
-furthest out of the trend.
+at the worst drawn case of every stratum in turns: one turn climbs corners, the next inside. Once every
+stratum has had its corners climbed, and `ENOUGH` climbs from drawn cases have ended at the worst value known,
+more of them would only repeat it: the budget then goes into cases far from all that were run, in batches,
+with a climb from the one that stands furthest out of the trend.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,6 +24,7 @@ __all__ = ["Arrivals", "Ascents"]
 SIDE_BY_SIDE = 4  # climbs at once: the size of a batch, whatever the number of workers
 FRESH, REDRAWS = 8, 20  # near-corners drawn when no case is left to climb from, and how often
 ENOUGH = 2  # climbs from drawn cases that end at the worst value before the budget goes elsewhere
+PAIRS, OF_BUDGET = 100, 15  # of changes at the top of a corner climb: at most, and as a part of the budget
 FAR = 16  # cases in empty places before the next climb
 NEAR = 0.02  # of the value or of the range of the values, the smaller: a climb that ends so near has arrived
 
@@ -127,9 +128,10 @@ class Ascents:
         for start, value in self.known:
             yield self._begun(start, value, is_from_known=True, is_local=True)
         if self.claimed is not None and not self.goes_on:
-            for _ in range(2):
-                yield self._begun(*self.claimed, is_from_known=True)
+            for corners in (True, False):
+                yield self._begun(*self.claimed, corners=corners, is_from_known=True)
         places = self.plain
+        turn = 0
         while True:
             queue = self._queue(places)
             if not queue:
@@ -138,12 +140,13 @@ class Ascents:
                     return
                 continue
             for i in queue:
-                if self.arrivals().arrived >= ENOUGH:
-                    yield from self._elsewhere()
+                if turn > 0 and self.arrivals().arrived >= ENOUGH:
+                    yield from self._elsewhere(corners=turn % 2 == 0)
                 if i not in self.used:
-                    yield self._from(i)
+                    yield self._from(i, corners=turn % 2 == 0, holds_labels=turn == 0)
+            turn += 1
 
-    def _elsewhere(self) -> Iterator[_Going]:
+    def _elsewhere(self, *, corners: bool) -> Iterator[_Going]:
         """A climb from the case that stands out most, once some more were run in empty places."""
         trials, where = self.trials, self.strata.where
         rng = stream(self.seed, "attack empty places", replicate=len(self.climbs))
@@ -159,7 +162,7 @@ class Ascents:
         scores = surprises(where.features(points), np.array([trials.values[i] for i in self.plain]))
         scores[[i in self.used for i in self.plain]] = -np.inf
         if np.max(scores) > -np.inf:
-            yield self._from(self.plain[int(np.argmax(scores))])
+            yield self._from(self.plain[int(np.argmax(scores))], corners=corners)
 
     def _more(self) -> list[int]:
         """Run a few new near-corners; the places of those that were new, none where none is left."""
@@ -185,23 +188,33 @@ class Ascents:
                 best[int(stratum)] = i
         return sorted(best.values(), key=lambda i: -self.trials.values[i])
 
-    def _from(self, i: int) -> _Going:
+    def _from(self, i: int, *, corners: bool, holds_labels: bool = False) -> _Going:
         self.used.add(i)
-        return self._begun(self.trials.points[i], self.trials.values[i])
+        return self._begun(
+            self.trials.points[i], self.trials.values[i], corners=corners, holds_labels=holds_labels
+        )
 
     def _begun(
-        self, start: np.ndarray, value: float, *, is_from_known: bool = False, is_local: bool = False
+        self,
+        start: np.ndarray,
+        value: float,
+        *,
+        corners: bool = False,
+        holds_labels: bool = False,
+        is_from_known: bool = False,
+        is_local: bool = False,
     ) -> _Going:
-        """A climb from `start`: a local one, or every other one of corners, every other one inside."""
+        """A climb from `start`: a local one, one of corners, or one inside."""
         trials, number = self.trials, len(self.climbs)
         rng = stream(self.seed, "climb", replicate=number)
         climb: Climb
         if is_local:
             climb = local_climb(trials.where, start, value, slope=trials.slope, rng=rng)
-        elif number % 2 == 0:
+        elif corners:
             climb = corner_climb(
-                trials.where, start, value, slope=trials.slope, spread=lambda: _spread(trials.values), rng=rng
-            )
+                trials.where, start, value, slope=trials.slope, spread=lambda: _spread(trials.values),
+                rng=rng, holds_labels=holds_labels, pairs=min(PAIRS, trials.budget // OF_BUDGET),
+            )  # fmt: skip
         else:
             climb = interior_climb(trials.where, start, value, slope=trials.slope, rng=rng)
         return _Going(climb=climb, is_from_known=is_from_known, worst=value)

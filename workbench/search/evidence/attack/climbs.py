@@ -7,6 +7,8 @@ many there are at once.
 
     change     one parameter moved to its other end or to another level, kept where it gains (ends first:
                worst cases of engineering responses stand in corners)
+    pair       two parameters moved at once to other ends, where no single change gains: the two sides of a
+               cliff may be two changes apart, with a small loss between
     cliff      bisection between a high case and a much lower, or failing, neighbour: the worst often stands
                at the very edge, on the bad side
     pattern    Hooke and Jeeves 1961: coordinate steps, halved when none gains, and the whole move repeated;
@@ -16,7 +18,7 @@ many there are at once.
                the top of the parabolas through them, and shorter ones
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -54,17 +56,30 @@ def corner_climb(
     slope: Slope,
     spread: Range,
     rng: np.random.Generator,
+    holds_labels: bool = False,
+    pairs: int = 0,
 ) -> Climb:
-    """Single changes from `start` (d,) of signed `value`, then its cliffs, then by pattern or gradient.
+    """Single changes from `start` (d,) of signed `value`, pairs, then cliffs, then by pattern or gradient.
+
+    holds_labels: unordered levels stay as they are until no single change nor pair gains. A climb that may
+    change them leaves a combination whose values are low for one where they are higher, and never comes upon
+    a cliff of the first.    pairs: tried at the top, at most.
 
     `slope` gives the gradient (d,) at a case that was run, or None; `spread` the range of the values so far.
     """
-    top, best, drops = yield from _changes(where, start, value, rng=rng)
+    every = list(range(where.dimension))
+    free = [j for j in every if where.space.parameters[j].kind != "categorical"] if holds_labels else every
+    top, best, drops = yield from _changes(where, start, value, free, rng=rng)
+    while (pair := (yield from _pair(where, top, best, free, pairs, rng=rng))) is not None:
+        top, best, drops = yield from _changes(where, *pair, free, rng=rng)
+    if len(free) < len(every):
+        top, best, more = yield from _changes(where, top, best, every, rng=rng)
+        drops += more
     for other, low in sorted(drops, key=lambda drop: drop[1])[:2]:
         if best - low > CLIFF * spread():
             edge, high = yield from bisection(where, top, best, other, low)
             if high > best:
-                top, best, _ = yield from _changes(where, edge, high, rng=rng)
+                top, best, _ = yield from _changes(where, edge, high, every, rng=rng)
     yield from _inside(where, top, best, slope=slope, rng=rng)
 
 
@@ -78,7 +93,7 @@ def interior_climb(
 ) -> Climb:
     """By pattern or gradient from `start` (d,) of signed `value`, then single changes of the top."""
     top, best = yield from _inside(where, start, value, slope=slope, rng=rng)
-    yield from _changes(where, top, best, rng=rng)
+    yield from _changes(where, top, best, range(where.dimension), rng=rng)
 
 
 def local_climb(
@@ -159,15 +174,16 @@ def bisection(
 
 
 def _changes(
-    where: SearchSpace, start: np.ndarray, value: float, *, rng: np.random.Generator
+    where: SearchSpace, start: np.ndarray, value: float, free: Sequence[int], *, rng: np.random.Generator
 ) -> Generator[Step, float, tuple[np.ndarray, float, list[tuple[np.ndarray, float]]]]:
-    """Single changes to other ends and levels until none gains; the neighbours of the top and values."""
+    """Single changes of the `free` coordinates to other ends and levels until none gains; the neighbours of
+    the top and values."""
     top, best = start, value
     unchanged = 0
     drops: list[tuple[np.ndarray, float]] = []
-    order = rng.permutation(where.dimension)
+    order = rng.permutation(free)
     at = 0
-    while unchanged < where.dimension:
+    while unchanged < len(order):
         j = int(order[at % len(order)])
         at, unchanged = at + 1, unchanged + 1
         for place in _places(where, j, top, rng):
@@ -180,6 +196,27 @@ def _changes(
             else:
                 drops.append((other, reached))
     return top, best, drops
+
+
+def _pair(
+    where: SearchSpace,
+    start: np.ndarray,
+    value: float,
+    free: Sequence[int],
+    at_most: int,
+    *,
+    rng: np.random.Generator,
+) -> Generator[Step, float, tuple[np.ndarray, float] | None]:
+    """The first gain among changes of two of the `free` coordinates at once; None where none gains."""
+    pairs = [(i, j) for j in free for i in free if i < j]
+    for k in rng.permutation(len(pairs))[:at_most]:
+        other = start.copy()
+        for j in pairs[k]:
+            other[j] = _places(where, j, start, rng)[0]
+        reached = yield Step("pair", other)
+        if reached > value:
+            return other, reached
+    return None
 
 
 def _places(where: SearchSpace, j: int, point: np.ndarray, rng: np.random.Generator) -> np.ndarray:
