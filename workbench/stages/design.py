@@ -86,10 +86,10 @@ def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
 
 
 def _planned_runs(study: Study, folder: Path) -> int | None:
-    """As many as the design has, or as it is asked to have; None where that is up to its kind."""
+    """As many as the design has, or as it is to grow to; None where that is up to its kind."""
     document = design_head(folder / "design.json")
-    runs: int | None = document["n"] if document else (study.design or {}).get("runs")
-    return runs
+    counts = (document["n"] if document else None, (study.design or {}).get("runs"))
+    return max((count for count in counts if count is not None), default=None)
 
 
 WORK = Work(run=_run, inputs=_inputs, lines=design_lines, planned_runs=_planned_runs)

@@ -86,6 +86,8 @@ def test_a_grown_design_takes_the_time_of_its_new_runs(study):
     answered(study(), [2.0] * 10)
     plan = plan_study(study("runs = 10", "runs = 16"))
     assert plan["time"]["design"] == {"runs": 6, "at_once": 2, "seconds": 6.0}
+    assert plan["runs"]["design"] == 16
+    assert plan_study(study("runs = 10", "runs = 8"))["runs"]["design"] == 10, "all of them stay"
     answered(study("runs = 10", "runs = 16"), [])
     assert plan_study(study("runs = 10", "runs = 20"))["time"]["design"]["runs"] == 10, (
         "six wait, four are new"
