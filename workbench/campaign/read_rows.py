@@ -60,9 +60,9 @@ def read_otherwise(store: Store, *, model: str, version: str, every: bool = Fals
     found = store.select(
         "SELECT key, status, outputs, kept, reading.definition, error FROM evaluation "
         "LEFT JOIN reading ON reading.id = evaluation.reading "
-        "WHERE model = ? AND version = ? AND status IN ('ok', 'failed', 'nonfinite') "
-        "AND (? OR evaluation.reading IS NOT ?) ORDER BY evaluation.id",
-        [model, version, every, store.reading_now],
+        "WHERE (? OR evaluation.reading IS NOT ?) AND status IN ('ok', 'failed', 'nonfinite') "
+        "AND model = ? AND version = ? ORDER BY evaluation.id",
+        [every, store.reading_now, model, version],
     )
     return [
         ReadRow(

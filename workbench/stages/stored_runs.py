@@ -105,7 +105,7 @@ def _screening_keys(campaign: StoredRuns) -> list[str]:
     keys = design_keys(campaign.folder / "design.json") or []
     spec, names = campaign.spec, set(campaign.study.space.names)
     told = campaign.store.select(
-        "SELECT key, inputs FROM evaluation WHERE model = ? AND version = ? AND batch = 'told' ORDER BY id",
+        "SELECT key, inputs FROM evaluation WHERE batch = 'told' AND model = ? AND version = ? ORDER BY id",
         [spec.identity, spec.version],
     )
     keys += [key for key, inputs in told if set(json.loads(inputs)) == names]
