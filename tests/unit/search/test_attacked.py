@@ -87,12 +87,16 @@ def test_a_search_that_the_attack_proved_wrong_goes_on_with_what_it_has_left():
         return 2.0 + a if inside else 1.0
 
     plain = worst_case(f, space, budget=60, attack=0, seed=2)
-    found = worst_case(f, space, budget=60, attack=150, seed=2)
     assert plain.status is Status.CONSTANT
-    assert found.value > 2.4
-    numbers = [run.proposal.startswith("attack") for run in found.runs]
-    first = numbers.index(True)
-    assert not all(numbers[first:])
+    reached = []
+    for seed in (1, 2, 3):
+        found = worst_case(f, space, budget=60, attack=150, seed=seed)
+        reached.append(found.value)
+        numbers = [run.proposal.startswith("attack") for run in found.runs]
+        first = numbers.index(True)
+        assert not all(numbers[first:])
+    assert min(reached) > 2.355  # inside the pocket, whose values begin there
+    assert sorted(reached)[1] > 2.4
 
 
 def test_a_finite_space_that_was_run_whole_is_proved_and_not_attacked():
