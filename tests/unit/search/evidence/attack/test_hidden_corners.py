@@ -12,8 +12,8 @@ LEVELS = ("one", "two", "three")
 
 
 def hidden(seed, *, against):
-    """A linear response over 13 numbers and a word, and its cliff: eight numbers within 6 % of given ends, and
-    not the worst word. At `against` of the ends the linear response is the smaller one."""
+    """A linear response over 13 numbers and a word, and its cliff: eight numbers within 6 % of given ends,
+    and not the worst word. At `against` of the ends the linear response is the smaller one."""
     rng = np.random.default_rng([seed, 7])
     slopes = rng.normal(size=DIMENSION) * np.exp(rng.normal(size=DIMENSION))
     slopes /= np.abs(slopes).sum()
@@ -34,7 +34,7 @@ def hidden(seed, *, against):
 
 @pytest.mark.parametrize(("budget", "against", "least"), [(300, 0, 10), (300, 1, 9), (1500, 2, 9)])
 def test_a_cliff_is_found_behind_a_small_loss_in_a_combination_of_low_values(budget, against, least):
-    """One number at the wrong end was found in 5 of 40 with 300 runs as long as climbs left for a worse word."""
+    """With 300 runs, and one number at the wrong end, climbs that left for a worse word found 5 of 40."""
     found = 0
     for seed in range(100, 110):
         response, space = hidden(seed, against=against)
