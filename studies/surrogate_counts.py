@@ -5,7 +5,8 @@
     python -m studies.surrogate_counts decades 61000 12   screenings of drawn functions over three decades
 
 The first number is the seed of all designs, the second how many samples, or functions, are counted. No rule
-was chosen on these functions. The last counts are in docs/decisions/0198.
+was chosen on these functions. The last counts are in
+docs/decisions/0198-three-counts-that-move-no-rule.md.
 """
 
 import sys
