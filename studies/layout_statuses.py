@@ -27,7 +27,7 @@ from workbench.engine.layout.formulation.transient import transient_problem
 from workbench.engine.layout.optimise import METHODS, RUNS_ONLY, optimise_layout
 from workbench.engine.layout.outcome.result import FIRST_ORDER, LayoutStatus
 
-__all__ = ["MAKES", "Case", "Judged", "case", "first_order_error", "judged", "run"]
+__all__ = ["MAKES", "Case", "Judged", "case", "first_order_error", "judged", "random_truss", "run"]
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,8 @@ def limited_springs(rng: np.random.Generator) -> tuple[LayoutProblem, Array | No
     return made(limits), known
 
 
-def _truss(rng: np.random.Generator, *, small: bool) -> trusses.Truss:
+def random_truss(rng: np.random.Generator, *, small: bool) -> trusses.Truss:
+    """A cantilever of random size under one to four cases of a force at its free end."""
     columns, rows = (3, 2) if small else (int(rng.integers(3, 5)), int(rng.integers(2, 4)))
     width, height = rng.uniform(0.8, 4, 2)
     loads = []
@@ -116,7 +117,7 @@ def _truss(rng: np.random.Generator, *, small: bool) -> trusses.Truss:
 
 def compliant(rng: np.random.Generator) -> tuple[LayoutProblem, Array | None]:
     """The least compliance under one or two budgets, from random areas, which may vanish or may not."""
-    truss = _truss(rng, small=False)
+    truss = random_truss(rng, small=False)
     volume = rng.uniform(0.5, 3)
     lower = 0.0 if rng.random() < 0.5 else 10 ** rng.uniform(-6, -2) * volume / truss.lengths.sum()
     problem = trusses.problem(
@@ -129,7 +130,7 @@ def compliant(rng: np.random.Generator) -> tuple[LayoutProblem, Array | None]:
 
 def light(rng: np.random.Generator) -> tuple[LayoutProblem, Array | None]:
     """The least volume under limits of the compliances, which equal areas of 4 meet."""
-    truss = _truss(rng, small=False)
+    truss = random_truss(rng, small=False)
     n = len(truss.ends)
     limit = trusses.problem(truss).evaluate(np.ones(n)).values.ravel() * rng.uniform(0.3, 3)
 
@@ -146,7 +147,7 @@ def light(rng: np.random.Generator) -> tuple[LayoutProblem, Array | None]:
 
 def stressed(rng: np.random.Generator) -> tuple[LayoutProblem, Array | None]:
     """The least volume under limits of the stresses, from random areas."""
-    problem = trusses.stress_limited(_truss(rng, small=True), lower=1e-4)
+    problem = trusses.stress_limited(random_truss(rng, small=True), lower=1e-4)
     start = problem.start * 10.0 ** rng.uniform(-2, 0.5, problem.members)
     return replace(problem, start=np.clip(start, problem.lower, problem.upper)), problem.start
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from studies import trusses
+from studies.layout_statuses import random_truss
 from workbench.engine.layout.formulation.problem import static_problem
 from workbench.engine.layout.optimise import METHODS, optimise_layout
 from workbench.engine.layout.outcome.result import FIRST_ORDER, LayoutStatus
@@ -14,19 +15,9 @@ PATHS = ("central_path", "secant_path", "trust_region")  # budgets only
 SLACK = 1e-6  # of the value: rounding of the optimum that a first-order error is compared with
 
 
-def truss_of(rng, *, small):
-    columns, rows = (3, 2) if small else (int(rng.integers(3, 5)), int(rng.integers(2, 4)))
-    width, height = rng.uniform(0.8, 4, 2)
-    loads = []
-    for _ in range(int(rng.integers(1, 5))):
-        angle, j = rng.uniform(0, 2 * np.pi), rng.integers(0, rows)
-        loads.append((((np.cos(angle), np.sin(angle)), (width, j * height / (rows - 1))),))
-    return trusses.ground_structure(columns=columns, rows=rows, width=width, height=height, loads=loads)
-
-
 def compliant(rng):
     """The least compliance under budgets, from random areas; a mechanism is near where areas may vanish."""
-    truss = truss_of(rng, small=False)
+    truss = random_truss(rng, small=False)
     volume, domains = rng.uniform(0.5, 3), int(rng.integers(1, 3))
     lower = 0.0 if rng.random() < 0.5 else 10 ** rng.uniform(-6, -2) * volume / truss.lengths.sum()
     problem = trusses.problem(
@@ -39,7 +30,7 @@ def compliant(rng):
 
 def light(rng):
     """The least volume under limits of the compliances, which large equal areas meet."""
-    truss = truss_of(rng, small=False)
+    truss = random_truss(rng, small=False)
     n = len(truss.ends)
     limit = trusses.problem(truss).evaluate(np.ones(n)).values.ravel() * rng.uniform(0.5, 3)
 
@@ -55,7 +46,7 @@ def light(rng):
 
 def stressed(rng):
     """The least volume under limits of the stresses, from random areas."""
-    problem = trusses.stress_limited(truss_of(rng, small=True), lower=1e-4)
+    problem = trusses.stress_limited(random_truss(rng, small=True), lower=1e-4)
     start = problem.start * 10.0 ** rng.uniform(-2, 0.5, problem.members)
     return replace(problem, start=np.clip(start, problem.lower, problem.upper)), problem.start
 
