@@ -134,17 +134,9 @@ def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[A
         first = max(least, end - size)
         part = tuple(x[: end - first] for x in (k, c, j, b))
         linearise(
-            tables,
-            work,
-            first,
-            grid,
-            r.position,
-            r.velocity,
-            r.multiplier,
-            r.states,
-            r.state_rates,
-            *part,
-        )
+            tables, work, compiled(trajectory.system).saddle, first, grid, r.position, r.velocity,
+            r.multiplier, r.states, r.state_rates, *part,
+        )  # fmt: skip
         yield first, part
 
 
@@ -171,14 +163,16 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds) -> tuple[Array, tuple[Array
     shift = proximal(tables, redundant=len(trajectory.diagnosis.redundant_rows) > 0)
     mu, nu, costate = np.empty((nodes, rows, n)), np.empty((nodes, rows, m)), np.zeros((rows, 4, n))
     mu[0], nu[0] = 0.0, 0.0
+    band = compiled(trajectory.system).saddle
+    size = total, total if band is None else 3 * int(band.width[0]) + 1
     space = (
-        np.empty((total, total)), np.empty((total, total)) if shift else None, np.empty((rows, total)),
-        np.empty((2, total)), np.empty(total, np.int64), shift, costate, mu, nu,
+        np.empty(size), np.empty(size) if shift else None, np.empty((rows, total)), np.empty((3, total)),
+        np.empty(total, np.int64), shift, costate, mu, nu,
     )  # fmt: skip
     sweep, grid = _state_sweep(trajectory, start) if states else None, _grid(trajectory)
     for first, (k, c, j, slopes) in _stretches(trajectory, nodes - 1):
         alpha_adjoint(
-            tables.mass, scheme.numbers, grid, first, r.position, start.starts, start.at,
+            tables.mass, band, scheme.numbers, grid, first, r.position, start.starts, start.at,
             start.position, start.velocity, start.acceleration, start.multiplier,
             *space, k, c, j, None if sweep is None else sweep._replace(slopes=slopes),
         )  # fmt: skip

@@ -19,6 +19,7 @@ from ..elements.table import PARAMETERS, code_of
 from ..errors import InvalidSystem
 from ._kernels.equations import FUSED
 from ._kernels.row_kinds import ANGLE, COINCIDENT_Y, DISTANCE, LINE
+from ._kernels.saddle import Saddle, saddle_of
 from ._kernels.tables import SpringTables, Tables
 from .joints import Row
 from .members import Member
@@ -68,6 +69,7 @@ class Compiled(OwnedTables[System]):
     motions: tuple[Motion, ...]  # prescribed bodies and the ground
     user: tuple[UserSegment, ...]
     start: tuple[Array, Array]  # q, v
+    saddle: Saddle | None  # the band of the saddle matrix, where it is narrow
     samples: dict[str, "Samples"] = field(default_factory=dict, repr=False)  # on the last grid asked for
 
     @property
@@ -147,6 +149,7 @@ def _compile(system: System) -> Compiled:
         motions=(*(b.motion for b in system.prescribed if b.motion is not None), _GROUND),
         user=user,
         start=(q0, v0),
+        saddle=saddle_of(len(q0), arrays["pair"], arrays["row"]),
     )
 
 

@@ -274,10 +274,10 @@ def integrate(
     kept = _tangents(nodes, n, m, states, springs=springs)
     q, v, w = (np.zeros((nodes, n)) for _ in range(3))
     lam, z, zdot = np.zeros((nodes, m)), np.zeros((nodes, states)), np.zeros((nodes, states))
-    info, total = np.zeros(5), n + m
+    info, total, band = np.zeros(5), n + m, parts.saddle
     acc, matrix, pivot, carried = (
         np.zeros(n),
-        np.zeros((total, total)),
+        np.zeros((total, total if band is None else 3 * band.width[0] + 1)),
         np.zeros(total, np.int64),
         np.zeros(5),
     )
@@ -300,8 +300,8 @@ def integrate(
         0.0 if springs else 1.0,
     ])  # fmt: skip
     alpha_forward(
-        tables, work, scheme.numbers, grid, q, v, w, lam, z, zdot, acc, matrix, np.zeros(total), pivot,
-        settings, info, kept.stiffness, kept.damping, kept.jacobian, kept.energy, known, carried,
+        tables, work, band, scheme.numbers, grid, q, v, w, lam, z, zdot, acc, matrix, np.zeros((2, total)),
+        pivot, settings, info, kept.stiffness, kept.damping, kept.jacobian, kept.energy, known, carried,
     )  # fmt: skip
     new = [x[known - 1 :] for x in (q, v, w, lam, z, zdot)]
     return Run(

@@ -17,6 +17,7 @@ from ...compiler.options import CAREFUL, INNER
 from .equations import evaluate
 from .pairs import pair_covector
 from .row_kinds import COINCIDENT_Y
+from .saddle import factor_band, fill_band, solve_band
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are
@@ -86,7 +87,7 @@ def work_of(pair, q, big, fr, w, move, free):
 
 @njit(**CAREFUL)
 def alpha_forward(
-    T, W, scheme, grid, q, v, w, lam, z, zdot, acc, matrix, rhs, pivot, settings, info,
+    T, W, S, scheme, grid, q, v, w, lam, z, zdot, acc, matrix, space, pivot, settings, info,
     keep_k, keep_c, keep_j, keep_e, known, carried,
 ):  # fmt: skip
     """Integrate from the first `known` nodes (all of whose arrays are set) to the end of q (steps + 1, n).
@@ -95,6 +96,8 @@ def alpha_forward(
     carried (5,) as they are on entry: largest acceleration, strongest joint force, attempts left to
     extrapolate, 1 where the next step does, 1 where it uses the factors. They are left so on return.
 
+    S: the `Saddle` of the system, whose band the matrix then is, or None: (n + m, n + m), the band compiled
+    away. space (2, n + m): work space.
     grid: (2, steps + 1) lengths of the steps that lead to each node, and the factor s by which the auxiliary
     acceleration goes along with them, a <- w + s (a - w), as from `step_changes`.
     settings: tolerance, most iterations, shift, reuse of factors, 1 when tangents depend on velocities.
@@ -110,6 +113,7 @@ def alpha_forward(
     m = lam.shape[1]
     tolerance, most, shift, reuse = settings[0], int(settings[1].real), settings[2], settings[3] > 0.0
     c = (1.0 - af) / (1.0 - am)
+    rhs = space[0]
     even = True
     for step in range(1, steps + 1):
         if grid[0, step] != grid[0, 0]:
@@ -173,9 +177,14 @@ def alpha_forward(
                 break
             info[2] += 1
             if refresh:
-                fill_matrix(T, W, hc, h2c, shift, matrix)
                 info[4] += 1
-                if lu_factor(matrix, pivot) > 0:
+                if S is None:
+                    fill_matrix(T, W, hc, h2c, shift, matrix)
+                    lost = lu_factor(matrix, pivot)
+                else:
+                    fill_band(S, T.mass, W.k, W.c, W.phi_q, hc, h2c, shift, matrix)
+                    lost = factor_band(S, matrix, pivot)
+                if lost > 0:
                     info[0], info[1] = SINGULAR, step
                     return
                 fresh = True
@@ -183,7 +192,10 @@ def alpha_forward(
                 rhs[i] = -(T.mass[i] * w1[i] + W.force[i])
             for r in range(m):
                 rhs[n + r] = -W.phi[r] / h2c
-            lu_solve(matrix, pivot, rhs)
+            if S is None:
+                lu_solve(matrix, pivot, rhs)
+            else:
+                solve_band(S, matrix, pivot, False, rhs, space[1])
             size, level, extent, quickest = 0.0, 0.0, 1.0, 0.0
             for i in range(n):
                 w1[i] += rhs[i]

@@ -13,12 +13,14 @@ from ...compiler.options import ENTRY, INNER
 from .alpha import keep_tangents
 from .equations import evaluate, set_state
 from .pairs import pair_covector, pull_back
+from .saddle import factor_band, fill_band, keep_entries, multiply_band, solve_band
 
 
 @njit(**ENTRY)
-def linearise(T, W, first, grid, q, v, lam, z, zdot, k, c, j, b):
+def linearise(T, W, S, first, grid, q, v, lam, z, zdot, k, c, j, b):
     """Fill the tangents of the nodes first..first+len(k)-1: k, c (., n, n), j (., m, n), b (., Z, 10).
 
+    S: the system's `Saddle`, where K, C and Phi_q are then set at its entries alone, or None.
     b holds the slopes of the elements' states, as in `Work`.
     """
     for a in range(k.shape[0]):
@@ -26,7 +28,10 @@ def linearise(T, W, first, grid, q, v, lam, z, zdot, k, c, j, b):
         before = max(step - 1, 0)
         half = 0.5 * grid[0, step] if step > 0 else 0.0
         evaluate(T, W, step, q[step], v[step], lam[step], z[before], zdot[before], half, a >= 0)
-        keep_tangents(W, k[a], c[a], j[a])
+        if S is None:
+            keep_tangents(W, k[a], c[a], j[a])
+        else:
+            keep_entries(S, W, k[a], c[a], j[a])
         for e in range(z.shape[1]):
             for i in range(10):
                 b[a, e, i] = W.slopes[e, i]
@@ -65,30 +70,71 @@ def motion_to_states(D, at, row, mu, half):
 
 
 @njit(**INNER)
-def solve_row(matrix, unshifted, pivot, rhs, right, n, shift):
-    """Solve the transposed saddle matrix for rhs (n + m,).
+def solve_transposed(S, matrix, pivot, rhs, side):
+    """Solve the transposed saddle matrix for rhs (n + m,), from dense factors or those of its band."""
+    if S is None:
+        lu_solve_transposed(matrix, pivot, rhs)
+    else:
+        solve_band(S, matrix, pivot, True, rhs, side)
 
-    Redundant constraints shift it: two corrections follow then, towards the `unshifted` matrix, with `right`
-    (2, n + m) as work space. Without them `unshifted` is None, and the corrections are compiled away.
+
+@njit(**INNER)
+def subtract_product(S, matrix, x, out, side):
+    """out (n + m,) -= A^T x."""
+    if S is None:
+        for a in range(x.shape[0]):
+            value = out[a]
+            for b in range(x.shape[0]):
+                value -= matrix[b, a] * x[b]
+            out[a] = value
+    else:
+        multiply_band(S, matrix, x, out, side)
+
+
+@njit(**INNER)
+def solve_row(S, matrix, unshifted, pivot, rhs, right, n, shift):
+    """Solve the transposed saddle matrix for rhs (n + m,), with `right` (3, n + m) as work space.
+
+    Redundant constraints shift it: two corrections follow then, towards the `unshifted` matrix. Without them
+    `unshifted` is None, and the corrections are compiled away.
     """
     if unshifted is None:
-        lu_solve_transposed(matrix, pivot, rhs)
+        solve_transposed(S, matrix, pivot, rhs, right[2])
     else:
         total = rhs.shape[0]
         for a in range(total):
             right[0, a], right[1, a] = rhs[a], rhs[a]
             rhs[a] = 0.0
         for _ in range(3):
-            lu_solve_transposed(matrix, pivot, right[1])
+            solve_transposed(S, matrix, pivot, right[1], right[2])
             for a in range(total):
                 rhs[a] += right[1, a]
-            for a in range(total):
-                value = right[0, a]
-                for b in range(total):
-                    value -= unshifted[b, a] * rhs[b]
-                if a >= n:
-                    value -= shift * rhs[a]
-                right[1, a] = value
+                right[1, a] = right[0, a]
+            for a in range(n, total):
+                right[1, a] -= shift * rhs[a]
+            subtract_product(S, unshifted, rhs, right[1], right[2])
+
+
+@njit(**INNER)
+def add_products(S, k, damper, j, x, y, lq, lv):
+    """lq (n,) += K^T x + Phi_q^T y and lv (n,) += C^T x."""
+    n, m = lq.shape[0], j.shape[0]
+    if S is None:
+        for a in range(n):
+            for i in range(n):
+                lq[i] += k[a, i] * x[a]
+                lv[i] += damper[a, i] * x[a]
+        for r in range(m):
+            for i in range(n):
+                lq[i] += j[r, i] * y[r]
+    else:
+        for e in range(S.tangent.shape[0]):
+            a, i = S.tangent[e, 0], S.tangent[e, 1]
+            lq[i] += k[a, i] * x[a]
+            lv[i] += damper[a, i] * x[a]
+        for e in range(S.joint.shape[0]):
+            r, i = S.joint[e, 0], S.joint[e, 1]
+            lq[i] += j[r, i] * y[r]
 
 
 @njit(**INNER)
@@ -113,7 +159,7 @@ def fill_kept(mass, k, c, j, hc, h2c, shift, matrix):
 
 @njit(**ENTRY)
 def alpha_adjoint(
-    mass, scheme, grid, first_node, q, starts, at, seed_q, seed_v, seed_w, seed_l,
+    mass, S, scheme, grid, first_node, q, starts, at, seed_q, seed_v, seed_w, seed_l,
     matrix, unshifted, rhs, right, pivot, shift, costate, mu, nu, keep_k, keep_c, keep_j, D,
 ):  # fmt: skip
     """Fill mu (nodes, R, n) and nu (nodes, R, m), the adjoints of the equations of motion and of Phi.
@@ -127,8 +173,8 @@ def alpha_adjoint(
     at (E, 2): node and row of every seed, nodes descending; seed_* (E, ...) are dG/d(node state).
     The gradient of a row is the sum over the nodes of (dr/dparameter)^T mu.
     It takes arrays one by one, not the whole tables: so it is compiled once for all kinds of systems. What
-    only some have is None for the others, and compiled away: D, a `DamageSweep`, without states; unshifted
-    (n + m, n + m) without redundant constraints.
+    only some have is None for the others, and compiled away: D, a `DamageSweep`, without states; unshifted,
+    of the matrix's shape, without redundant constraints; S, a `Saddle`, whose band the matrix then is.
     costate (R, 4, n): zeros at first; rhs (R, n + m) and the rest are work space.
     """
     am, af, gamma, beta = scheme[0], scheme[1], scheme[2], scheme[3]
@@ -148,12 +194,18 @@ def alpha_adjoint(
         ahead = 0.0 if first else h * gamma
         ahead2 = 0.0 if first else h * h * beta
         share = 1.0 if first else c
-        fill_kept(mass, k, damper, j, share * ahead, share * ahead2, shift, matrix)
+        if S is None:
+            fill_kept(mass, k, damper, j, share * ahead, share * ahead2, shift, matrix)
+        else:
+            fill_band(S, mass, k, damper, j, share * ahead, share * ahead2, shift, matrix)
         if unshifted is not None:
             for row in range(n + m):
-                for i in range(n + m):
+                for i in range(matrix.shape[1]):
                     unshifted[row, i] = matrix[row, i]
-        lu_factor(matrix, pivot)
+        if S is None:
+            lu_factor(matrix, pivot)
+        else:
+            factor_band(S, matrix, pivot)
         while active < starts.shape[0] and starts[active] >= step:
             active += 1
         for row in range(active):
@@ -182,7 +234,7 @@ def alpha_adjoint(
                 states_to_motion(D, here, row, lq)
             for i in range(n):
                 x[i] = -(lw[i] + share * (la[i] + ahead * lv[i] + ahead2 * lq[i]))
-            solve_row(matrix, unshifted, pivot, x, right, n, shift)
+            solve_row(S, matrix, unshifted, pivot, x, right, n, shift)
             for i in range(n):
                 m_row[i] = x[i]
             scale = 1.0 if first else share * ahead2
@@ -192,14 +244,7 @@ def alpha_adjoint(
                 continue
             if D is not None:
                 motion_to_states(D, here, row, m_row, 0.5 * h)
-            for a in range(n):
-                for i in range(n):
-                    lq[i] += k[a, i] * x[a]
-                    lv[i] += damper[a, i] * x[a]
-            for r in range(m):
-                y = nu[step, row, r]
-                for i in range(n):
-                    lq[i] += j[r, i] * y
+            add_products(S, k, damper, j, x, nu[step, row], lq, lv)
             for i in range(n):
                 tq, tv = lq[i], lv[i]
                 ta = la[i] + ahead * tv + ahead2 * tq

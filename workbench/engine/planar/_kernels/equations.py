@@ -37,6 +37,7 @@ from .row_kinds import COINCIDENT_Y
 from .tables import SpringTables
 
 SPRING = code_of("Spring")
+FEW = 24  # coordinates; up to so many all of K and C is cleared as fast as its entries
 FUSED = -1  # segment code of undamped linear springs
 
 
@@ -168,6 +169,31 @@ def _choose_forces(T, W, step, code, first, last):
     return lambda T, W, step, code, first, last: _law_forces(T, W, step, code, first, last)
 
 
+@njit(**INNER)
+def clear_tangents(T, W):
+    """Set K and C to zero, in large systems where bodies meet alone: nothing is written elsewhere."""
+    n = W.force.shape[0]
+    if n <= FEW:
+        for a in range(n):
+            for b in range(n):
+                W.k[a, b] = 0.0
+                W.c[a, b] = 0.0
+    else:
+        for a in range(n):
+            for b in range(a - a % 3, a - a % 3 + 3):
+                W.k[a, b] = 0.0
+                W.c[a, b] = 0.0
+        for p in range(T.pair.shape[0]):
+            i, j = 3 * T.pair[p, 0], 3 * T.pair[p, 1]
+            if i < n and j < n:
+                for a in range(3):
+                    for b in range(3):
+                        W.k[i + a, j + b] = 0.0
+                        W.c[i + a, j + b] = 0.0
+                        W.k[j + a, i + b] = 0.0
+                        W.c[j + a, i + b] = 0.0
+
+
 @njit(**ENTRY)
 def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
     """Fill W.force = F + Phi_q^T lambda, W.phi, W.phi_q, W.z, W.zdot and, if tangent, W.k, W.c, W.energy.
@@ -182,10 +208,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
     for a in range(n):
         W.force[a] = -T.gravity[a]
     if tangent:
-        for a in range(n):
-            for b in range(n):
-                W.k[a, b] = 0.0
-                W.c[a, b] = 0.0
+        clear_tangents(T, W)
     for p in range(T.pair.shape[0]):
         for a in range(3):
             W.fr[p, a] = 0.0
@@ -207,8 +230,11 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
             springs_force(T.geometry, T.law[0], T.scale, first, last, X[0], X[1], X[2], W.fr[p])
 
     for r in range(m):
-        for a in range(n):
-            W.phi_q[r, a] = 0.0
+        for side in range(2):
+            body = T.row[r, 2 + side]
+            if body < free:
+                for a in range(3 * body, 3 * body + 3):
+                    W.phi_q[r, a] = 0.0
         axis = T.row[r, 0]
         if axis > COINCIDENT_Y:
             continue
