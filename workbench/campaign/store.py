@@ -310,6 +310,9 @@ class Store(StoreQueries):
         for k in range(0, len(keys), STRETCH):
             part = keys[k : k + STRETCH]
             text = self._of_neighbours(part, "status", " ")
+            if text is not None and text == " ".join([first := intern(text.partition(" ")[0])] * len(part)):
+                found.update(dict.fromkeys(part, first))  # all the same: nothing to take apart
+                continue
             words = [] if text is None else text.split(" ")
             if len(words) == len(part):  # a damaged one may have a blank
                 found.update(zip(part, map(intern, words), strict=True))

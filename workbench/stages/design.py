@@ -124,14 +124,15 @@ def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
             "there is no design to evaluate; give the study a [design] table or run `holdfast design`"
         )
     statuses = campaign.store.statuses(keys)
-    known = sum(status not in UNFINISHED for status in statuses.values())
+    counts = Counter(statuses.values())
+    known = sum(count for status, count in counts.items() if status not in UNFINISHED)
     campaign.progress.stage("evaluate", f"{len(keys)} runs, {known} of them known")
-    if known < len(set(keys)):
+    if known < len(keys) and known < len(set(keys)):  # runs of a discrete design may coincide
         wanted = [statuses.get(key, "queued") in UNFINISHED for key in keys]
         del statuses
         _make(campaign, design_head(campaign.folder / "design.json"), wanted)
-        statuses = campaign.store.statuses(keys)
-    return {"runs": len(keys), "counts": dict(Counter(statuses.values()))}
+        counts = Counter(campaign.store.statuses(keys).values())
+    return {"runs": len(keys), "counts": dict(counts)}
 
 
 def _make(campaign: CampaignRuns, document: Mapping[str, Any], wanted: Sequence[bool]) -> None:

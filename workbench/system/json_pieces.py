@@ -15,7 +15,7 @@ WINDOW = 1 << 20  # characters
 BLANK = re.compile(r"\s*")
 NEXT = (*",:]} \n\t\r",)  # what stands behind a value
 ENDS = {"[": "]", '"': '"'}  # of an entry that begins so
-UNSURE = {"[": ('"', "[[", "{"), '"': ("\\",)}  # signs in entries whose end is not known unread
+UNSURE = {"[": '"{', '"': "\\"}  # signs in entries whose end is not known unread
 DECODE = json.JSONDecoder().raw_decode
 
 
@@ -128,7 +128,7 @@ class _Window:
                 continue
             last = ENDS.get(sign)
             if last and tried != self._before + len(self._text):
-                close = self._text.find(last + "]", self._at)
+                close = self._close(sign, last)
                 stop = 1 + (close if close >= 0 else self._text.rfind(last + ",", self._at))
                 if stop == 0 and self._more():
                     continue
@@ -148,6 +148,16 @@ class _Window:
             yield [self.value()]
         self._at += 1
 
+    def _close(self, sign: str, last: str) -> int:
+        """Where the list may end behind an entry, -1 when it goes on behind the window.
+
+        Behind a list of lists of numbers stands the next name of the mapping, or its end. One sign is looked
+        for at a tenth of the cost of two.
+        """
+        if sign == "[" and all(self._text.find(behind, self._at) < 0 for behind in '"}'):
+            return -1
+        return self._text.find(last + "]", self._at)
+
     def _more(self) -> bool:
         """Let go what was read and take more of the file; whether there was more."""
         held = self._text[self._at :]
@@ -163,6 +173,7 @@ class _Window:
 
 
 def _is_plain(part: str, sign: str) -> bool:
-    """Whether entries that begin with `sign` have no blanks and escapes, so that they end here."""
-    strange = any(found in part for found in (*UNSURE[sign], " ", "\n", "\t", "\r"))
-    return not strange and part.count('"') % 2 == 0
+    """Whether entries that begin with `sign` have no blanks and escapes, and end where the text does."""
+    if any(found in part for found in UNSURE[sign] + " \n\t\r"):
+        return False
+    return part.count("[") == part.count("]") if sign == "[" else part.count('"') % 2 == 0
