@@ -19,7 +19,7 @@ AT_ONCE = 5_000  # rows
 PER_STATEMENT = 500  # numbers of runs
 READ = (
     "id, key, status, batch, inputs, COALESCE(outputs, '{}'), COALESCE(error, ''), "
-    f"CASE WHEN instr(error, '{KEPT_IN}') THEN log ELSE '' END, finished, wall, cpu"
+    f"CASE WHEN instr(error, '{KEPT_IN}') THEN COALESCE(log, '') ELSE '' END, finished, wall, cpu"
 )
 
 

@@ -62,6 +62,15 @@ def test_failures_are_grouped_as_those_of_the_records(stored, runs):
     assert [f.cause for f in runs.failures] == ["no root below 3", "it tore"]
 
 
+def test_a_failed_command_that_wrote_nothing_has_no_log(tmp_path):
+    reason = "out.csv has no column 'q' (kept in work/3fa9)"
+    with Campaign.of(lambda a: a, SPACE, folder=tmp_path / "c.holdfast") as campaign:
+        (key,) = campaign.enqueue([{"a": 0.5}], batch="design")
+        campaign.tell(key, failure=reason)
+    (failure,) = CampaignFolder.opened(tmp_path / "c.holdfast", documents=("design",)).runs.failures
+    assert failure.cause == "out.csv has no column 'q'"
+
+
 def test_runs_are_found_by_their_keys(stored, runs):
     records = stored[1]
     keys = [records[k].key for k in (41, 3, 58)]
