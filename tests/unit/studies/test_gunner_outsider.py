@@ -1,0 +1,93 @@
+"""The outsider who tries the layouts of a finished loop, and who is counted as retained."""
+
+from importlib.resources import files
+from inspect import getsource
+from shutil import copy
+
+import numpy as np
+import pytest
+
+from studies import gunner_outsider as module
+from studies.gunner_outsider import lines, loop_of, main, tried
+from workbench.errors import StudyError
+from workbench.study.loading import load_study
+from workbench.system.atomic import write_json
+
+FILE = files("studies.gunner.restraints") / "restraint_rollover.toml"
+SPACE = load_study(str(FILE)).space
+NOMINAL = load_study(str(FILE)).robust_layout["nominal"]
+
+
+class Slope:
+    """A deviation that grows with mass over what holds him; without hands and with a heavy man he leaves."""
+
+    response, unit = "deviation", "m"
+
+    def responses(self, density, case):
+        heavy = (case["mass"] - 60.0) / 35.0
+        leaves = case["hands"] == "none" and heavy > density[0]
+        return {"deviation": 0.1 + heavy + 2.0 * leaves, "ejected": float(leaves)}
+
+
+def a_loop(worst=1.1):
+    held = {"robust": 0.99, "nominal only": 0.5, "uniform": 0.0}
+    return {
+        "cases": [dict(NOMINAL)],
+        "layouts": {name: {"density": [a, 0.0], "worst": worst} for name, a in held.items()},
+    }
+
+
+def test_the_outsider_finds_the_cliff_and_counts_who_stays():
+    found = {one.name: one for one in tried(Slope(), SPACE, a_loop(), budget=600, seed=6)}
+    assert list(found) == ["robust", "nominal only", "uniform"]
+    for one in found.values():  # all fall off somewhere, the robust one in its last hundredth
+        assert one.over_all == pytest.approx(3.1, abs=0.02)
+        assert one.beyond == pytest.approx(3.1 / 1.1 - 1.0, abs=0.03)
+        assert one.of_the_box.draws == 150
+    # a third of the box has no hands: of it a hundredth, half and all leave
+    assert found["robust"].of_the_box.hits >= 147
+    assert found["nominal only"].of_the_box.hits == pytest.approx(125, abs=15)
+    assert found["uniform"].of_the_box.hits == pytest.approx(100, abs=18)
+    assert found["robust"].cases[0] > found["uniform"].cases[0]
+    told = lines(list(found.values()), "m")
+    assert told[0].startswith("robust        stated 1.1000  outsider 3.")
+    assert f"retained {found['uniform'].of_the_box.hits} of 150 (" in told[2]
+
+
+def test_a_run_that_fails_does_not_count_as_retained():
+    class Fails(Slope):
+        def responses(self, density, case):
+            if case["hands"] == "both":
+                raise ArithmeticError("no value")
+            return {"deviation": 0.3, "ejected": 0.0}
+
+    (one, *_) = tried(Fails(), SPACE, a_loop(worst=0.3), budget=200, seed=3)
+    assert 20 <= one.of_the_box.hits <= 45  # of 50, a third fails
+    assert one.beyond == 0.0
+
+
+def test_the_outsider_shares_no_code_with_the_adversary():
+    assert "adversary" not in getsource(module).replace("studies.adversary", "")
+
+
+def test_a_loop_is_read_beside_its_study(tmp_path, monkeypatch, capsys):
+    study = tmp_path / "mine.toml"
+    copy(str(FILE), study)
+    with pytest.raises(
+        StudyError, match=r"no robust layout in .*mine\.holdfast: run `holdfast run mine.toml`"
+    ):
+        loop_of(study)
+    bare = tmp_path / "bare.toml"
+    bare.write_text(study.read_text().split("[robust_layout]")[0])
+    with pytest.raises(StudyError, match=r"bare.toml has no \[robust_layout\]: there is no layout to try"):
+        loop_of(bare)
+    folder = tmp_path / "mine.holdfast"
+    folder.mkdir()
+    write_json(folder / "robust_layout.json", a_loop())
+    model, space, loop = loop_of(study)
+    assert (model.on, space.names) == ("rollover", SPACE.names)
+    monkeypatch.setattr(module, "load_layout_model", lambda *a, **k: Slope())
+    monkeypatch.setattr("sys.argv", ["outsider", str(study), "80", "5"])
+    main()
+    assert capsys.readouterr().out.count("uniform") == 2
+    assert np.array(loop["layouts"]["robust"]["density"]).tolist() == [0.99, 0.0]
