@@ -50,6 +50,12 @@ def test_a_few_results_say_what_is_so(seed):
     assert row.evaluations <= 12
 
 
+def test_an_optimum_that_few_rows_hide_is_called_so():
+    row = judged(7440)  # the peaks within 10 % of the largest promise 3e-3
+    assert (row.status, row.faults) == ("CONVERGED", ())
+    assert row.kkt == pytest.approx(row.error, abs=1e-7)
+
+
 @pytest.mark.parametrize(
     ("status", "said"),
     [

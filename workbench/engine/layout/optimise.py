@@ -27,14 +27,14 @@ from .bound.probing import probes_by_default
 from .bound.secant_path import follow_secant_path
 from .formulation.aggregate import aggregated
 from .formulation.law_variables import values_at
-from .formulation.peaks import local_peaks
 from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProblem
 from .formulation.remembered import remembering
 from .formulation.transient import Scenario, transient_problem
 from .outcome.contradiction import contradiction
+from .outcome.first_order import first_order
 from .outcome.history import Recorder
 from .outcome.limits import limit_outcomes
-from .outcome.optimality import Certificate, certificate
+from .outcome.optimality import Certificate
 from .outcome.result import FIRST_ORDER, HistoryEntry, LayoutResult, LayoutStatus, LimitOutcome
 from .outcome.verdicts import verdicts
 from .separable.presets import (
@@ -370,17 +370,9 @@ def _result(
 
 
 def _first_order(problem: LayoutProblem, recorder: Recorder) -> Certificate:
-    evaluation, density = recorder.best_evaluation, recorder.best_density
-    assert evaluation is not None
-    assert density is not None
-    values, value = np.atleast_2d(evaluation.values), recorder.best
-    static = values.shape[1] == 1
-    rows = np.arange(values.size) if static else local_peaks(values, above=value - 0.1 * abs(value))
-    gradients = problem.checked_gradients(evaluation, rows)
-    return certificate(
-        problem, density, values.ravel()[rows], gradients, evaluation.constraints,
-        evaluation.constraint_gradients,
-    )  # fmt: skip
+    assert recorder.best_evaluation is not None
+    assert recorder.best_density is not None
+    return first_order(problem, recorder.best_density, recorder.best_evaluation, enough=_SETTLED)
 
 
 def _confirmed(

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..formulation.peaks import local_peaks, rows_with_neighbours
+from ..formulation.peaks import local_peaks, neighbours, rows_with_neighbours
 from ..formulation.problem import Evaluation, LayoutProblem
 from ..outcome.history import FEASIBLE, Recorder
 from ..outcome.linear_programme import linear_programme
@@ -164,9 +164,8 @@ class TrustRegionRun:
         room = np.maximum(problem.limits - problem.costs @ density, 0.0)
         top = float(values.max())
         unit = max(abs(top), 1e-300)
-        apart = max(1, round(values.shape[1] / 130))
-        offsets = (0,) if values.shape[1] == 1 else (-2 * apart, -apart, 0, apart, 2 * apart)
-        rows = rows_with_neighbours(values, local_peaks(values, above=top - _LOW_PEAK * unit), offsets)
+        peaks = local_peaks(values, above=top - _LOW_PEAK * unit)
+        rows = rows_with_neighbours(values, peaks, neighbours(values.shape[1]))
         for _ in range(_MODELS):
             gradients = problem.checked_gradients(self.evaluation, rows)
             factors = self.evaluation.factors(rows)

@@ -8,12 +8,13 @@ nodes around each so that a peak may move in time.
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["count_active", "local_peaks", "rows_with_neighbours"]
+__all__ = ["count_active", "local_peaks", "neighbours", "rows_with_neighbours"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 _ACTIVE = 0.01
+_NODES = 130  # of a history from one neighbour to the next, so many at most
 
 
 def local_peaks(values: Array, *, above: float = -np.inf) -> Rows:
@@ -39,6 +40,16 @@ def rows_with_neighbours(values: Array, peaks: Rows, offsets: tuple[int, ...]) -
     around = node[:, None] + np.array(offsets)[None, :]
     inside = (around >= 0) & (around < nodes)
     return np.unique((scenario[:, None] * nodes + around)[inside])
+
+
+def neighbours(nodes: int) -> tuple[int, ...]:
+    """Offsets of a peak and of the nodes around it that get rows, in a history of so many nodes.
+
+    >>> neighbours(1), neighbours(401)
+    ((0,), (-6, -3, 0, 3, 6))
+    """
+    apart = max(1, round(nodes / _NODES))
+    return (0,) if nodes == 1 else (-2 * apart, -apart, 0, apart, 2 * apart)
 
 
 def count_active(values: Array) -> int:
