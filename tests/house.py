@@ -79,7 +79,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     "workbench/engine/integration": ("*", "_kernels"),
     "workbench/engine/layout": ("*", "bound separable whole", "outcome", "formulation"),
     "workbench/engine/planar": ("*", "_kernels"),
-    "workbench/engine/tree": ("robot_files", "*", "loops", "_kernels"),
+    "workbench/engine/tree": ("robot_files", "*", "loops steps", "_kernels"),
     "doe": ("*", "optimal", "latin", "criteria portable", "_kernel_cache"),
     "surrogates": ("screening", "analysis", "kriging", "likelihood", "errors _kernel_cache"),
     "surrogates/screening": ("*", "sets", "partitions"),

@@ -30,9 +30,12 @@ def test_energy_is_accounted_for_and_half_the_step_tells_the_same(name, hands, g
     assert b["deviation"] == pytest.approx(a["deviation"], rel=0.01)
 
 
-@pytest.mark.parametrize("seed", [1, 4, 5, 8])
+@pytest.mark.parametrize("seed", [4, 5, 7, 13])
 def test_cases_at_random_run_for_three_seconds(seed):
-    assert run_of(random_case(seed)).times[-1] == pytest.approx(3.0)
+    """At 7 and 13, where toes that are jammed begin to slide, undamped Newton steps do not settle."""
+    run = run_of(random_case(seed))
+    assert run.times[-1] == pytest.approx(3.0)
+    assert run.diagnosis.halved == ()
 
 
 def test_checks_are_made_when_they_are_asked_for():

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import NotSupported
 
-__all__ = ["checked_times", "is_even", "one_step_length", "step_changes", "step_lengths"]
+__all__ = ["changes_of", "checked_times", "is_even", "one_step_length", "step_changes", "step_lengths"]
 
 Array = np.ndarray[Any, Any]
 
@@ -72,7 +72,11 @@ def step_changes(times: Array, *, joints: bool, before: float | None = None) -> 
     fifth, and each such place is felt by O(h^2).
     before: as in `step_lengths`.
     """
-    lengths = step_lengths(times, before)
+    return changes_of(step_lengths(times, before), joints=joints)
+
+
+def changes_of(lengths: Array, *, joints: bool) -> Array:
+    """`step_changes` of steps whose lengths are known."""
     factor = np.ones(len(lengths))
     factor[1:] = lengths[1:] / lengths[:-1]
     if joints:

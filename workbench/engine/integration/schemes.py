@@ -22,6 +22,8 @@ class GeneralisedAlpha:
     have the eigenvalue -1 twice, and their alternation grows in long runs.
     tolerance: relative error left in the accelerations of a step.
     iterations: the most Newton steps per step.
+    halvings: how often a step that they do not settle is made in halves before the run stops; of trees. The
+    run shows the nodes asked for all the same, and its diagnosis says which steps were halved.
 
     >>> GeneralisedAlpha(rho=1.0).numbers
     array([0.5 , 0.5 , 0.5 , 0.25])
@@ -30,10 +32,13 @@ class GeneralisedAlpha:
     rho: float = 0.8
     tolerance: float = 1e-12
     iterations: int = 25
+    halvings: int = 6
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.rho <= 1.0:
             raise ValueError(f"generalised-alpha needs 0 <= rho <= 1, got rho={self.rho}")
+        if self.halvings < 0:
+            raise ValueError(f"generalised-alpha needs halvings >= 0, got halvings={self.halvings}")
 
     @property
     def numbers(self) -> Array:

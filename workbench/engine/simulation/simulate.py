@@ -1,6 +1,7 @@
 """simulate: integrate a system of any kind over time and return its trajectory."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, cast, overload
 
 import numpy as np
@@ -174,8 +175,9 @@ def _to_tolerance(
             f"{type(scheme).__name__} of a {type(system).__name__}"
         )
     finder = scheme if isinstance(scheme, GeneralisedAlpha) else GeneralisedAlpha()
+    halves_none = replace(finder, halvings=0)  # the length of its steps is what is looked for
     found = error_controlled(
-        lambda times, start: part(system, alpha, times, finder, start),
+        lambda times, start: part(system, alpha, times, halves_none, start),
         lambda times: run(system, alpha, times, scheme),
         order=8 if isinstance(scheme, RungeKutta8) else 2,
         scheme=finder, t_end=float(grid[-1]), tolerance=tolerance, longest=float(grid[1]), most=most,

@@ -1,8 +1,9 @@
 """Runs of trees, and the gradients of what was computed."""
 
+import logging
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..integration.outcome import Diagnosis
 from ..integration.run_state import Course, RunState, checked_start, earlier_nodes
 from ..integration.schemes import GeneralisedAlpha, RungeKutta8, Scheme
 from ..integration.seeds import NodeSeeds
-from ._kernels.alpha import march, tangents_again
+from ._kernels.alpha import tangents_again
 from ._kernels.alpha_adjoint import sweep
 from ._kernels.surfaces import surface_histories
 from ._kernels.tables import TreeRun, TreeTables, TreeWork, tree_run, tree_work
@@ -20,12 +21,14 @@ from .compiled import TreeCompiled, tree_compiled, tree_on_grid
 from .explicit import run_explicit
 from .gradients import Swept, adjoints_of
 from .loops.histories import acceleration_slopes, cut_gaps
+from .steps.halved import TakenSteps, closing_of, marched
 from .system import TreeSystem
 from .trajectory import TreeTrajectory
 
 __all__ = ["run", "run_from"]
 
 Array = np.ndarray[Any, Any]
+LOG = logging.getLogger("workbench.engine")
 
 # bytes of tangents that a run keeps; beyond, the adjoint evaluates them again. A layout holds the runs of all
 # its cases at several designs at once, and filling fresh memory costs a run more than evaluating again
@@ -68,38 +71,35 @@ def run(
         )
     before = left.known - 1 if left is not None else 0  # nodes of an earlier run in front
     grid = _grid(parts, times, left)
-    tables = tree_on_grid(parts, density, times, closing=_closing(scheme, grid[0]))
+    tables = tree_on_grid(parts, density, times, closing=closing_of(scheme, grid[0]))
     keep = keep and 24 * len(times) * parts.size**2 <= MEMORY
     begin = parts.start if start is None or isinstance(start, RunState) else start
-    nodes, marched = tree_run(begin, before + len(times), keep=keep), tables
+    nodes, all_tables = tree_run(begin, before + len(times), keep=keep), tables
     if left is not None:
         _take_over(nodes, left)
         all_times = np.concatenate([left.earlier["times"][:-1], times])
-        along = np.concatenate([np.tile(grid[:, :1], before), grid], axis=1)
-        marched = tree_on_grid(parts, density, all_times, closing=_closing(scheme, along[0]))
-    else:
-        along = grid
-    work = tree_work(marched, len(parts.states))
-    failed = march(
-        marched, work, parts.pattern, nodes, scheme.numbers, along, scheme.tolerance, scheme.iterations,
+        grid = np.concatenate([np.tile(grid[:, :1], before), grid], axis=1)
+        all_tables = tree_on_grid(parts, density, all_times, closing=closing_of(scheme, grid[0]))
+    work = tree_work(all_tables, len(parts.states))
+    asked = TakenSteps(tables=all_tables, nodes=nodes, grid=grid, at=np.arange(before + len(times)))
+    taken, failed = marched(
+        partial(tree_on_grid, parts, density), parts.pattern, scheme, asked, work,
         0 if left is None else left.known,
     )  # fmt: skip
     if failed:
-        time = float(marched.times[abs(failed) % len(marched.times)])
-        why = (
-            f"{scheme.iterations} Newton steps did not settle the accelerations. Take more steps, or look at "
-            "the forces near that time" + _hardest_contact(system, marched, work, nodes, failed)
-            if failed > 0
-            else "the mass and stiffness leave a motion undetermined: a joint moves nothing that has mass"
-        )
-        raise NotConverged(f"generalised-alpha stopped at t = {time:.6g} s: {why}", time)
-    nodes = _from_node(nodes, before)
+        _stop(system, scheme, taken, work, failed)
+    taken = taken.from_node(before)
+    notices = () if taken.whole else (taken.sentence(),)
+    for sentence in notices:
+        LOG.info(sentence)
     aside = tuple(name for name, kept in zip(parts.cut_rows.names, parts.kept, strict=True) if not kept)
     trajectory = TreeTrajectory(
         system=system, density=np.asarray(density, float), scheme=scheme, times=times, tables=tables,
-        nodes=nodes, adjoints=adjoints_of(_sweep), course=course, last=_last,
+        nodes=taken.asked(), taken=None if taken.whole else taken, adjoints=adjoints_of(_sweep),
+        course=course, last=_last,
         diagnosis=Diagnosis(
             newton_iterations=int(nodes.counts[0]), factorisations=int(nodes.counts[1]), redundant_rows=aside,
+            notices=notices, halved=taken.halved,
             reason="joint coordinates, generalised-alpha on the group of the joints"
             + (", index 3 for the cut joints" if parts.cuts else ""),
         ),
@@ -117,25 +117,47 @@ def _take_over(nodes: TreeRun, left: RunState) -> None:
     nodes.lu[:], nodes.level[:] = left.solver
 
 
-def _from_node(nodes: TreeRun, first: int) -> TreeRun:
-    """The nodes of a run from one on."""
-    if first == 0:
-        return nodes
-    kept = ("stiffness", "damping", "factors") if len(nodes.stiffness) > 1 else ()
-    names = ("position", "velocity", "rate", "move", *kept)
-    return nodes._replace(**{name: getattr(nodes, name)[first:] for name in names})
+def _stop(
+    system: TreeSystem, scheme: GeneralisedAlpha, taken: TakenSteps, work: TreeWork, failed: int
+) -> NoReturn:
+    """Raises NotConverged with the time, and the contact that pushed hardest where there is one."""
+    times = taken.tables.times
+    time = float(times[abs(failed) % len(times)])
+    if failed < 0:
+        why = "the mass and stiffness leave a motion undetermined: a joint moves nothing that has mass"
+    else:
+        length = taken.grid[0, failed]
+        why = (
+            f"{scheme.iterations} Newton steps did not settle the accelerations"
+            + (f" of a step of {length:.3g} s, halved {scheme.halvings} times" if scheme.halvings else "")
+            + ". Take more steps, or look at the forces near that time"
+            + _hardest_contact(system, taken.tables, work, taken.nodes, failed)
+        )
+    raise NotConverged(f"generalised-alpha stopped at t = {time:.6g} s: {why}", time)
+
+
+def _taken(trajectory: TreeTrajectory) -> TakenSteps:
+    """The steps of a run, those asked for where none was halved."""
+    r = trajectory
+    if r.taken is not None:
+        return r.taken
+    return TakenSteps(
+        tables=r.tables, nodes=r.nodes, grid=_grid(r.parts, r.times, r.start), at=np.arange(len(r.times))
+    )
 
 
 def _last(trajectory: TreeTrajectory) -> RunState:
     """What a run of generalised-alpha leaves at its last node."""
-    r, nodes = trajectory, trajectory.nodes
+    r, taken = trajectory, _taken(trajectory)
+    nodes = taken.nodes
     return RunState(
-        time=float(r.times[-1]), step=float(_grid(r.parts, r.times, r.start)[0, -1]), scheme=r.scheme,
+        time=float(r.times[-1]), step=float(taken.grid[0, -1]), scheme=r.scheme,
         position=r.position[-1], velocity=r.velocity[-1], acceleration=r.acceleration[-1],
         multiplier=r.multiplier[-1], states=r.states[-1], state_rates=r.state_rates[-1],
         auxiliary=nodes.a.copy(), solver=(nodes.lu.copy(), nodes.level.copy()),
         earlier=earlier_nodes(
-            r.start, 2, times=r.times, position=nodes.position, velocity=nodes.velocity, rate=nodes.rate
+            r.start, 2, times=taken.tables.times, position=nodes.position, velocity=nodes.velocity,
+            rate=nodes.rate,
         ),
     )  # fmt: skip
 
@@ -183,30 +205,24 @@ def _grid(parts: TreeCompiled, times: Array, start: RunState | None) -> Array:
     return step_changes(times, joints=len(parts.cuts) > 0, before=None if start is None else start.step)
 
 
-def _closing(scheme: GeneralisedAlpha, lengths: Array) -> Array:
-    """(nodes,) 1/(h^2 beta c): with it the rows of conditions have the slopes of their forces; accelerations
-    first."""
-    am, af, _, beta = scheme.numbers
-    out: Array = (1.0 - am) / (lengths * lengths * beta * (1.0 - af))
-    out[0] = 0.0
-    return out
-
-
 def _stretches(trajectory: TreeTrajectory, last: int) -> Iterator[tuple[int, tuple[Array, Array, Array]]]:
     """First node and tangents of stretches of nodes up to `last`, the latest first: kept, or evaluated
     again."""
-    r, n = trajectory, trajectory.parts.size
+    r, n, taken = trajectory, trajectory.parts.size, _taken(trajectory)
+    nodes = taken.nodes
     least = 0 if r.start is None else 1  # a start that is given solves no equations
-    if len(r.nodes.stiffness) == len(r.times):
-        yield least, (r.nodes.stiffness[least:], r.nodes.damping[least:], r.nodes.factors[least:])
+    if len(nodes.stiffness) == len(nodes.position):
+        yield least, (nodes.stiffness[least:], nodes.damping[least:], nodes.factors[least:])
         return
     assert isinstance(r.scheme, GeneralisedAlpha)
     size = max(1, min(last + 1, int(STRETCH // (24 * n * n))))
-    room, grid = np.empty((3, size, n, n)), _grid(r.parts, r.times, r.start)
+    room = np.empty((3, size, n, n))
     for end in range(last + 1, least, -size):
         first = max(least, end - size)
         part = room[0, : end - first], room[1, : end - first], room[2, : end - first]
-        tangents_again(r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, grid, first, *part)
+        tangents_again(
+            taken.tables, r.work, r.parts.pattern, nodes, r.scheme.numbers, taken.grid, first, *part
+        )
         yield first, part
 
 
@@ -219,14 +235,16 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
     conditions = n - len(r.tables.cut)
     entries[:, 1, : r.size], entries[:, 1, r.size : conditions] = seeds.velocity, seeds.states
     entries[:, 2, conditions:] = seeds.multiplier
-    last = int(seeds.starts.max(initial=0))
+    taken = _taken(r)
+    starts = taken.at[seeds.starts]
+    at = np.column_stack([taken.at[seeds.at[:, 0]], seeds.at[:, 1]])
+    last = int(starts.max(initial=0))
     mu, costate = np.empty((last + 1, rows, n)), np.zeros((rows, 4, n))
     mu[0] = 0.0
-    grid = _grid(r.parts, r.times, r.start)
     for first, tangents in _stretches(r, last):
         sweep(
-            r.tables, r.work, r.parts.pattern, r.nodes, r.scheme.numbers, grid, first, *tangents,
-            seeds.starts, seeds.at, entries, costate, np.empty((1, n)), mu,
+            taken.tables, r.work, r.parts.pattern, taken.nodes, r.scheme.numbers, taken.grid, first,
+            *tangents, starts, at, entries, costate, np.empty((1, n)), mu,
         )  # fmt: skip
     if r.start is not None:
         for entry in np.flatnonzero(seeds.at[:, 0] == 0):
@@ -235,4 +253,4 @@ def _sweep(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Swept:
         by_q, by_v = acceleration_slopes(r)
         costate[:, 0, : r.size] += mu[0, :, conditions:] @ by_q
         costate[:, 1, : r.size] += mu[0, :, conditions:] @ by_v
-    return Swept(r.tables, r.nodes, seeds.starts, mu, costate[:, :2])
+    return Swept(taken.tables, taken.nodes, starts, mu, costate[:, :2])

@@ -29,6 +29,7 @@ from ._kernels.tables import TreeRun, TreeTables, TreeWork, tree_work
 from .compiled import Place, TreeCompiled, tree_compiled
 from .loops.histories import CutForce, cut_force
 from .slopes import NodeMotion, crossed
+from .steps.halved import TakenSteps
 from .system import TreeSystem
 from .view import SpatialView
 
@@ -74,6 +75,7 @@ class TreeTrajectory(GoesOn):
     diagnosis: Diagnosis
     adjoints: Adjoints
     points: tuple[TreeTables, TreeRun] | None = None  # stages of an explicit scheme, nodes among them
+    taken: TakenSteps | None = None  # where some steps were halved: all that were made
     course: Course | None = None
     last: Callable[[Any], RunState] | None = None  # what the run left at its last node
     status: Status = Status.COMPLETE

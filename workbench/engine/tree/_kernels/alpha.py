@@ -12,7 +12,7 @@ the step: a <- w + (h/h_before) (a - w). Without that the order is 1.
 States stand behind the velocities and have no place of their own. Multipliers of cut joints stand behind the
 states as unknowns w whose rows say phi(q1)/(h^2 b c) = 0 (index 3, scaled); at the start phi'' = 0. Factors
 are used until the iteration contracts badly; where the tangents at the converged nodes are kept for the
-adjoint, their factors serve the next step.
+adjoint, their factors serve the next step. Where that does not settle, Newton's steps are damped.
 """
 
 from numba import njit
@@ -29,6 +29,7 @@ SLOW = 0.2  # contraction of the updates above which the factors are renewed
 LEAST = 1.0  # m/s^2 or rad/s^2: at rest rounding of the forces leaves accelerations that mean nothing
 STRETCHED = 1.2  # change of the step's length beyond which factors are renewed at once
 ROUND = 4e-15  # m or rad: rounding of a condition
+SHORTEST = 1e-4  # of a Newton step: damped further it leads nowhere
 LOST = -2
 
 
@@ -86,6 +87,35 @@ def keep(W, R, node):
 
 
 @njit(**INNER)
+def begun(T, R, numbers, grid, node, extrapolated):
+    """The first guess of a step: accelerations on the line through the last two nodes, or as they were."""
+    am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
+    c = (1.0 - af) / (1.0 - am)
+    h, ratio, along = grid[0, node], grid[0, node] / grid[0, node - 1], grid[1, node]
+    if not extrapolated:
+        ratio = 0.0
+    w0, v0 = R.rate[node - 1], R.velocity[node - 1]
+    v, w, d, before = R.velocity[node], R.rate[node], R.move[node], R.rate[max(node - 2, 0)]
+    for i in range(w.shape[0]):
+        w[i] = (1.0 + ratio) * w0[i] - ratio * before[i]
+        R.a[i] = along * R.before[i] + (1.0 - along) * w0[i]
+        base = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
+        v[i] = v0[i] + h * ((1.0 - gamma) * R.a[i] + gamma * base)
+        d[i] = h * v0[i] + h * h * ((0.5 - beta) * R.a[i] + beta * base)
+    moved(T, R.position[node - 1], d, R.position[node])
+
+
+@njit(**INNER)
+def carried(R, numbers, node):
+    """The auxiliary accelerations behind a step that is made."""
+    am, af = numbers[0], numbers[1]
+    c = (1.0 - af) / (1.0 - am)
+    w0, w = R.rate[node - 1], R.rate[node]
+    for i in range(w.shape[0]):
+        R.a[i] = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
+
+
+@njit(**INNER)
 def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
     """Solve for node; the factors to begin with are in R.lu. Returns the Newton steps, or -1.
 
@@ -93,21 +123,13 @@ def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
     """
     am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
     c = (1.0 - af) / (1.0 - am)
-    h, ratio, along = grid[0, node], grid[0, node] / grid[0, node - 1], grid[1, node]
+    h = grid[0, node]
     by_v, by_q = h * gamma * c, h * h * beta * c
     n, joints = W.m.shape[0], T.column.shape[0]
     conditions = n - T.cut.shape[0]
     floor = max(FLOOR, ROUND * T.closing[node] / R.level[0])
-    q0, v0, w0 = R.position[node - 1], R.velocity[node - 1], R.rate[node - 1]
-    q, v, w, d = R.position[node], R.velocity[node], R.rate[node], R.move[node]
-    before = R.rate[max(node - 2, 0)]
-    for i in range(n):
-        w[i] = (1.0 + ratio) * w0[i] - ratio * before[i]
-        R.a[i] = along * R.a[i] + (1.0 - along) * w0[i]
-        base = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
-        v[i] = v0[i] + h * ((1.0 - gamma) * R.a[i] + gamma * base)
-        d[i] = h * v0[i] + h * h * ((0.5 - beta) * R.a[i] + beta * base)
-    moved(T, q0, d, q)
+    q0, q, v, w, d = R.position[node - 1], R.position[node], R.velocity[node], R.rate[node], R.move[node]
+    begun(T, R, numbers, grid, node, True)
     old, rate = -1.0, 1.0
     for step in range(1, count + 1):
         evaluate(T, W, node, q, v, w, fresh)
@@ -141,8 +163,7 @@ def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
         if old >= 0.0:
             rate = size / old if old > 0.0 else 0.0
         if size == 0.0 or (rate < 1.0 and size * rate <= limit) or (size <= floor and rate > 0.3):
-            for i in range(n):
-                R.a[i] = (af * w0[i] - am * R.a[i]) / (1.0 - am) + c * w[i]
+            carried(R, numbers, node)
             return step
         if old >= 0.0 and rate > SLOW:
             fresh = True
@@ -153,14 +174,100 @@ def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
     return -1
 
 
+@njit(**INNER)
+def shifted(T, R, by_v, by_q, node, by):
+    """Move the guess of a step along R.correction."""
+    v, w, d = R.velocity[node], R.rate[node], R.move[node]
+    for i in range(w.shape[0]):
+        x = by * R.correction[i]
+        w[i] += x
+        v[i] += by_v * x
+        d[i] += by_q * x
+    moved(T, R.position[node - 1], d, R.position[node])
+
+
+@njit(**INNER)
+def solved_size(W, P, R, joints, conditions):
+    """R.right = -A^-1 r with the factors in R.lu, and its size; multipliers follow the accelerations."""
+    n, size = W.m.shape[0], 0.0
+    for i in range(n):
+        R.right[i] = -W.force[i]
+    solve(P, R.lu, R.right)
+    for i in range(conditions):
+        size = max(size, abs(R.right[i]) / R.level[0 if i < joints else 1])
+    return size
+
+
+@njit(**INNER)
+def damped_step(T, W, P, R, numbers, grid, node, limit, count):
+    """Solve for node by Newton's method with new slopes at every step, each as long as the next correction
+    by the same slopes becomes smaller (Deuflhard 2004, 3.3). Returns the Newton steps, or -1.
+
+    It begins at the accelerations as they were: where a contact comes in, the line through the last two nodes
+    points far beyond.
+    """
+    am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
+    c = (1.0 - af) / (1.0 - am)
+    h = grid[0, node]
+    by_v, by_q = h * gamma * c, h * h * beta * c
+    n, joints = W.m.shape[0], T.column.shape[0]
+    conditions = n - T.cut.shape[0]
+    floor = max(FLOOR, ROUND * T.closing[node] / R.level[0])
+    q, v, w, d = R.position[node], R.velocity[node], R.rate[node], R.move[node]
+    tangent, share = node > 0, 1.0
+    begun(T, R, numbers, grid, node, False)
+    for step in range(1, count + 1):
+        evaluate(T, W, node, q, v, w, tangent)
+        newton_matrix(T, W, d, by_v, by_q, R.lu)
+        R.counts[1] += 1
+        if factor(P, R.lu, R.diagonal) != 0:
+            return LOST
+        size = solved_size(W, P, R, joints, conditions)
+        if not size < 1e300:
+            return -1
+        for i in range(n):
+            R.correction[i] = R.right[i]
+        share = min(1.0, 2.0 * share)
+        shifted(T, R, by_v, by_q, node, share)
+        left = size
+        while size > 0.0:
+            R.counts[0] += 1
+            evaluate(T, W, node, q, v, w, not tangent)
+            left = solved_size(W, P, R, joints, conditions)
+            if left <= (1.0 - 0.25 * share) * size or size <= floor:
+                break
+            if share < SHORTEST:
+                return -1
+            shifted(T, R, by_v, by_q, node, -0.5 * share)
+            share *= 0.5
+        if size == 0.0 or (share == 1.0 and (left <= limit or (size <= floor and left > 0.3 * size))):
+            for i in range(conditions):
+                part = 0 if i < joints else 1
+                R.level[part] = max(R.level[part], abs(w[i]))
+            carried(R, numbers, node)
+            return step
+    return -1
+
+
+@njit(**INNER)
+def undone(R, level, level_of_states):
+    """Back to before the step that failed."""
+    for i in range(R.a.shape[0]):
+        R.a[i] = R.before[i]
+    R.level[0] = level
+    R.level[1] = level_of_states
+    R.level[2] = 1.0
+
+
 @njit(**CAREFUL)
 def march(T, W, P, R, numbers, grid, limit, count, known):
     """All nodes from R.position[0], R.velocity[0] over the steps of `grid`, see `step_changes`.
 
     known: nodes that an earlier run left, with a, level and lu as they are then in R; 0: the rates at node 0
     are found first.  On return R.level[2] says whether the next step would renew the factors.
-    Returns the number of the node that failed (negative: for want of a pivot), or 0. Tangents are kept where
-    R has room for them.
+    Returns the number of the node that failed (negative: for want of a pivot; minus their count: at the
+    start), or 0. Where a node failed, R stands where the node before left it, so its step may be made again
+    otherwise. Tangents are kept where R has room for them.
     """
     kept = R.stiffness.shape[0] > 1
     n, nodes = W.m.shape[0], R.position.shape[0]
@@ -170,16 +277,22 @@ def march(T, W, P, R, numbers, grid, limit, count, known):
         R.level[1] = LEAST
         R.level[2] = 1.0
         if not start(T, W, P, R, R.factors[0], nodes - nodes, kept):
-            return -1
+            return -nodes
     am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
     c = (1.0 - af) / (1.0 - am)
     fresh = R.level[2] > 0.0
     for node in range(max(known, 1), nodes):
-        before = R.counts[0]
+        before, level, level_of_states = R.counts[0], R.level[0], R.level[1]
+        for i in range(n):
+            R.before[i] = R.a[i]
         h, ratio = grid[0, node], grid[0, node] / grid[0, node - 1]
         fresh = fresh or ratio > STRETCHED or ratio * STRETCHED < 1.0
         taken = one_step(T, W, P, R, numbers, grid, node, limit, count, fresh)
         if taken < 0:
+            undone(R, level, level_of_states)
+            taken = damped_step(T, W, P, R, numbers, grid, node, limit, count)
+        if taken < 0:
+            undone(R, level, level_of_states)
             return -node if taken == LOST else node
         fresh = R.counts[0] - before > 5
         if kept:
@@ -188,6 +301,7 @@ def march(T, W, P, R, numbers, grid, limit, count, known):
             newton_matrix(T, W, R.move[node], h * gamma * c, h * h * beta * c, R.lu)
             R.counts[1] += 1
             if factor(P, R.lu, R.diagonal) != 0:
+                undone(R, level, level_of_states)
                 return -node
             keep(W, R, node)
             for i in range(n):

@@ -150,6 +150,8 @@ class TreeRun(NamedTuple):
     right: Array  # (n,)
     diagonal: Array  # (n,)
     a: Array  # (n,)
+    before: Array  # (n,) a before the step that is made
+    correction: Array  # (n,) of damped Newton steps
     level: Array  # (3,) largest accelerations and rates of states so far; 1 where factors are to be renewed
     counts: Array  # (2,) Newton steps, factorisations
 
@@ -165,8 +167,8 @@ def tree_run(start: tuple[Array, Array], nodes: int, *, keep: bool) -> TreeRun:
     run = TreeRun(
         position=zeros(nodes, len(q)), velocity=zeros(nodes, n), rate=zeros(nodes, n), move=zeros(nodes, n),
         stiffness=np.empty((kept, n, n)), damping=np.empty((kept, n, n)), factors=np.empty((kept, n, n)),
-        lu=zeros(n, n), right=zeros(n), diagonal=zeros(n), a=zeros(n), level=zeros(3),
-        counts=np.zeros(2, np.int64),
+        lu=zeros(n, n), right=zeros(n), diagonal=zeros(n), a=zeros(n), before=zeros(n), correction=zeros(n),
+        level=zeros(3), counts=np.zeros(2, np.int64),
     )  # fmt: skip
     run.position[0], run.velocity[0] = q, v
     return run

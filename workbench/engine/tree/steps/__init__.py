@@ -1,0 +1,4 @@
+"""The steps that a run of a tree takes where those asked for do not converge.
+
+`TakenSteps`, `marched` and `closing_of` (halved).
+"""
