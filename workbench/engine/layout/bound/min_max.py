@@ -1,6 +1,7 @@
 """The min-max master: trust-region steps on rows for every peak of every scenario, from several starts.
 
-One step minimises the largest of the second-order rows (Gauss-Newton factors where the objective has them)
+One step minimises the largest of the second-order rows (Gauss-Newton factors where the objective has them,
+else what rows of histories missed at designs visited before, `secant_rows.py`)
 within the trust region and the budgets (`quadratic.py`), simulates, and compares what it got with what the
 model promised. Rows are the local peaks and nodes around them (`peaks.py`); rows that the step would raise
 above the bound are added and the step is solved again, so that no peak appears unannounced.
@@ -27,6 +28,7 @@ from ..outcome.optimality import linear_promise
 from .limited import LimitPenalty, limited_bound
 from .probing import probed_starts, spread, values_alone
 from .quadratic import quadratic_bound
+from .secant_rows import VisitedDesigns
 
 __all__ = ["TrustRegionRun", "corner_starts", "min_max", "race"]
 
@@ -71,6 +73,11 @@ class TrustRegionRun:
     values_seen: list[float] = field(default_factory=list)
     most_probes: int = 0
     penalty: LimitPenalty = field(default_factory=LimitPenalty)
+    visited: VisitedDesigns = field(default_factory=VisitedDesigns)
+    _slopes: tuple[Evaluation | None, Rows, Array] = (None, np.zeros(0, dtype=np.intp), np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        self.visited.add(self.density, np.atleast_2d(self.evaluation.values))
 
     @property
     def value(self) -> float:
@@ -103,6 +110,7 @@ class TrustRegionRun:
             self.radius *= 0.2
             self.finished = self.radius < _SMALLEST
             return
+        self.visited.add(trial, np.atleast_2d(evaluation.values))
         ratio = (top - self.penalty.merit(evaluation)) / self.promise
         if self.limited:
             self.penalty.learn(trial - self.density, self.evaluation, evaluation)
@@ -155,6 +163,24 @@ class TrustRegionRun:
                 break
         return best
 
+    def _gradients(self, rows: Rows) -> Array:
+        """Gradients of rows at the present design, none of them made twice.
+
+        A step that was refused is followed by another model of the same rows, whose slopes take sweeps
+        backwards through every run.
+        """
+        known, there, table = self._slopes
+        if known is not self.evaluation:
+            there, table = there[:0], np.zeros((0, self.problem.members))
+        new = np.setdiff1d(rows, there)
+        if new.size:
+            table = np.vstack([table, self.problem.checked_gradients(self.evaluation, new)])
+            there = np.r_[there, new]
+            order = np.argsort(there)
+            there, table = there[order], table[order]
+        self._slopes = self.evaluation, there, table
+        return np.asarray(table[np.searchsorted(there, rows)])
+
     def _model_step(self, values: Array, shift: Array | float = 0.0) -> "_ModelStep":
         """The step that the model at the present design promises most of; shift (scenarios, nodes): added."""
         problem, density, values = self.problem, self.density, values + shift
@@ -166,9 +192,15 @@ class TrustRegionRun:
         unit = max(abs(top), 1e-300)
         peaks = local_peaks(values, above=top - _LOW_PEAK * unit)
         rows = rows_with_neighbours(values, peaks, neighbours(values.shape[1]))
+        history = values.shape[1] > 1 and not self.limited
+        straight = history and self.evaluation.factors(rows[:1]) is None
+        near = self.visited.near(density, width) if straight else []
+        rows = np.union1d(rows, self.visited.peaks(near, above=top))
         for _ in range(_MODELS):
-            gradients = problem.checked_gradients(self.evaluation, rows)
+            gradients = self._gradients(rows)
             factors = self.evaluation.factors(rows)
+            if near:
+                factors = self.visited.factors(near, density, values, rows, gradients)
             flat = values.ravel()[rows]
             arrays = (
                 flat / unit, gradients / unit, None if factors is None else factors / np.sqrt(unit),
