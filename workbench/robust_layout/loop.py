@@ -1,7 +1,8 @@
 """The robust loop: a layout for the cases found so far, and an attack on that layout, in turn.
 
     S <- nominal case, the worst case found without restraints, a stratified set over the uncertainty
-    repeat   layout <- min over densities of max over S, by the engine, from the best layout so far
+    repeat   layout <- min over densities of max over S, by the engine, from the best layout so far (the
+                       first from the layout of the nominal case)
              worst  <- look at random corners; when they do not break the bound, spend evaluations until the
                        first-order condition holds, and send the adversary
              stop when nothing exceeds the bound by more than the tolerance, else S <- S + what broke it
@@ -116,6 +117,7 @@ class _Loop:
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     compared: bool = False  # with the layouts that are looked at once
+    begins_at: Array | None = None  # the first round
 
     def run(self) -> RobustLayout:
         nominal = self.optimised([0], None)
@@ -125,14 +127,15 @@ class _Loop:
         self.judged.layouts |= {**trivial_layouts(problem), "nominal only": nominal.density}
         self.judged.documents["nominal only"] = nominal.document
         self.judged.origins["nominal only"] = ROUNDS
+        self.begins_at = nominal.density
+        starts: dict[str, Array | None] = {
+            "third start": None, "fourth start": random_densities(problem, seed=self.settings.seed)
+        }  # fmt: skip
+        alone = self.for_one_case("nominal only")
         others = OtherStarts(
             judged=self.judged,
             optimised=lambda best, start: self.optimised(self.active(best), start),
-            starts={
-                "second start": None,
-                "third start": nominal.density,
-                "fourth start": random_densities(problem, seed=self.settings.seed),
-            },
+            starts=starts if alone is None else {"second start": alone, **starts},
             tolerance=self.settings.tolerance, tell=self.tell,
         )  # fmt: skip
         while True:
@@ -193,14 +196,24 @@ class _Loop:
         self.join(found, bound)
         return False
 
+    def for_one_case(self, name: str) -> Array | None:
+        """The layout for the one case, not the nominal one, in which a layout is worst; None without any."""
+        values = [-np.inf if v is None else v for v in self.judged.values(name)[1:]]
+        made = self.optimised([1 + int(np.argmax(values))], None) if values else None
+        return None if made is None else made.density
+
     def improved(self, number: int) -> tuple[list[int], Optimised | None, str]:
-        """The layout of a round, from the best one: the cases it was made for, and why there is none."""
+        """The layout of a round, from the best one: the cases it was made for, and why there is none.
+
+        The first begins at the layout of the nominal case, whatever that is worth in the others.
+        """
         note = ""
         while True:
             best = self.judged.best()
             usable = self.active(best)
             self.tell(f"round {number}: layout for {len(usable)} of {len(self.judged.cases)} cases")
-            made = self.optimised(usable, self.judged.layouts[best])
+            start = self.judged.layouts[best] if self.rounds else self.begins_at
+            made = self.optimised(usable, start)
             if made is not None:
                 origin = self.judged.origins.get(best, ROUNDS)  # a trivial layout is where rounds begin
                 self.judged.add(f"round {number}", made, origin=origin)

@@ -1,10 +1,10 @@
 """Layouts that a robust loop makes from other starts: is the best of its rounds a good local optimum?
 
 The optimiser is local. When a layout has been attacked in vain, others are made for the same cases from the
-start of the problem, from the layout of the nominal case and from random densities, until one agrees with the
-best within the tolerance. One that is worse gets more evaluations first; one that is better becomes the
-best, and is attacked in its turn. A later call goes on from the layouts of the earlier ones, since cases
-have joined in between.
+layout of one case, that in which the layout of the nominal case is worst, from the start of the problem and
+from random densities, until one agrees with the best within the tolerance. One that is worse gets more
+evaluations first; one that is better becomes the best, and is attacked in its turn. A later call goes on from
+the layouts of the earlier ones, since cases have joined in between.
 """
 
 from collections.abc import Callable, Mapping
