@@ -37,6 +37,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     "studies": ("*", "adams_loop amplifier bracket buck_converter", "gunner"),
     "studies/gunner": (
         "checks",
+        "slopes",
         "restraints",
         "drawing",
         "*",

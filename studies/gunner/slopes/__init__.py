@@ -1,0 +1,1 @@
+"""Slopes of what a run says of gunner and vehicle by what is uncertain."""
