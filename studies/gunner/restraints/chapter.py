@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.engine import optimise_layout
+from workbench.engine.layout.formulation.problem import FAILURES
 from workbench.engine.layout.outcome.result import LayoutResult
 
 from .designs import DESIGNS, STEP, Design, Place, layout_problem, places, value_of
@@ -98,8 +99,9 @@ SAID: Mapping[str, tuple[Said, ...]] = {
 class Found:
     """A layout of section 8.6: its variables, densities of these alone, and how good it is.
 
-    nothing, uniform: value without members and with the budget spread evenly; value: found; m, see `value_of`
-    finer: the same at half the step.  error: first-order error, relative to the objective.
+    nothing, uniform: value without members and with the budgets spread evenly; value: found; finer: the same
+    at half the step; m, see `value_of`, nan where that cannot be simulated.
+    error: first-order error, relative to the objective.
     """
 
     design: Design
@@ -126,16 +128,22 @@ def find(
     for design in designs:
         kept = None if design.keeps is None else (found[design.keeps].places, found[design.keeps].density)
         problem, some = layout_problem(design, kept, step=step), places(design)
-        none = np.r_[np.zeros(len(some)), problem.start[len(some) :]]
+        none, even = (
+            np.r_[share * problem.start[: len(some)], problem.start[len(some) :]]
+            for share in (0.0, 1.0 / design.first)
+        )
         result = optimise_layout(problem, max_evaluations=evaluations or design.evaluations)
         finer = layout_problem(design, kept, step=0.5 * step)
 
         def look(problem: Any, density: Array, design: Design = design) -> float:
-            return value_of(design, float(problem.evaluate(density).values.max()))
+            try:
+                return value_of(design, float(problem.evaluate(density).values.max()))
+            except FAILURES:
+                return float("nan")
 
         found[design.name] = Found(
             design=design, places=some, density=np.asarray(result.density[: len(some)]),
-            nothing=look(problem, none), uniform=look(problem, problem.start),
+            nothing=look(problem, none), uniform=look(problem, even),
             value=value_of(design, result.value), finer=look(finer, result.density), error=result.kkt,
             result=result,
         )  # fmt: skip
