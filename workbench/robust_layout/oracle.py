@@ -3,8 +3,10 @@
 `look` runs the known cases and fresh random corners: samples inside hardly ever meet a corner, and a layout
 that breaks there needs no attack. `attack` sends the adversary of `workbench.search.evidence.attack` against
 the bound: it has no surrogate, and every turn of the loop has a seed of its own, so that a layout is never
-attacked by the numbers that it was mended for. It begins at the worst case known, and where it breaks nothing
-but no two of its climbs from elsewhere arrived at the worst, it goes on from there, three times at most.
+attacked by the numbers that it was mended for. It begins at the worst case known, with a part of its budget
+that goes to corners and climbs alone: most layouts of a loop break there. One that does not break spends the
+rest, even draws among it, and where it breaks nothing but no two of its climbs from elsewhere arrived at the
+worst, it goes on from there, three times at most.
 
 What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed.
 """
@@ -22,7 +24,7 @@ from workbench.errors import NotEnoughRuns
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cuts import spread_out_worst
 from workbench.robust_layout.model import LayoutModel, layout_name
-from workbench.search.evidence.attack.adversary import attack
+from workbench.search.evidence.attack.adversary import DEFAULT_SPLIT, Split, attack
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.attack.strata import Strata
 from workbench.search.evidence.grade import ARRIVED, fewest_runs
@@ -37,6 +39,10 @@ Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
 TURNS = 1000  # apart are the seeds of attacks that go on from those of other turns
+RAIDS = 500  # the same, of raids
+RAID = 0.4  # of the budget of an attack: no even draws, which a layout that breaks has no use for
+CORNERS_FIRST = Split(interior=0.0, corner=0.25, near_corner=0.15)  # of the raid
+THE_REST = Split(interior=0.4, corner=0.1, near_corner=0.05)  # of what it leaves: as many even draws in all
 NOTICEABLE = 0.01  # of the worst value: a rise that leaves behind what climbs had arrived at
 KEPT = 12  # of the runs, far from each other, that are told with the worst
 
@@ -69,6 +75,16 @@ def is_settled(attack: Mapping[str, Any]) -> bool:
     """Whether another attack would say no more: all cases were run, or climbs from elsewhere arrived at the
     worst."""
     return bool(attack["exhaustive"]) or attack["arrived"] >= ARRIVED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """Of what is spent on a layout.    seed: added to the number of the turn."""
+
+    seed: int
+    budget: int
+    split: Split
+    is_last_of_an_attack: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,7 +141,8 @@ class LayoutOracle:
     def _until_settled(
         self, evaluate: Evaluator, known: Sequence[Outcome], *, limit: float, turn: int
     ) -> Attack:
-        """An attack; where it broke nothing and is not settled, more that begin at the worst known by then.
+        """An attack, its raid first; where it broke nothing and is not settled, more that begin at the worst
+        known by then.
 
         What breaks the first limit breaks the layout, so a layout cannot pass by small rises of its worst.
         """
@@ -135,13 +152,12 @@ class LayoutOracle:
             default=None,
         )  # fmt: skip
         record: Attack | None = None
-        for again in range(1 + self.going_on):
-            seed = int(
-                stream(self.seed, "attack of a layout", replicate=turn + again * TURNS).integers(2**31)
-            )
+        for part in self._parts():
+            replicate = turn + part.seed
+            seed = int(stream(self.seed, "attack of a layout", replicate=replicate).integers(2**31))
             made = attack(
-                evaluate, self.space, value=limit, budget=self.budget, seed=seed, response=name,
-                known=[] if worst is None else [worst],
+                evaluate, self.space, value=limit, budget=part.budget, seed=seed, response=name,
+                split=part.split, known=[] if worst is None else [worst],
             )  # fmt: skip
             if made.parameters is not None and made.largest is not None:
                 if worst is None or made.largest > worst[1] + NOTICEABLE * abs(worst[1]):
@@ -150,11 +166,24 @@ class LayoutOracle:
                 if worst is None or made.largest > worst[1]:
                     worst = (made.parameters, made.largest)
             record = made if record is None else record.and_then(made)
-            enough = self.budget >= fewest_runs(self.space.dimension)
-            if record.is_beaten or is_settled(record.to_dict()) or not enough:
+            if record.is_beaten or (part.is_last_of_an_attack and is_settled(record.to_dict())):
                 break
         assert record is not None
         return record
+
+    def _parts(self) -> list["_Part"]:
+        """The raid and the rest of an attack, and those that may go on after it."""
+        whole = _Part(seed=0, budget=self.budget, split=DEFAULT_SPLIT)
+        raid = round(RAID * self.budget)
+        first = [whole]
+        if raid and SearchSpace.of(self.space).size > self.budget:
+            first = [
+                _Part(seed=RAIDS, budget=raid, split=CORNERS_FIRST, is_last_of_an_attack=False),
+                _Part(seed=0, budget=self.budget - raid, split=THE_REST),
+            ]
+        if self.budget < fewest_runs(self.space.dimension):
+            return first  # too short to say anything by its silence, however often
+        return first + [replace(whole, seed=again * TURNS) for again in range(1, 1 + self.going_on)]
 
     def _found(
         self, density: Array, outcomes: Sequence[Outcome], *, limit: float, runs: int, status: str

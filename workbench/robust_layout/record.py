@@ -12,6 +12,7 @@ from workbench.robust_layout.oracle import Found
 
 __all__ = [
     "FIRST_ORDER",
+    "GOING_ON",
     "LoopSettings",
     "OtherStartsFound",
     "RobustLayout",
@@ -24,6 +25,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
+GOING_ON = 3  # attacks after the first, at most
 FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
 
 
@@ -45,7 +47,7 @@ class LoopSettings:
     rounds: int = 8
     tolerance: float = 0.02
     seed: int = 0
-    going_on: int = 3
+    going_on: int = GOING_ON
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,7 +34,7 @@ from workbench.robust_layout.loop_documents import (
     shown_motion,
 )
 from workbench.robust_layout.model import LayoutModel, load_layout_model
-from workbench.robust_layout.record import LoopSettings, RobustLayout
+from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
 from workbench.stages.work import Work
@@ -258,7 +258,8 @@ def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
 def _planned_runs(study: Study, folder: Path) -> int:
     table = study.robust_layout or {}
     looks = table["rounds"] + 2  # the two layouts compared; an attack where a look finds nothing
-    runs = looks * (table["corners"] + table["scenarios"]) + table["rounds"] * table["budget"]
+    attacks = table["rounds"] + GOING_ON  # one in each round, and the last may go on
+    runs = looks * (table["corners"] + table["scenarios"]) + attacks * table["budget"]
     return int(runs + 3 * table["samples"])
 
 

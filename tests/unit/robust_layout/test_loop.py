@@ -333,7 +333,7 @@ def test_densities_outside_their_range_are_refused():
 def test_plan_and_validate_know_the_stage(tmp_path):
     plan = plan_study(study(tmp_path))
     assert plan["stages"][-2:] == ["robust_layout", "report"]
-    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + 5 * 60 + 3 * 30
+    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + (5 + 3) * 60 + 3 * 30
     assert "robust_layout" in check_study(study(tmp_path))["summary"]
     wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
     with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):

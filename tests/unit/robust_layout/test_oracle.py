@@ -19,13 +19,13 @@ CASES = [{"u": 0.0, "v": 0.0}, {"u": 0.9, "v": 0.0}]
 REAL = oracle.attack
 
 
-def looked_for(folder, **options):
+def looked_for(folder, *, limit=4.3, space=SPACE, **options):
     model = TwoMembers()
     where = LayoutOracle(
-        model=model, space=SPACE, folder=folder, identity="two", budget=60, corners=4, seed=3,
+        model=model, space=space, folder=folder, identity="two", budget=60, corners=4, seed=3,
         evaluator=lambda density: FunctionEvaluator(lambda **u: model.responses(density, u)), **options,
     )  # fmt: skip
-    return where.attack(LAYOUT, CASES, limit=4.3, turn=1)
+    return where.attack(LAYOUT, CASES, limit=limit, turn=1)
 
 
 @pytest.fixture
@@ -45,19 +45,37 @@ def attacks(monkeypatch):
 def test_one_attack_at_whose_worst_climbs_arrive_is_enough(tmp_path, attacks):
     asked, _ = attacks
     found = looked_for(tmp_path)
-    assert len(asked) == 1
+    assert [one["budget"] for one in asked] == [24, 36]  # corners and climbs, then the rest
     assert found.attack["arrived"] >= 2
     assert found.runs == 60
+    assert found.attack["share"]["draws"] >= 15  # a quarter of the budget is drawn evenly
     assert asked[0]["known"] == [(CASES[1], pytest.approx(value(LAYOUT, 0.9, 0.0)))]
+
+
+def test_a_layout_that_breaks_costs_the_first_part_of_an_attack(tmp_path, attacks):
+    asked, _ = attacks
+    found = looked_for(tmp_path, limit=3.0)
+    assert len(asked) == 1
+    assert found.runs == 24
+    assert found.value > 3.0
+
+
+def test_a_space_within_the_budget_is_run_whole_at_once(tmp_path, attacks):
+    asked, _ = attacks
+    whole = Space((Parameter("u", lower=-1, upper=1, step=0.1), Parameter("v", lower=0, upper=1, step=1.0)))
+    found = looked_for(tmp_path, space=whole)
+    assert len(asked) == 1
+    assert found.attack["exhaustive"]
+    assert found.runs == 42
 
 
 def test_an_attack_goes_on_from_the_worst_it_found_against_the_first_limit(tmp_path, attacks):
     asked, changes = attacks
     changes["all"] = {"arrived": 0}
     found = looked_for(tmp_path)
-    assert len(asked) == 4
-    assert [one["value"] for one in asked] == [4.3] * 4
-    assert len({one["seed"] for one in asked}) == 4
+    assert [one["budget"] for one in asked] == [24, 36, 60, 60, 60]
+    assert [one["value"] for one in asked] == [4.3] * 5
+    assert len({one["seed"] for one in asked}) == 5
     worst = [one["known"][0][1] for one in asked]
     assert worst[0] < worst[1] == pytest.approx(max(value(LAYOUT, u, 1.0) for u in (-1, 1)), rel=1e-3)
     assert found.runs == 240
@@ -89,7 +107,7 @@ def test_a_short_attack_does_not_go_on(tmp_path, attacks, monkeypatch):
     changes["all"] = {"arrived": 0}
     monkeypatch.setattr(oracle, "fewest_runs", lambda dimension: 61)
     looked_for(tmp_path)
-    assert len(asked) == 1
+    assert [one["budget"] for one in asked] == [24, 36]
 
 
 def test_a_loop_in_which_no_climbs_arrive_is_closed_by_attacks_that_go_on_alone(tmp_path, attacks):

@@ -1,5 +1,7 @@
 """What a study would do next, and how long that takes."""
 
+from importlib.resources import files
+
 import pytest
 
 from workbench.campaign.store import Store
@@ -65,6 +67,12 @@ def test_nothing_is_known_until_the_first_run(study):
     assert plan["time"]["design"] == {"runs": 10, "at_once": 2, "seconds": None}
     assert plan["seconds_left_at_most"] is None
     assert "time of design: unknown until the first run" in plan_lines(plan)
+
+
+def test_the_last_attack_of_a_robust_loop_may_go_on():
+    plan = plan_study(load_study(str(files("studies") / "occupant_demo.toml")))
+    looks, attacks = (6 + 2) * (90 + 18), (6 + 3) * 1500
+    assert plan["time"]["robust_layout"]["runs"] == looks + attacks + 3 * 100
 
 
 def test_the_time_is_that_of_the_runs_left_at_the_median_pace(study):
