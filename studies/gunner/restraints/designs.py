@@ -93,7 +93,7 @@ class Design:
 
     opens: kinds, and the times at which they act.  budgets: sums of densities for groups of kinds.
     keeps: the name of the design whose layout stays in place.  first: share of the budgets at the start.
-    evaluations: of its search; with them the first-order error is below 2 %, but for (8.37).
+    evaluations: of its search; with them the first-order error is below 2 %.
     """
 
     name: str
