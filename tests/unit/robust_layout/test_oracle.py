@@ -58,6 +58,7 @@ def test_a_layout_that_breaks_costs_the_first_part_of_an_attack(tmp_path, attack
     assert len(asked) == 1
     assert found.runs == 24
     assert found.value > 3.0
+    assert "independent" not in found.status  # no even draws stand behind it
 
 
 def test_a_space_within_the_budget_is_run_whole_at_once(tmp_path, attacks):

@@ -162,7 +162,7 @@ class Attack:
     @property
     def _share_words(self) -> str:
         draws, hits, high = self.share.draws, self.share.hits, self.share.high
-        if not draws:
+        if draws < 2:  # one says nothing worth a sentence
             return ""
         count = "none" if not hits else str(hits)
         return (
