@@ -48,6 +48,8 @@ from workbench.robust_layout.record import (
     excess,
     largest,
     loop_status,
+    promise_of,
+    reasons_against_green,
 )
 from workbench.robust_layout.scenarios import stratified_cases
 from workbench.search.evidence.grade import fewest_runs
@@ -114,6 +116,7 @@ class _Loop:
     unusable: set[int] = field(default_factory=set)  # cases that the optimiser cannot run
     worst: dict[str, Found] = field(default_factory=dict)
     bounds: dict[str, float] = field(default_factory=dict)  # of layouts that were attacked, at that time
+    ended: set[str] = field(default_factory=set)  # layouts that were attacked to the end
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     compared: bool = False  # with the layouts that are looked at once
@@ -226,7 +229,7 @@ class _Loop:
     def longer(self, name: str, new: str) -> bool:
         """Spend more evaluations where the optimiser had not ended; True when they gave a better layout."""
         document = self.judged.documents.get(name)
-        if document is None or document["converged"] or _promise(document) <= FIRST_ORDER:
+        if document is None or document["converged"] or promise_of(document) <= FIRST_ORDER:
             return False
         before = self.judged.worst(name)
         self.tell(f"more evaluations for the layout '{name}'")
@@ -269,11 +272,8 @@ class _Loop:
                 found.add(k)
         return found or {usable[-1]}
 
-    def optimised(self, indices: Sequence[int], start: Array | None, *, times: int = 1) -> Optimised | None:
-        """The layout for these cases; None, with the reason in `failures`, when it cannot be made.
-
-        times: how often the evaluations of a round.
-        """
+    def optimised(self, indices: Sequence[int], start: Array | None) -> Optimised | None:
+        """The layout for these cases; None, with the reason in `failures`, when it cannot be made."""
         found = optimise_for_cases(
             self.model, [self.judged.cases[k] for k in indices], start=start, folder=self.folder / "rounds",
             evaluations=self.settings.evaluations, identity=self.identity,
@@ -293,13 +293,19 @@ class _Loop:
         found = self.oracle.look(self.judged.layouts[name], self.judged.cases, limit=limit, turn=turn)
         return self.keep(name, found)
 
-    def attack(self, name: str, turn: int) -> Found:
-        bound = self.judged.worst(name)
+    def attack(self, name: str, turn: int, *, to_the_end: bool = False) -> Found:
+        """Against the worst known of a layout, which is its bound from now on."""
+        self.bounds[name] = self.judged.worst(name)
+        return self.attack_on(name, turn, bound=self.bounds[name], to_the_end=to_the_end)
+
+    def attack_on(self, name: str, turn: int, *, bound: float, to_the_end: bool) -> Found:
         self.tell(f"attack on the layout '{name}', bound {bound:.6g} {self.model.unit}")
-        self.bounds[name] = bound
+        if to_the_end:
+            self.ended.add(name)
         found = self.oracle.attack(
-            self.judged.layouts[name], self.judged.cases, limit=self.limit(bound), turn=turn
-        )
+            self.judged.layouts[name], self.judged.cases, limit=self.limit(bound), turn=turn,
+            to_the_end=to_the_end,
+        )  # fmt: skip
         return self.keep(name, found)
 
     def keep(self, name: str, found: Found) -> Found:
@@ -327,14 +333,27 @@ class _Loop:
                 self.judged.join(broken[:JOINING])
 
     def attacked_best(self) -> str:
-        """The best layout over all cases found for any layout, attacked; rounds that are left start there."""
+        """The best layout over all cases found for any layout, attacked; rounds that are left start there.
+
+        Where none is left, by the whole budget, and against the bound that it broke: what is said of it is
+        the last word.
+        """
         self.fresh = len(self.judged.cases)
+        turn, is_spent = len(self.rounds) + 1, len(self.rounds) >= self.settings.rounds
         while True:
             self.judged.join([found.case for found in self.worst.values()])
             name = self.judged.best()
-            if name in self.bounds:
+            if name not in self.bounds:
+                self.attack(name, turn, to_the_end=is_spent)
+            elif is_spent and not self.holds(name) and not self.was_attacked_to_the_end(name):
+                self.attack_on(name, turn, bound=self.bounds[name], to_the_end=True)
+            else:
                 return name
-            self.attack(name, len(self.rounds) + 1)
+
+    def was_attacked_to_the_end(self, name: str) -> bool:
+        """Whether nothing of an attack on a layout is left: not where it broke before its budget was spent."""
+        attack = self.worst[name].attack
+        return name in self.ended or (attack is not None and attack["runs"] >= self.settings.budget)
 
     def result(self, robust: str, others: OtherStartsFound | None) -> RobustLayout:
         """Every layout judged over all cases found; `robust` is the best of them."""
@@ -358,7 +377,7 @@ class _Loop:
             robust=robust, closed=closed, status=loop_status(found, bound, closed=closed, needed=needed),
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
             rounds=self.rounds, failures=self.failures, may_exceed=may_exceed, other_starts=others,
-            reasons=self.reasons(robust, others, closed=closed),
+            reasons=reasons_against_green(found, self.judged.documents.get(robust), others, closed=closed),
             document=self.judged.documents.get(robust, {}),
         )  # fmt: skip
 
@@ -368,29 +387,3 @@ class _Loop:
         attack = found.attack
         enough = attack is not None and (attack["exhaustive"] or attack["runs"] >= needed)
         return 0 if enough else needed
-
-    def reasons(self, robust: str, others: OtherStartsFound | None, *, closed: bool) -> list[str]:
-        """What keeps the verdict from being green."""
-        said = [] if closed else ["the loop is not closed"]
-        document = self.judged.documents.get(robust)
-        if document is not None and _promise(document) > FIRST_ORDER:
-            ended = "ended" if document["converged"] else "stopped at its limit"
-            said.append(
-                f"the optimiser {ended} where the first-order condition is off by "
-                f"{100 * _promise(document):.2g} %: a better layout may stand nearby"
-            )
-        if others is None:
-            said.append("no layout could be made from another start: a better one may stand elsewhere")
-        elif not others.agrees:
-            said.append(f"layouts from other starts stayed {100 * others.apart:.3g} % above this one")
-        attack = self.worst[robust].attack
-        if attack is not None and any(attack["failures"].values()):
-            said.append(f"{sum(attack['failures'].values())} runs of the attack gave no value")
-        if self.worst[robust].disbelieved:
-            said.append(f"{len(self.worst[robust].disbelieved)} cases change at half the step")
-        return said
-
-
-def _promise(document: Mapping[str, Any]) -> float:
-    """By which share of the value the linearised rows of a layout could still fall; infinity if unknown."""
-    return float("inf") if document["kkt"] is None else float(document["kkt"])

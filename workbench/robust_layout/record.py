@@ -20,6 +20,8 @@ __all__ = [
     "excess",
     "largest",
     "loop_status",
+    "promise_of",
+    "reasons_against_green",
 ]
 
 Array = NDArray[np.float64]
@@ -165,3 +167,34 @@ def largest(values: Sequence[float | None]) -> float:
     if not there:
         raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
     return max(there)
+
+
+def promise_of(document: Mapping[str, Any]) -> float:
+    """By which share of the value the linearised rows of a layout could still fall; infinity if unknown."""
+    return float("inf") if document["kkt"] is None else float(document["kkt"])
+
+
+def reasons_against_green(
+    worst: Found, document: Mapping[str, Any] | None, others: OtherStartsFound | None, *, closed: bool
+) -> list[str]:
+    """An open loop, an optimiser at its limit, starts that disagree, an attack that leaves doubts.
+
+    worst: of the layout returned.    document: of its optimisation, None where no optimiser made it.
+    others: layouts from other starts, None where none could be made.
+    """
+    said = [] if closed else ["the loop is not closed"]
+    if document is not None and promise_of(document) > FIRST_ORDER:
+        ended = "ended" if document["converged"] else "stopped at its limit"
+        said.append(
+            f"the optimiser {ended} where the first-order condition is off by "
+            f"{100 * promise_of(document):.2g} %: a better layout may stand nearby"
+        )
+    if others is None:
+        said.append("no layout could be made from another start: a better one may stand elsewhere")
+    elif not others.agrees:
+        said.append(f"layouts from other starts stayed {100 * others.apart:.3g} % above this one")
+    if worst.attack is not None and any(worst.attack["failures"].values()):
+        said.append(f"{sum(worst.attack['failures'].values())} runs of the attack gave no value")
+    if worst.disbelieved:
+        said.append(f"{len(worst.disbelieved)} cases change at half the step")
+    return said

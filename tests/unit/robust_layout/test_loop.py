@@ -187,6 +187,24 @@ def test_rounds_that_are_left_are_used_where_the_best_layout_breaks_in_the_end(t
     assert found["closed"] or rounds[-1] == 5
 
 
+@pytest.mark.parametrize("broke_before", [False, True])
+def test_what_an_open_loop_says_rests_on_the_whole_budget(tmp_path, monkeypatch, broke_before):
+    """Every layout breaks at once: an attack would end after two fifths of its runs."""
+    attacked_best, runs = _Loop.attacked_best, []
+
+    def seen(loop):
+        if broke_before:
+            runs.append(loop.attack(loop.judged.best(), 7).runs)
+        return attacked_best(loop)
+
+    monkeypatch.setattr(_Loop, "limit", lambda loop, bound: 0.5 * bound)
+    monkeypatch.setattr(_Loop, "attacked_best", seen)
+    found, _ = run(tmp_path, changed("rounds = 5", "rounds = 1"))
+    assert not found["closed"]
+    assert runs == ([24] if broke_before else [])
+    assert found["attack"]["runs"] == 60
+
+
 def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
     apart = OtherStartsFound(worst=9.0, apart=0.3, agrees=False, starts=("rounds", "second start"))
     monkeypatch.setattr(OtherStarts, "found", lambda self: apart)

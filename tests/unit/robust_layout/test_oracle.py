@@ -19,13 +19,13 @@ CASES = [{"u": 0.0, "v": 0.0}, {"u": 0.9, "v": 0.0}]
 REAL = oracle.attack
 
 
-def looked_for(folder, *, limit=4.3, space=SPACE, **options):
+def looked_for(folder, *, limit=4.3, space=SPACE, to_the_end=False, **options):
     model = TwoMembers()
     where = LayoutOracle(
         model=model, space=space, folder=folder, identity="two", budget=60, corners=4, seed=3,
         evaluator=lambda density: FunctionEvaluator(lambda **u: model.responses(density, u)), **options,
     )  # fmt: skip
-    return where.attack(LAYOUT, CASES, limit=limit, turn=1)
+    return where.attack(LAYOUT, CASES, limit=limit, turn=1, to_the_end=to_the_end)
 
 
 @pytest.fixture
@@ -59,6 +59,15 @@ def test_a_layout_that_breaks_costs_the_first_part_of_an_attack(tmp_path, attack
     assert found.runs == 24
     assert found.value > 3.0
     assert "independent" not in found.status  # no even draws stand behind it
+
+
+def test_an_attack_to_the_end_spends_the_whole_budget_on_a_layout_that_breaks(tmp_path, attacks):
+    asked, _ = attacks
+    early, late = looked_for(tmp_path, limit=3.0), looked_for(tmp_path, limit=3.0, to_the_end=True)
+    assert [one["budget"] for one in asked] == [24, 24, 36]  # and no attack goes on after that
+    assert early.runs < late.runs == 60
+    assert early.value <= late.value
+    assert late.attack["share"]["draws"] >= 15
 
 
 def test_a_space_within_the_budget_is_run_whole_at_once(tmp_path, attacks):
