@@ -351,7 +351,7 @@ class _Loop:
                 return name
 
     def was_attacked_to_the_end(self, name: str) -> bool:
-        """Whether nothing of an attack on a layout is left: not where it broke before its budget was spent."""
+        """Whether no attack on a layout is left: one that it broke early is, as its budget was not spent."""
         attack = self.worst[name].attack
         return name in self.ended or (attack is not None and attack["runs"] >= self.settings.budget)
 
