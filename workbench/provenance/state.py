@@ -13,6 +13,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from hashlib import blake2b
@@ -82,10 +83,11 @@ def model_state(spec: ModelSpec, wanted: Mapping[str, Any], *, cache: ContentCac
 
 def _program(path: Path, cache: ContentCache) -> dict[str, str]:
     """A program and the libraries that it is linked with, by content."""
-    found = {f"program {path.name}": _digest(path, cache)}
-    for library in cache.of(path, linked_libraries):
-        found[f"library {Path(library).name}"] = _digest(Path(library), cache)
-    return found
+    libraries = [Path(library) for library in cache.of(path, linked_libraries)]
+    with ThreadPoolExecutor() as threads:  # a digest gives the interpreter up while it reads and sums
+        digests = list(threads.map(lambda file: _digest(file, cache), [path, *libraries]))
+    names = [f"program {path.name}", *(f"library {library.name}" for library in libraries)]
+    return dict(zip(names, digests, strict=True))
 
 
 def linked_libraries(path: Path) -> list[str]:
