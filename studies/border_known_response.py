@@ -7,7 +7,8 @@ then, up to 30 in all, the run of the largest score, where what is known of the 
     one step    (m - b) P^2, with the gain m - b over the worst run and the chance of success P >= `least`
     two steps   the expected gain of the best run that may follow, over both answers of this one
 
-`rising` asks for more chance, the more runs have failed, as `workbench.search.proposals.border_walk` does.
+`rising` asks for more chance, the more runs have failed, as `workbench.search.proposals.border_walk` once
+did.
 
 The posterior of (n, c) is a normal law cut by one half-space per run, sampled by hit-and-run; before any run
 the normal is along the slopes, give or take 70 % of each. A real search knows less: it predicts the response.

@@ -117,7 +117,7 @@ class Loop:
             return Status.CONVERGED
         rng = stream(self.asked.seed, "worst case", replicate=ledger.spent)
         size = min(workers, room if room > 0 else left)
-        batch = propose(known, self._turn(left), size=size, rng=rng, border=self._border(known))
+        batch = propose(known, self._turn(left), size=size, rng=rng, border=self._border(known, left))
         if len(batch.u):
             ledger.add(
                 self.evaluate(ledger.where.rows(batch.u), purpose=batch.proposals[0]),
@@ -151,15 +151,17 @@ class Loop:
         self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
         return Known.of(ledger, self.model, success)
 
-    def _border(self, known: Known) -> BorderWalk | None:
-        """The border of failures to search along, None where no run failed or failures are sought."""
+    def _border(self, known: Known, left: int) -> BorderWalk | None:
+        """The border of failures to search along with `left` runs to go, None where no run failed or failures
+        are sought.
+        """
         ledger = self.ledger
         if not known.success.classifiers:
             return None
         features = ledger.where.features(ledger.u)
         grows = growth_of(lambda at: known.model.predict(at)[0], features[ledger.ok])
         failures = GrowingFailures.of(features, ledger.ok, grows)
-        return BorderWalk(failures=failures, failed=failed_share(ledger))
+        return BorderWalk(failures=failures, failed=failed_share(ledger), left=left)
 
     def _count_failures(self) -> None:
         """An even sample of the box, of the runs that are left: how often runs fail remains to be said."""

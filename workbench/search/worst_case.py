@@ -206,7 +206,8 @@ def surrogate_worst_case(
     worst = predicted_worst(known, rng=stream(seed, "worst case"))[None]
     mean, std = model.in_units(where.features(worst))
     found = concluded(ledger, asked, status=Status.SURROGATE, gaps=GapHistory(), previous=None)
-    if float(mean[0]) <= float(np.max(ledger.v)):
+    rounding = 1e-9 * float(np.ptp(ledger.v)) + 1e-12 * float(np.abs(ledger.v).max())
+    if float(mean[0]) <= float(np.max(ledger.v)) + rounding:
         return replace(found, status=Status.KNOWN_RUN)
     predicted = float(ledger.sign * mean[0])
     upper = max(ledger.sign * found.gap.upper, float(mean[0]))

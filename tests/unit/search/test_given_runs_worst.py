@@ -32,3 +32,14 @@ def test_where_nothing_worse_is_predicted_the_worst_run_is_the_answer():
     assert found.confirmed
     assert found.value == 0.0
     assert dict(found.parameters) == {"a": 0.5, "b": 0.5}
+
+
+@pytest.mark.parametrize("sense", ["max", "min"])
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_a_prediction_beyond_a_run_by_rounding_alone_is_nothing(sense, offset):
+    space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
+    rows = space.rows(np.array([[i / 3, j / 3] for i in range(4) for j in range(4)]))
+    runs = [{**row, "y": offset + row["a"] + 0.2 * row["b"]} for row in rows]
+    found = surrogate_worst_case(space, runs, response="y", sense=sense)
+    assert found.status is Status.KNOWN_RUN
+    assert found.value == runs[-1 if sense == "max" else 0]["y"]

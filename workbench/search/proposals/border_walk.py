@@ -1,11 +1,17 @@
 """The run that gains most on the feasible side of a border of failures.
 
-    score(u) = (m(u) - b) P(u)^2,      where  m(u) > b + noticeable  and  P(u) >= least
+    score(u) = (m(u) - b - d) P(u)^3,      where  m(u) > b + d  and  P(u) >= 0.3
 
 with the predicted response m, the worst run b and the chance of success P of
-`workbench.search.surrogate.growing_failures`. The square makes a run that is half way to the border likelier
-than one beyond. Steps of single coordinates stop at a border that lies askew; this one is walked along, by
-random steps of several coordinates that shrink when none gains.
+`workbench.search.surrogate.growing_failures`. The cube makes a run that succeeds in three of four cases the
+likeliest on the way to the border. The gain d that is not counted keeps a search from closing in on one
+place of the border to the last digit, as long as another place may hold more. Steps of single coordinates
+stop at a border that lies askew; this one is walked along, by random steps of several coordinates that shrink
+when none gains.
+
+The walk has its turn until more than 35 % of the search's runs have failed, and in the last two runs. To ask
+for a likelier run instead makes it creep: each step succeeds, gains next to nothing and tells as little of
+the border.
 """
 
 from collections.abc import Callable
@@ -21,10 +27,10 @@ from workbench.search.surrogate.growing_failures import GrowingFailures
 __all__ = ["BorderWalk"]
 
 CLOSEST = 1e-3  # of the unit cube, largest coordinate: a closer run tells the same
-AVERSION = 2.0  # power of the chance of success
-# a failed run tells more of the border than one that succeeds, as long as they are few: a search that has
-# failed in more than RATE of its runs asks for SLOPE more chance for each share beyond
-LEAST, RATE, SLOPE, MOST = 0.3, 0.25, 3.0, 0.95
+AVERSION = 3.0  # power of the chance of success
+LEAST = 0.3  # chance of success that a run is proposed with
+MOST_FAILED = 0.35  # share of the search's runs: while more have failed, others have the turn
+PASSED_OVER, LAST = 3e-3, 2  # d, of the size of the worst run or of the spread, but in the last runs
 WALKS, STEPS, ROUNDS = 3, 150, 40  # places to start from, steps tried in a round
 WIDEST, FINEST = 0.2, 2e-3  # of the unit cube: the length of a step
 MOVED = 0.5  # share of the coordinates that a step moves
@@ -33,27 +39,28 @@ GAIN = 1e-3  # of the log score
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BorderWalk:
-    """`failures` of the search so far, and the share of its runs (start design left out) that `failed`."""
+    """`failures` of the search so far, the share of its runs (start design left out) that `failed`, and how
+    many are `left` of its budget."""
 
     failures: GrowingFailures
     failed: float
-
-    @property
-    def least_chance(self) -> float:
-        """Of success, for a run to be proposed."""
-        return float(np.clip(LEAST + SLOPE * (self.failed - RATE), LEAST, MOST))
+    left: int
 
     def next_point(self, known: Known, pool: np.ndarray, *, rng: np.random.Generator) -> np.ndarray | None:
         """The point (d,) of the largest score, from starts in `pool` (m, d); None where no admissible point
-        likely to succeed is predicted to gain.
+        likely to succeed is predicted to gain, or where too many runs have failed.
         """
         where, model = known.where, known.model
+        if self.failed > MOST_FAILED and self.left > LAST:
+            return None
+        size = max(float(np.ptp(known.v)), abs(model.best))
+        passed = max(model.noticeable, PASSED_OVER * size if self.left > LAST else 0.0)
 
         def score(points: np.ndarray) -> np.ndarray:
             features = where.features(points)
             chance = self.failures.probability(features)
-            gain = model.mean(features) - model.best
-            free = where.allowed(points) & (chance >= self.least_chance) & (gain > model.noticeable)
+            gain = model.mean(features) - model.best - passed
+            free = where.allowed(points) & (chance >= LEAST) & (gain > 0)
             free &= cdist(points, known.u, "chebyshev").min(axis=1) > CLOSEST
             value = np.full(len(points), -np.inf)
             value[free] = np.log(gain[free]) + AVERSION * np.log(chance[free])

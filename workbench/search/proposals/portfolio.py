@@ -13,7 +13,7 @@
                  runs near it: by turns the largest expected gain over it and the largest confidence bound
     explore      the highest upper bound of the roughest credible model among random points
     border       where runs fail, the largest predicted gain on the feasible side of the failures
-                 (`workbench.search.proposals.border_walk`), first in a batch, every second run without one
+                 (`workbench.search.proposals.border_walk`), first in a batch
 
 Whose turn it is says `workbench.search.proposals.turns`. Every proposal is multiplied with the chance that
 the run succeeds, and none lies closer than a thousandth of the cube to a run already made. After each point
@@ -53,8 +53,8 @@ class Batch:
 def propose(
     known: Known, turn: Turn, *, size: int, rng: np.random.Generator, border: BorderWalk | None = None
 ) -> Batch:
-    """Up to `size` points, the first of a batch, or every second single one, along the `border` of failures
-    where that gains; fewer come back when no admissible point is left.
+    """Up to `size` points, the first of a batch along the `border` of failures where that gains; fewer come
+    back when no admissible point is left.
     """
     where = known.where
     choice = _Choice(
@@ -64,8 +64,7 @@ def propose(
     names: list[str] = []
     attempt = 0
     turns, elsewhere = turns_of(where, turn)
-    has_turn = size > 1 or turn.number % 2 == 0
-    gaining = border.next_point(known, choice.pool, rng=rng) if border is not None and has_turn else None
+    gaining = None if border is None else border.next_point(known, choice.pool, rng=rng)
     if gaining is not None:
         chosen.append(gaining)
         names.append("border")

@@ -80,6 +80,8 @@ def _with_trend(
     linear = fitted(features, v, Form(trend="linear", transform=transform), seed=seed)
     if n < p + 1 + _spare_to_compare(p):
         return constant if constant.q2 <= 0.0 else linear
+    if linear.kriging.diagnosis_.degenerate:
+        return linear  # it gives every run to rounding, and leaves no deviations to score it by
     return constant if prediction_score(constant) > prediction_score(linear) else linear
 
 

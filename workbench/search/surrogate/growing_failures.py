@@ -2,15 +2,16 @@
 expectation propagation.
 
     P(success at x) = E[Phi(f(x))],   f ~ GP(0, k)
-    k(x, x') = a (1 + x x'/p) + b M(|x - x'|/l) + c g(x) g(x')
+    k(x, x') = a (1 + x x'/p) + q s(x) s(x')/p + b M(|x - x'|/l) + c g(x) g(x'),      s(x) = x^2 - 1/3
 
-with the probit Phi, the Matern 3/2 correlation M, p features, and the growth g: what the Kriging of the
-search predicts, standardised over the runs. The first part is a plane and the second bends it, as in
-`surrogates.analysis.success`. The third says that runs fail where the response itself is large: with
-it a border across a known slope needs a handful of runs in any dimension. (b, c) are averaged over a grid by
-their evidence. The posterior is that of expectation propagation, algorithms 3.5 and 3.6 of Rasmussen and
-Williams 2006: with labels that have no noise it is as wide as the truth, where Laplace's is too flat (Kuss
-and Rasmussen 2005).
+with the probit Phi, the Matern 3/2 correlation M, p centred features x in [-1, 1], and the growth g: what the
+Kriging of the search predicts, standardised over the runs. The first part is a plane, the second bends it
+along every feature, as a sphere is bent, and the third anywhere, but little: what bends anywhere says nothing
+of the border away from the runs. The fourth says that runs fail where the response itself is large: with it a
+border across a known slope needs a handful of runs in any dimension. (q, b) are averaged over a grid by their
+evidence and their weight before any run, which takes a border for a plane until the runs contradict one.
+The posterior is that of expectation propagation, algorithms 3.5 and 3.6 of Rasmussen and Williams 2006: with
+labels that have no noise it is as wide as the truth, where Laplace's is too flat (Kuss and Rasmussen 2005).
 """
 
 from collections.abc import Callable
@@ -23,11 +24,14 @@ from scipy.special import erfcx, log_ndtr, ndtr
 
 __all__ = ["GrowingFailures", "growth_of"]
 
+Scales = tuple[float, float]  # q, b
 Growth = Callable[[np.ndarray], np.ndarray]
 
 PLANE = 1000.0  # a: of a border this steep a label is certain
-BENDS, LENGTH = (10.0, 300.0, 3000.0), 2.0  # b, and l in units of sqrt(p/6), the mean distance in the cube
-GROWTHS = (0.0, 1000.0, 10000.0)  # c
+# q and b with their weight before any run: a plane is told by a handful of runs, and contradicted by as many
+BENDS = ((0.0, 0.1, 1.0), (1000.0, 10.0, 0.1), (10000.0, 10.0, 0.1))
+LENGTH = 2.0  # l in units of sqrt(p/6), the mean distance in the cube
+GROWTH = 1000.0  # c: as much along the response as along any feature, and no more than that is said
 MOST_GROWTH = 4.0  # deviations of the predictions
 SWEEPS, SETTLED = 12, 1e-3  # of the sites, relative to the largest precision
 LEAST_WEIGHT = 0.03  # of the likeliest: a less likely one is left out of the average
@@ -49,10 +53,10 @@ def growth_of(predict: Growth, features: np.ndarray) -> Growth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Posterior:
-    """One posterior: bend and growth (b, c), the coefficients (n,) of its mean, the roots (n,) of the sites'
-    precisions, the factor (n, n) of 1 + root K root, and its log evidence."""
+    """One posterior: bends (q, b), the coefficients (n,) of its mean, the roots (n,) of the
+    sites' precisions, the factor (n, n) of 1 + root K root, and its log evidence."""
 
-    scales: tuple[float, float]
+    scales: Scales
     coefficients: np.ndarray
     root: np.ndarray
     factor: np.ndarray
@@ -75,16 +79,17 @@ class GrowingFailures:
         features (m, p) -> growth (m,).
 
         >>> ok = np.array([True, True, False, False])
-        >>> runs = np.array([[0.0], [0.2], [0.8], [1.0]])
+        >>> runs = np.array([[0.0], [0.3], [0.7], [1.0]])
         >>> failures = GrowingFailures.of(runs, ok, growth_of(lambda x: x[:, 0], runs[ok]))
         >>> failures.probability(np.array([[0.0], [0.5], [1.0]])).round(1).tolist()
-        [1.0, 0.3, 0.0]
+        [1.0, 0.2, 0.0]
         """
         runs = features[-MOST_RUNS:]
         x, g = 2 * runs - 1, grows(runs)
         y = np.where(ok[-MOST_RUNS:], 1.0, -1.0)
-        fitted = [_posterior(_covariance(x, x, g, g, (b, c)), y, (b, c)) for b in BENDS for c in GROWTHS]
-        evidence = np.array([one.evidence for one in fitted])
+        fitted = [_posterior(_covariance(x, x, g, g, (q, b)), y, (q, b)) for q, b, _ in BENDS]
+        prior = np.log([weight for _, _, weight in BENDS])
+        evidence = np.array([one.evidence for one in fitted]) + prior
         weights = np.exp(evidence - evidence.max())
         kept = np.flatnonzero(weights >= LEAST_WEIGHT)
         return cls(
@@ -100,26 +105,33 @@ class GrowingFailures:
         x, g = 2 * features - 1, self.grows(features)
         chance = np.zeros(len(x))
         for one, weight in zip(self.posteriors, self.weights, strict=True):
-            b, c = one.scales
+            q, b = one.scales
             k = _covariance(x, self.features, g, self.growth, one.scales)
             v = solve_triangular(one.factor, one.root[:, None] * k.T, lower=True)
-            prior = PLANE * (1 + (x**2).mean(axis=1)) + b + c * g**2
+            prior = PLANE * (1 + (x**2).mean(axis=1)) + q * (_bent(x) ** 2).mean(axis=1) + b + GROWTH * g**2
             variance = np.maximum(prior - (v * v).sum(axis=0), 0.0)
             chance += weight * ndtr(k @ one.coefficients / np.sqrt(1 + variance))
         return chance
 
 
-def _covariance(
-    x: np.ndarray, z: np.ndarray, gx: np.ndarray, gz: np.ndarray, scales: tuple[float, float]
-) -> np.ndarray:
+def _bent(x: np.ndarray) -> np.ndarray:
+    """s(x) of centred features (m, p)."""
+    return x**2 - 1 / 3
+
+
+def _covariance(x: np.ndarray, z: np.ndarray, gx: np.ndarray, gz: np.ndarray, scales: Scales) -> np.ndarray:
     """k (m, n) between the centred features x (m, p) with growth gx (m,) and z (n, p) with gz (n,)."""
-    b, c = scales
-    r = np.sqrt(3) * cdist(x, z) / (2 * LENGTH * np.sqrt(x.shape[1] / 6))
-    k: np.ndarray = PLANE * (1 + x @ z.T / x.shape[1]) + b * (1 + r) * np.exp(-r) + c * np.outer(gx, gz)
+    q, b = scales
+    p = x.shape[1]
+    r = np.sqrt(3) * cdist(x, z) / (2 * LENGTH * np.sqrt(p / 6))
+    k: np.ndarray = PLANE * (1 + x @ z.T / p) + b * (1 + r) * np.exp(-r)
+    k += GROWTH * np.outer(gx, gz)
+    if q > 0:
+        k += q * (_bent(x) @ _bent(z).T) / p
     return k
 
 
-def _posterior(k: np.ndarray, y: np.ndarray, scales: tuple[float, float]) -> _Posterior:
+def _posterior(k: np.ndarray, y: np.ndarray, scales: Scales) -> _Posterior:
     """Expectation propagation for the covariance k (n, n) and the signs y (n,): algorithm 3.5."""
     n = len(y)
     precision, shift = np.zeros(n), np.zeros(n)  # of the sites: tau and nu

@@ -6,7 +6,7 @@ import pytest
 from surrogates.analysis.success import SuccessChance
 from workbench import Parameter, Space
 from workbench.search.proposals.best_point import start_pool
-from workbench.search.proposals.border_walk import LEAST, MOST, BorderWalk
+from workbench.search.proposals.border_walk import LAST, LEAST, MOST_FAILED, PASSED_OVER, BorderWalk
 from workbench.search.proposals.known import Known
 from workbench.search.runs.ledger import Ledger
 from workbench.search.surrogate.fitting import fit_search_model
@@ -41,7 +41,7 @@ def test_the_next_run_slides_along_a_border_that_lies_askew():
     """From the border at (0.6, 0.6) single coordinates gain nothing: one must fall."""
     points = [(0.1, 0.2), (0.5, 0.3), (0.59, 0.59), (0.61, 0.61), (0.2, 0.98), (0.22, 1.0)]
     known, failures = _known(points, [a + b > 1.2 for a, b in points])
-    walk = BorderWalk(failures=failures, failed=0.2)
+    walk = BorderWalk(failures=failures, failed=0.2, left=10)
     rng = np.random.default_rng(0)
     pool = start_pool(known.where, known.incumbent, rng)
     point = walk.next_point(known, pool, rng=rng)
@@ -55,14 +55,40 @@ def test_the_next_run_slides_along_a_border_that_lies_askew():
 def test_no_run_is_proposed_where_nothing_gains():
     points = [(0.1, 0.2), (0.3, 0.8), (0.5, 0.3), (1.0, 0.2), (1.0, 0.21), (0.9, 0.9), (0.2, 1.0)]
     known, failures = _known(points, [a + b > 1.205 for a, b in points])
-    careful = BorderWalk(failures=failures, failed=0.9)
-    assert careful.next_point(known, np.array([[1.0, 0.2]]), rng=np.random.default_rng(0)) is None
+    walk = BorderWalk(failures=failures, failed=0.0, left=10)
+    assert walk.next_point(known, np.array([[0.5, 0.2]]), rng=np.random.default_rng(0)) is None
 
 
-@pytest.mark.parametrize(("failed", "least"), [(0.0, LEAST), (0.25, LEAST), (0.35, 0.6), (1.0, MOST)])
-def test_the_more_runs_fail_the_likelier_the_next_must_succeed(failed, least):
-    _, failures = _known([(0.1, 0.2), (0.3, 0.8), (0.5, 0.3), (0.9, 0.9)], [False, False, False, True])
-    assert np.isclose(BorderWalk(failures=failures, failed=failed).least_chance, least)
+@pytest.mark.parametrize(
+    ("failed", "left", "has_turn"),
+    [(MOST_FAILED, 10, True), (MOST_FAILED + 0.01, 10, False), (MOST_FAILED + 0.01, LAST, True)],
+)
+def test_others_have_the_turn_while_too_many_runs_have_failed_but_at_the_end(failed, left, has_turn):
+    points = [(0.1, 0.2), (0.5, 0.3), (0.59, 0.59), (0.61, 0.61), (0.2, 0.98), (0.22, 1.0)]
+    known, failures = _known(points, [a + b > 1.2 for a, b in points])
+    rng = np.random.default_rng(0)
+    pool = start_pool(known.where, known.incumbent, rng)
+    point = BorderWalk(failures=failures, failed=failed, left=left).next_point(known, pool, rng=rng)
+    assert (point is not None) == has_turn
+
+
+def test_a_place_known_to_the_last_digit_is_left_until_the_last_runs():
+    """Between a run that succeeds and one that fails next to it nothing gains d; the end takes what is."""
+    points = [(0.1, 0.2), (0.3, 0.8), (0.5, 0.3), (1.0, 0.195), (1.0, 0.202), (0.9, 0.9), (0.2, 1.0)]
+    points += [(0.8, 0.39), (0.8, 0.41), (0.9, 0.29), (0.9, 0.31)]
+    known, failures = _known(points, [a + b > 1.2 for a, b in points])
+    rng = np.random.default_rng(0)
+    pool = start_pool(known.where, known.incumbent, rng)
+
+    def gain(left):
+        walk = BorderWalk(failures=failures, failed=0.0, left=left)
+        point = walk.next_point(known, pool, rng=np.random.default_rng(0))
+        return None if point is None else known.model.mean(point[None])[0] - known.model.best
+
+    early, late = gain(10), gain(LAST)
+    assert early is None or early > PASSED_OVER * 2.195
+    assert late is not None
+    assert late < 2 * PASSED_OVER * 2.195
 
 
 def test_a_search_meets_the_worst_on_a_border_askew():

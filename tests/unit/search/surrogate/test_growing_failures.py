@@ -58,3 +58,24 @@ def test_growth_is_counted_in_deviations_of_the_runs_and_bounded():
     growth = growth_of(lambda x: 10 * x[:, 0], runs)
     assert np.isclose(growth(np.array([[0.5]]))[0], 0.0)
     assert growth(np.array([[9.0], [-9.0]])).tolist() == [4.0, -4.0]
+
+
+def test_a_plane_is_taken_until_the_runs_contradict_one():
+    """Few runs beside a plane in seven inputs leave no weight to bends; those around a pocket do."""
+    rng = np.random.default_rng(3)
+    slope, u = rng.uniform(0.3, 1.3, 7), rng.random((16, 7))
+    ok = u @ slope < np.quantile(u @ slope, 0.75)
+    flat = GrowingFailures.of(u, ok, growth_of(lambda x: x @ slope, u[ok]))
+    assert _weight_of_bends(flat) < 0.3
+
+    u = rng.random((40, 2))
+    ok = ((u - 0.5) ** 2).sum(axis=1) > 0.06
+    pocket = GrowingFailures.of(u, ok, growth_of(lambda x: x @ np.array([1.0, 0.5]), u[ok]))
+    assert _weight_of_bends(pocket) > 0.9
+    assert pocket.probability(np.array([[0.5, 0.5]]))[0] < 0.1
+    assert pocket.probability(np.array([[0.05, 0.05], [0.95, 0.95]])).min() > 0.9
+
+
+def _weight_of_bends(failures):
+    bent = [one.scales[0] > 0 for one in failures.posteriors]
+    return float(failures.weights[bent].sum())

@@ -90,3 +90,14 @@ def test_a_local_model_is_one_of_the_nearest_runs():
     near = np.argsort(((u - centre) ** 2).sum(axis=1))[: local.n_runs]
     assert local.n_runs == 10
     np.testing.assert_allclose(local.mean(u[near]), v[near], atol=1e-5)
+
+
+def test_a_linear_response_keeps_its_linear_trend_however_many_runs_there_are():
+    """An exact fit leaves no deviations of left-out runs: it once lost to a constant for that."""
+    slopes = np.array([1.0, -2.0, 0.5, 0.3])
+    for n in (9, 20):
+        u = points(n, 4, seed=n)
+        model = fit_search_model(u, u @ slopes, previous=None, seed=0)
+        assert model.trend == "linear"
+        corner = np.array([[1.0, 0.0, 1.0, 1.0]])
+        assert model.mean(corner)[0] == pytest.approx(1.8, abs=1e-9)
