@@ -146,7 +146,7 @@ def true_indices(f: Function, d: int) -> tuple[Array, Array]:
         fc = f(mixed)
         total[j] = 0.5 * np.mean((fa - fc) ** 2) / variance
         main[j] = 1.0 - 0.5 * np.mean((fb - fc) ** 2) / variance
-    return main, total
+    return np.maximum(main, 0.0), np.maximum(total, 0.0)  # estimates of nothing fall on either side of it
 
 
 def bands(seed: int, samples: int, names: Sequence[str] = tuple(BANDS)) -> dict[str, tuple[int, int, float]]:

@@ -17,6 +17,10 @@ is widened from [q, q'] to [min(q, q - s), max(q', q' - s)].
 
 A response that no path resembles moves the indices of m by more than paths tell: a band holds index of m +-
 1.96 se, too, with se of the delete-a-group jackknife (`surrogates.analysis.left_out_groups`).
+
+What no model of this form says, none of its refits says either: a weak input that bends is nearly a straight
+line to a smooth product, whatever runs are left out. With u the share of the variance that left-out runs
+leave unexplained, beyond the nugget and the noise, an upper end reaches the mean of the draws + u / 2.
 """
 
 from collections.abc import Iterator, Sequence
@@ -42,6 +46,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 THETAS, MANY_RUNS = 10, 300
+INTO_ONE = 0.5  # of what is unexplained: how much of it one index may take
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,9 +92,9 @@ def sobol_indices(
         draws: paths drawn from the posterior.   pairs: interactions wanted.
         measures: weights of the inputs, see `surrogates.analysis.measure`; None is uniform.
         features: Fourier features of the prior draws.
-        thetas: draws of theta that the paths are shared among; 0 takes the fitted theta as known and asks no
-            refits. None is 10, and 0 where theta was given or hardly moves: above 300 runs, or where the
-            trend is exact.
+        thetas: draws of theta that the paths are shared among; 0 takes the model as it is: neither refits nor
+            what left-out runs leave unexplained widen the bands. None is 10, and 0 where theta was given or
+            hardly moves: above 300 runs, or where the trend is exact.
 
     Returns indices of zero when the response is constant.
 
@@ -117,12 +122,14 @@ def sobol_indices(
             averages = _Averages(model, weights)
             paths = _Paths(model, averages, diagonal, draws=count, features=features, rng=rng)
             parts.append(_shares(paths, named))
-    moved = _refitted(kriging, weights, named) if len(models) > 1 else []
+    uncertain = len(models) > 1
+    moved = _refitted(kriging, weights, named) if uncertain else []
+    beyond = INTO_ONE * _unexplained(kriging) if uncertain else 0.0
     return SobolIndices(
-        main=_indices([p.main for p in parts], [p.main for p in moved]),
-        total=_indices([p.total for p in parts], [p.total for p in moved]),
+        main=_indices([p.main for p in parts], [p.main for p in moved], beyond),
+        total=_indices([p.total for p in parts], [p.total for p in moved], beyond),
         pairs=named,
-        interaction=_indices([p.interaction for p in parts], [p.interaction for p in moved]),
+        interaction=_indices([p.interaction for p in parts], [p.interaction for p in moved], beyond),
         variance=posterior.scale**2 * np.concatenate([p.variance for p in parts]),
         draws=draws,
     )
@@ -190,10 +197,21 @@ def _refitted(
     return found
 
 
-def _indices(parts: Sequence[Array], moved: Sequence[Array] = ()) -> Indices:
+def _unexplained(kriging: Kriging) -> float:
+    """Share of the runs' variance that left-out runs leave unexplained, nugget and noise apart."""
+    left_out = kriging.leave_one_out()
+    if not np.isfinite(left_out.q2):
+        return 0.0  # a constant response
+    posterior = kriging.posterior_
+    noise = float(posterior.scale**2 * posterior.sigma2 * np.mean(kriging._diagonal))
+    return float(np.clip(1.0 - left_out.q2 - noise / left_out.observed.var(), 0.0, 1.0))
+
+
+def _indices(parts: Sequence[Array], moved: Sequence[Array], beyond: float) -> Indices:
     """Mean and band from the shares of each model (k, 1 + draws), those of its mean path first.
 
-    moved: the same of the model, and of refits without some of the runs each
+    moved: the same of the model, and of refits without some of the runs each.   beyond: how far above the
+    mean the upper end reaches at least.
     """
     shares = np.clip(np.concatenate([part[:, 1:] for part in parts], axis=1), 0.0, 1.0)
     if not len(shares):
@@ -206,7 +224,8 @@ def _indices(parts: Sequence[Array], moved: Sequence[Array] = ()) -> Indices:
         centre, *without = (np.clip(part[:, 0], 0.0, 1.0) for part in moved)
         reach = NORMAL_975 * jackknife_error(without)
         lower, upper = np.minimum(lower, centre - reach), np.maximum(upper, centre + reach)
-    return Indices(mean=mean, lower=np.maximum(lower, 0.0), upper=np.minimum(upper, 1.0))
+    upper = np.minimum(np.maximum(upper, mean + beyond), 1.0)
+    return Indices(mean=mean, lower=np.maximum(lower, 0.0), upper=upper)
 
 
 class _Paths:

@@ -7,6 +7,7 @@ from scipy.stats import qmc
 from surrogates import Kriging, sobol_indices
 from surrogates.analysis.left_out_groups import jackknife_error, posteriors_without_groups
 from surrogates.analysis.measure import resolve
+from surrogates.analysis.sobol import _unexplained
 from surrogates.kriging.theta_posterior import drawn_fits
 from tests.plain_kriging import plain
 
@@ -117,6 +118,33 @@ def test_known_noise_is_left_out_with_its_runs_and_few_runs_tell_nothing():
     assert len(left) == 10
     assert posteriors_without_groups(plain(n_starts=1, trend="linear").fit(x[:3], x[:3, 0] ** 2)) == []
     assert jackknife_error([np.array([0.1, 0.2])] * 4).tolist() == [0.0, 0.0]
+
+
+def test_an_upper_end_leaves_room_for_half_of_what_left_out_runs_leave_unexplained(monkeypatch):
+    x = qmc.LatinHypercube(4, rng=np.random.default_rng(3)).random(40)
+    bends = np.abs(x - 0.4) @ np.array([1.0, 0.6, 0.25, 0.12]) + np.abs(x[:, 0] - x[:, 1])
+    k = plain(n_starts=1).fit(x, bends)
+    assert _unexplained(k) == pytest.approx(1.0 - k.leave_one_out().q2, abs=2e-3)  # but for the nugget
+    half = 0.5 * _unexplained(k)
+    assert half > 0.01
+
+    def room():
+        found = sobol_indices(k, pairs=[(0, 1)], draws=20, features=40, rng=np.random.default_rng(1))
+        parts = (found.main, found.total, found.interaction)
+        return np.concatenate([part.upper - np.minimum(part.mean + half, 1.0) for part in parts])
+
+    assert room().min() >= -1e-9
+    monkeypatch.setattr("surrogates.analysis.sobol.INTO_ONE", 0.0)
+    assert room().min() < -1e-3  # paths and refits alone say less
+
+
+def test_noise_of_the_runs_is_not_unexplained():
+    x = qmc.LatinHypercube(2, rng=np.random.default_rng(3)).random(40)
+    noise = 0.2
+    y = 3 * x[:, 0] + noise * np.random.default_rng(4).standard_normal(40)
+    k = plain(n_starts=1).fit(x, y, noise=noise**2)
+    assert 1.0 - k.leave_one_out().q2 > 0.03
+    assert _unexplained(k) < 0.02
 
 
 def test_a_number_of_thetas_below_zero_is_refused():
