@@ -15,7 +15,7 @@ from numba.extending import overload
 
 from .options import INNER
 
-__all__ = ["ABSENT", "marked", "only_with"]
+__all__ = ["ABSENT", "listed", "marked", "names_listed", "only_with"]
 
 ABSENT = np.int8
 
@@ -23,6 +23,16 @@ ABSENT = np.int8
 def marked(table: Any) -> Any:
     """The table, or an empty one of the same shape whose type tells that it is empty."""
     return table if len(table) else np.zeros(table.shape, ABSENT)
+
+
+def listed(names: Any) -> Any:
+    """A table without rows whose type lists names, the kinds of something that a system holds."""
+    return np.zeros(0, [(name, ABSENT) for name in names])
+
+
+def names_listed(table):
+    """The names in the numba type of such a table."""
+    return tuple(table.dtype.fields)
 
 
 def only_with(*fields):

@@ -4,21 +4,25 @@
 numba's own pipeline takes any Python function. The kernels are loops over arrays and calls of each other: no
 closures, generators, contexts or parallel loops, nothing that owns memory, so the passes for these go. Inner
 functions are linked into the kernels that call them, and optimised and turned into machine code there only.
+
+Indices count from the front: numba reads x[-1] as the last item, which costs every x[i] a comparison, and
+loops their vectors.
 """
 
 import gc
 from contextlib import contextmanager
 
-from numba import _dynfunc
+from numba import _dynfunc, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, Flags
-from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
+from numba.core.errors import UnsupportedError
+from numba.core.ir import Assign, Expr, SetItem, StaticSetItem
 from numba.core.typed_passes import (
     AnnotateTypes,
     IRLegalization,
     NativeLowering,
     NoPythonBackend,
-    NopythonTypeInference,
     PreLowerStripPhis,
 )
 from numba.core.untyped_passes import (
@@ -30,6 +34,9 @@ from numba.core.untyped_passes import (
     RewriteSemanticConstants,
     TranslateByteCode,
 )
+
+from .inference import KernelTypeInference
+from .lowering import KernelLower
 
 __all__ = ["InnerCompiler", "KernelCompiler"]
 
@@ -62,10 +69,80 @@ class _Passes(PassManager):
     _ENFORCING = False  # no rebuilding of the control flow after every pass; those here leave it in order
 
 
+def _from_the_front(index):
+    """The type of an index without those that count from the end."""
+    if isinstance(index, types.BaseTuple):
+        return types.BaseTuple.from_types([_from_the_front(kind) for kind in index])
+    if not isinstance(index, types.Integer):
+        return index
+    return types.uintp
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _CountFromTheFront(FunctionPass):
+    """Take the indices of arrays as unsigned numbers."""
+
+    _name = "count_from_the_front"
+
+    def __init__(self):
+        super().__init__()
+
+    def run_pass(self, state):
+        for block in state.func_ir.blocks.values():
+            for statement in block.body:
+                if isinstance(statement, SetItem):
+                    self.count(state, statement, statement.target, statement.index, statement)
+                elif isinstance(statement, StaticSetItem):
+                    self.count(state, statement, statement.target, statement.index_var, statement)
+                elif isinstance(statement, Assign) and isinstance(statement.value, Expr):
+                    read = statement.value
+                    if read.op == "getitem":
+                        self.count(state, read, read.value, read.index, statement)
+                    elif read.op == "static_getitem":
+                        self.count(state, read, read.value, read.index_var, statement)
+        return True
+
+    def count(self, state, key, array, index, statement):
+        """Change the index in the signature of one access, and what holds several."""
+        if not isinstance(state.typemap[array.name], types.Array):
+            return
+        constant = getattr(key, "index", None)
+        for one in constant if isinstance(constant, tuple) else (constant,):
+            if isinstance(one, int) and one < 0:
+                raise UnsupportedError("kernels of the engine count from the front", statement.loc)
+        signature = state.calltypes.pop(key)
+        args = list(signature.args)
+        args[1] = _from_the_front(args[1])
+        state.calltypes[key] = signature.replace(args=tuple(args))
+        if index is not None and index.is_temp and isinstance(args[1], types.BaseTuple):
+            state.typemap.pop(index.name)
+            state.typemap[index.name] = args[1]
+
+
+class _KernelLibrary(JITCodeLibrary):
+    """Optimised once: numba does it twice, to find reference counts, and there are none."""
+
+    def _optimize_final_module(self):
+        made = self._codegen._module_pass_manager()  # with its builder where LLVM's new passes are used
+        passes, *builder = made if isinstance(made, tuple) else (made,)
+        passes.run(self._final_module, *builder)
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _KernelLowering(NativeLowering):
+    _name = "kernel_lowering"
+    lowering_class = KernelLower
+
+    def run_pass(self, state):
+        state.library = _KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return super().run_pass(state)
+
+
 class KernelCompiler(CompilerBase):
     """For kernels that Python calls."""
 
-    lowering = NativeLowering
+    lowering = _KernelLowering
 
     def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
         super().__init__(typingctx, targetctx, library, args, return_type, _Flags(flags), locals)
@@ -85,7 +162,8 @@ class KernelCompiler(CompilerBase):
             DeadBranchPrune,  # what stands behind arguments that are None
             GenericRewrites,
             ReconstructSSA,
-            NopythonTypeInference,
+            KernelTypeInference,
+            _CountFromTheFront,
             PreLowerStripPhis,
             IRLegalization,
             AnnotateTypes,
@@ -111,6 +189,7 @@ class _InnerLibrary(JITCodeLibrary):
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _InnerLowering(NativeLowering):
     _name = "inner_lowering"
+    lowering_class = KernelLower
 
     def run_pass(self, state):
         library = _InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)

@@ -11,19 +11,30 @@ from importlib import import_module
 from numba import njit
 
 from ..compiler.options import INNER
-from ._kernels_by_code import by_code
+from ._kernels_by_code import by_code, by_held_code
 from .table import LAWS, USER, code_of
 
-__all__ = ["USER", "elastic", "energies", "law_parameters", "laws"]
+__all__ = [
+    "USER", "elastic", "energies", "held_energies", "held_laws", "held_parameter_slopes", "law_parameters",
+    "laws",
+]  # fmt: skip
 
 _FILES = {name: import_module(f"{__package__}.{file}") for name, file in LAWS.items()}
 
 
+_FORCES = "p, first, last, delta, rate, t, f, fd, fv"
+_ENERGIES = "p, first, last, delta, t, energy"
+_SLOPES = "p, i, delta, rate, t, dp"
+
 # fill f, df/ddelta, df/drate of members first..last-1 at unit density
-laws = by_code(_FILES, "forces", "p, first, last, delta, rate, t, f, fd, fv")
+laws = by_code(_FILES, "forces", _FORCES)
 # fill the energy of members first..last-1 at unit density
-energies = by_code(_FILES, "energies", "p, first, last, delta, t, energy")
-_parameter_slopes = by_code(_FILES, "parameter_slopes", "p, i, delta, rate, t, dp")
+energies = by_code(_FILES, "energies", _ENERGIES)
+_parameter_slopes = by_code(_FILES, "parameter_slopes", _SLOPES)
+# the same of the laws that a system holds, told by the type of the first argument
+held_laws = by_held_code(_FILES, "forces", _FORCES)
+held_energies = by_held_code(_FILES, "energies", _ENERGIES)
+held_parameter_slopes = by_held_code(_FILES, "parameter_slopes", _SLOPES)
 _INELASTIC = tuple(code_of(name) for name, file in _FILES.items() if not getattr(file, name).elastic)
 
 

@@ -16,12 +16,11 @@ import numpy as np
 from ..compiler.held import marked
 from ..compiler.owned_tables import OwnedTables
 from ..elements.laws import UserLaw
-from ..elements.spring import Spring
 from ..elements.table import PARAMETERS
 from ..errors import InvalidSystem
 from ._kernels.factors import Pattern, elimination
 from ._kernels.members import NEAR
-from ._kernels.tables import DRIVEN, REVOLUTE, SPHERICAL, TRANSLATION, TreeTables
+from ._kernels.tables import DRIVEN, REVOLUTE, SPHERICAL, TRANSLATION, TreeTables, laws_listed
 from .joints import (
     Cylindrical,
     Floating,
@@ -247,7 +246,7 @@ def _members(system: TreeSystem, links: _Links, pairs: _Pairs) -> tuple[dict[str
         assert not isinstance(given, UserLaw)  # refused by the system
         law[: len(given.parameters), at] = given.parameters
     table = np.array(segment, np.int64).reshape(-1, 4)
-    other = np.setdiff1d(table[:, 1], [Spring.code])
+    other = laws_listed(table[:, 1], every="other_law" not in MAY_BE_ABSENT)
     return {"segment": table, "other_law": other, "geometry": geometry, "law": law}, order
 
 
@@ -342,7 +341,7 @@ def tree_opened(system: TreeSystem) -> TreeCompiled:
         **_coordinate_elements(system, links),
         "drive": np.flatnonzero(link[:, 0] == DRIVEN),
     }  # fmt: skip
-    arrays |= {name: marked(arrays[name]) for name in MAY_BE_ABSENT}
+    arrays |= {name: marked(arrays[name]) for name in MAY_BE_ABSENT if name != "other_law"}
     parts = TreeCompiled(
         owner=ref(system), arrays=arrays,
         places={

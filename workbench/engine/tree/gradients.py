@@ -217,7 +217,7 @@ def _numbers(system: TreeSystem, trajectory: TreeTrajectory, tables: TreeTables)
     except ValueError:
         found = None
     if found is None or any(
-        a.shape != b.shape or (a.dtype != float and not np.array_equal(a, b))
+        a.shape != b.shape or (a.size and a.dtype != float and not np.array_equal(a, b))
         for a, b in zip(found, tables, strict=True)
     ):
         raise ValueError(

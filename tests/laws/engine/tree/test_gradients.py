@@ -62,8 +62,11 @@ def mixed(rng, parts):
     return Mixed(a=rng.normal(size=n), b=0.1 * rng.normal(size=n), c=rng.normal(size=len(parts.states)))
 
 
-def twin(parts, density, direction):
-    """Velocities and rates at all nodes for density + i tiny direction: the scheme in plain numpy."""
+def twin(parts, density, direction, guess):
+    """Velocities and rates at all nodes for density + i tiny direction: the scheme in plain numpy.
+
+    guess: (nodes, n) rates from which every node is solved; of several solutions of a step it takes that one.
+    """
     tables = tree_on_grid(parts, density, TIMES)
     work, smooth = tree_work(tables, len(parts.states)), Complex(parts, tables)
     alpha = (density + TINY * 1j * direction)[parts.order]
@@ -75,11 +78,14 @@ def twin(parts, density, direction):
     n = len(v)
 
     def solved(node, matrix, w, state):
-        for _ in range(60):
+        for step in range(60):
+            if step and step % 10 == 0:  # slopes of the node before led nowhere
+                matrix = newton_matrix(node, *state(w), w)
             move = -np.linalg.solve(matrix, smooth.residual(node, *state(w), w))
             w = w + move
-            if np.abs(move.real).max() < 1e-14 * np.abs(w.real).max() and (
-                np.abs(move.imag).max() <= 1e-13 * max(np.abs(w.imag).max(), 1e-40)
+            ease = 1.0 if step < 30 else 100.0  # stiff elements: rounding of large forces
+            if np.abs(move.real).max() < ease * 1e-14 * np.abs(w.real).max() and (
+                np.abs(move.imag).max() <= ease * 1e-13 * max(np.abs(w.imag).max(), 1e-40)
             ):
                 return w
         raise AssertionError("the twin's iteration did not settle")
@@ -88,7 +94,11 @@ def twin(parts, density, direction):
         look_linearised(tables, work, node, q.real.copy(), v.real.copy(), w.real.copy())
         return work.m.copy(), work.k.copy(), work.c.copy()
 
-    w = solved(0, slopes(0, q, v, 0 * v)[0], np.zeros(n, complex), lambda w: (q, v))
+    def newton_matrix(node, q, v, w):
+        m, k, d = slopes(node, q, v, w)
+        return m + h * gamma * c * d + h * h * beta * c * k if node else m
+
+    w = solved(0, newton_matrix(0, q, v, 0 * v), np.zeros(n, complex), lambda w: (q, v))
     a, out = w, [(v, w)]
     for node in range(1, len(TIMES)):
         base = (af * w - am * a) / (1.0 - am)
@@ -98,29 +108,47 @@ def twin(parts, density, direction):
             d = h * v + h * h * ((0.5 - beta) * a + beta * a1)
             return times_exponential(tables, q, d), v + h * ((1.0 - gamma) * a + gamma * a1)
 
-        q1, v1 = state(w)
-        m, k, d = slopes(node, q1, v1, w)
-        w1 = solved(node, m + h * gamma * c * d + h * h * beta * c * k, w, state)
+        w1 = guess[node].astype(complex)
+        w1 = solved(node, newton_matrix(node, *state(w1), w1), w1, state)
         q, v = state(w1)
         a, w = base + c * w1, w1
         out.append((v, w))
     return out
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_the_gradient_by_density_is_exact(seed):
+@pytest.mark.parametrize("scheme", [SCHEME, GeneralisedAlpha()], ids=["to rounding", "as it is"])
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_the_gradient_by_density_is_exact(first, scheme):
+    """200 random trees with every element; also as Newton's method stops by itself."""
+    for seed in range(first, first + 20):
+        is_exact(seed, scheme)
+
+
+def is_exact(seed, scheme):
     rng = np.random.default_rng(100 + seed)
     system = random_tree(rng, count=4 + seed % 4, first=seed % 7)
     parts = tree_compiled(system)
     density, direction = rng.uniform(0.2, 1.0, 12), rng.normal(size=12)
-    run = tree_run(parts.system, density, TIMES, SCHEME)
+    run = tree_run(parts.system, density, TIMES, scheme)
     objective = mixed(rng, parts)
-    nodes = twin(parts, density, direction)
+    nodes = twin(parts, density, direction, run.nodes.rate)
     exact = sum(part.weight * objective.of(*nodes[part.node]) for part in objective.weights(run))
     found = discrete_adjoint(run, objective)
-    assert abs(objective.value(run) - exact.real) < 1e-10 * abs(exact.real)
+    assert abs(objective.value(run) - exact.real) < 1e-10 * abs(exact.real), seed
     scale = max(abs(exact.imag / TINY), np.abs(found * direction).max())
-    assert abs(found @ direction - exact.imag / TINY) < EXACT * scale
+    assert abs(found @ direction - exact.imag / TINY) < EXACT * scale, seed
+
+
+def test_no_gradient_of_a_thousand_designs_is_not_a_number():
+    """100 designs each of 10 random trees, members gone, thin and thick."""
+    for seed in range(10):
+        rng = np.random.default_rng(700 + seed)
+        system = random_tree(rng, count=4 + seed % 4, first=seed % 7)
+        objective = mixed(rng, tree_compiled(system))
+        for _ in range(100):
+            density = np.where(rng.random(12) < 0.2, 0.0, 10.0 ** rng.uniform(-9.0, 0.0, 12))
+            found = discrete_adjoint(tree_run(system, density, TIMES), objective)
+            assert np.isfinite(found).all(), (seed, density)
 
 
 def along(f, step):

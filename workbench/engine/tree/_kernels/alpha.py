@@ -12,7 +12,8 @@ the step: a <- w + (h/h_before) (a - w). Without that the order is 1.
 States stand behind the velocities and have no place of their own. Multipliers of cut joints stand behind the
 states as unknowns w whose rows say phi(q1)/(h^2 b c) = 0 (index 3, scaled); at the start phi'' = 0. Factors
 are used until the iteration contracts badly; where the tangents at the converged nodes are kept for the
-adjoint, their factors serve the next step. Where that does not settle, Newton's steps are damped.
+adjoint, their factors serve the next step, and a last step of Newton's with them, which costs a solution,
+takes the place of one or two with older factors. Where that does not settle, Newton's steps are damped.
 """
 
 from numba import njit
@@ -30,6 +31,7 @@ LEAST = 1.0  # m/s^2 or rad/s^2: at rest rounding of the forces leaves accelerat
 STRETCHED = 1.2  # change of the step's length beyond which factors are renewed at once
 ROUND = 4e-15  # m or rad: rounding of a condition
 SHORTEST = 1e-4  # of a Newton step: damped further it leads nowhere
+NEARLY = 10.0  # times the tolerance: so near, the last step with new factors leads to rounding
 LOST = -2
 
 
@@ -88,7 +90,10 @@ def keep(W, R, node):
 
 @njit(**INNER)
 def begun(T, R, numbers, grid, node, extrapolated):
-    """The first guess of a step: accelerations on the line through the last two nodes, or as they were."""
+    """The first guess of a step: accelerations on the line through the last two nodes, or as they were.
+
+    `extrapolated` comes as a comparison of numbers: for a literal of its own type all would be compiled anew.
+    """
     am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
     c = (1.0 - af) / (1.0 - am)
     h, ratio, along = grid[0, node], grid[0, node] / grid[0, node - 1], grid[1, node]
@@ -116,6 +121,25 @@ def carried(R, numbers, node):
 
 
 @njit(**INNER)
+def completed(T, W, P, R, numbers, grid, node):
+    """The last Newton step: with the residual and the factors of a node that is all but solved."""
+    am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
+    c = (1.0 - af) / (1.0 - am)
+    h = grid[0, node]
+    v, w, d = R.velocity[node], R.rate[node], R.move[node]
+    for i in range(w.shape[0]):
+        R.right[i] = -W.force[i]
+    solve(P, R.lu, R.right)
+    for i in range(w.shape[0]):
+        x = c * R.right[i]
+        w[i] += R.right[i]
+        v[i] += h * gamma * x
+        d[i] += h * h * beta * x
+        R.a[i] += x
+    moved(T, R.position[node - 1], d, R.position[node])
+
+
+@njit(**INNER)
 def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
     """Solve for node; the factors to begin with are in R.lu. Returns the Newton steps, or -1.
 
@@ -129,7 +153,7 @@ def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
     conditions = n - T.cut.shape[0]
     floor = max(FLOOR, ROUND * T.closing[node] / R.level[0])
     q0, q, v, w, d = R.position[node - 1], R.position[node], R.velocity[node], R.rate[node], R.move[node]
-    begun(T, R, numbers, grid, node, True)
+    begun(T, R, numbers, grid, node, node > 0)
     old, rate = -1.0, 1.0
     for step in range(1, count + 1):
         evaluate(T, W, node, q, v, w, fresh)
@@ -215,7 +239,7 @@ def damped_step(T, W, P, R, numbers, grid, node, limit, count):
     floor = max(FLOOR, ROUND * T.closing[node] / R.level[0])
     q, v, w, d = R.position[node], R.velocity[node], R.rate[node], R.move[node]
     tangent, share = node > 0, 1.0
-    begun(T, R, numbers, grid, node, False)
+    begun(T, R, numbers, grid, node, node < 0)
     for step in range(1, count + 1):
         evaluate(T, W, node, q, v, w, tangent)
         newton_matrix(T, W, d, by_v, by_q, R.lu)
@@ -281,13 +305,14 @@ def march(T, W, P, R, numbers, grid, limit, count, known):
     am, af, gamma, beta = numbers[0], numbers[1], numbers[2], numbers[3]
     c = (1.0 - af) / (1.0 - am)
     fresh = R.level[2] > 0.0
+    near = NEARLY * limit if kept else limit
     for node in range(max(known, 1), nodes):
         before, level, level_of_states = R.counts[0], R.level[0], R.level[1]
         for i in range(n):
             R.before[i] = R.a[i]
         h, ratio = grid[0, node], grid[0, node] / grid[0, node - 1]
         fresh = fresh or ratio > STRETCHED or ratio * STRETCHED < 1.0
-        taken = one_step(T, W, P, R, numbers, grid, node, limit, count, fresh)
+        taken = one_step(T, W, P, R, numbers, grid, node, near, count, fresh)
         if taken < 0:
             undone(R, level, level_of_states)
             taken = damped_step(T, W, P, R, numbers, grid, node, limit, count)
@@ -307,6 +332,7 @@ def march(T, W, P, R, numbers, grid, limit, count, known):
             for i in range(n):
                 for j in range(n):
                     R.factors[node, i, j] = R.lu[i, j]
+            completed(T, W, P, R, numbers, grid, node)
             fresh = False
     R.level[2] = 1.0 if fresh else 0.0
     return 0

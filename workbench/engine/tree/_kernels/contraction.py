@@ -9,7 +9,7 @@ from numba import njit
 
 from ...compiler.held import only_with
 from ...compiler.options import CAREFUL, INNER
-from ...elements._kernels_laws import elastic, energies, law_parameters
+from ...elements._kernels_laws import elastic, held_energies, held_parameter_slopes
 from ...elements._kernels_spatial_bushing import spatial_bushing
 from ...elements.joint_spring import torque_slopes
 from ...elements.spring import energies as spring_energies
@@ -140,13 +140,13 @@ def point_rate(twist, line, e, at):
 @only_with("other_law")
 def other_parameters(T, W, code, i, t, dp):
     """Slopes of a member's unit force by the parameters of another law than a spring."""
-    law_parameters(code, T.law, i, W.delta[i], W.rate[i], t, dp)
+    held_parameter_slopes(T.other_law, code, T.law, i, W.delta[i], W.rate[i], t, dp)
 
 
 @only_with("other_law")
 def other_energies(T, W, code, first, last, t, energy):
     """Energies of members of another law than a spring, at unit density."""
-    energies(code, T.law, first, last, W.delta, t, energy)
+    held_energies(T.other_law, code, T.law, first, last, W.delta, t, energy)
 
 
 @only_with("spring_column")

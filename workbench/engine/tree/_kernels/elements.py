@@ -1,14 +1,6 @@
 # mypy: ignore-errors
 """Forces of everything between links and on joint coordinates, with slopes, compiled; see `members` for
-pairs.
-
-A column j that moves a alone has sign s = +1 in the pair's path, one that moves b alone -1; one that moves
-both is not in the path and feels nothing. With y_j = A S_j + D (S_j x v_a + psi1_j) and x_j = S_j x* W,
-
-    r_k -= s_k S_k . W,   dr_k/dqd_j = -s_k s_j S_k . D S_j,   dr_k/dq_j = -s_k s_j S_k . y_j + n_kj S_k . x_j
-
-where n is 1 for two columns of a, j not behind k; 1 for two of b, j behind k; -1 where k moves a and j
-moves b.
+pairs and `tangents` for what their slopes are to the joints.
 """
 
 from numba import njit
@@ -27,7 +19,7 @@ from .members import (
     add_point_slope,
     measure_members,
 )
-from .motion import cross_force, cross_motion, dot6
+from .motion import dot6
 from .rotations import inverse_tangent, logarithm, turned, turned_back
 from .surfaces import surface_forces, surface_slopes
 
@@ -230,40 +222,6 @@ def add_crossed(A, p, x, y, z):
         for j in range(3):
             A[6 * i + j] -= w * p[j]
         A[6 * i + i] += dot
-
-
-@only_with("pair")
-def pull_back(T, W):
-    """Add the slopes of all pairs to K and C."""
-    cross, y, yc = W.some[0], W.some[1], W.some[2]
-    some = W.some[3]
-    for pair in range(T.pair.shape[0]):
-        first, last = T.pair[pair, 2], T.pair[pair, 3]
-        A, D, force = W.pair_k[pair], W.pair_c[pair], W.pair_force[pair]
-        va = W.twist[T.pair[pair, 0]]
-        for i in range(first, last):
-            j, sj = T.path[i, 0], T.path[i, 1]
-            s = W.s[j]
-            cross_motion(s, va, some)
-            for e in range(6):
-                some[e] += W.psi1[j, e]
-            for e in range(6):
-                yc[e] = dot6(D[6 * e : 6 * e + 6], s)
-                y[e] = dot6(A[6 * e : 6 * e + 6], s) + dot6(D[6 * e : 6 * e + 6], some)
-            cross_force(s, force, cross)
-            own = T.column[j, 0]
-            for m in range(first, last):
-                k, sk = T.path[m, 0], T.path[m, 1]
-                t = W.s[k]
-                W.c[k, j] -= sk * sj * dot6(t, yc)
-                W.k[k, j] -= sk * sj * dot6(t, y)
-                if sk > 0:
-                    if sj < 0:
-                        W.k[k, j] -= dot6(t, cross)
-                    elif own <= T.column[k, 0]:
-                        W.k[k, j] += dot6(t, cross)
-                elif sj < 0 and own > T.column[k, 0]:
-                    W.k[k, j] += dot6(t, cross)
 
 
 @njit(**INNER)

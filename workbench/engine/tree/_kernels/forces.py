@@ -11,11 +11,10 @@ from typing import Any
 
 from numba import njit
 
-from ...compiler.held import only_with
 from ...compiler.options import ENTRY, INNER
-from .elements import coordinate_forces, pair_forces, pair_slopes, pull_back
+from .elements import coordinate_forces, pair_forces, pair_slopes
 from .motion import columns, joint_forces, link_wrenches, moved, places, twists
-from .tangents import motion_tangents
+from .tangents import motion_tangents, pull_back
 
 
 @njit(**INNER)
@@ -30,15 +29,14 @@ def evaluate(T, W, step, q, v, w, tangent):
     link_wrenches(T, W)
     joint_forces(T, W)
     if tangent:
+        for i in range(full):
+            for j in range(full):
+                W.k[i, j] = 0.0
+                W.c[i, j] = 0.0
         for i in range(n, full):
             for j in range(full):
                 W.m[i, j] = 0.0
-                W.k[i, j] = 0.0
-                W.c[i, j] = 0.0
-                W.c[j, i] = 0.0
             W.m[i, i] = 1.0 if i < conditions else 0.0
-        clear_pairs(T, W)
-        clear_couplings(T, W)
         motion_tangents(T, W)
     pair_forces(T, W, step, v[n:], w, never)
     if tangent:
@@ -47,28 +45,6 @@ def evaluate(T, W, step, q, v, w, tangent):
     coordinate_forces(T, W, step, q, v, tangent)
     for i in range(n, conditions):
         W.force[i] += w[i]
-
-
-@only_with("pair")
-def clear_pairs(T, W):
-    """Zero the entries that pairs write between branches; those along branches are set, not added."""
-    for pair in range(T.pair.shape[0]):
-        for i in range(T.pair[pair, 2], T.pair[pair, 3]):
-            for j in range(T.pair[pair, 2], T.pair[pair, 3]):
-                a, b = T.path[i, 0], T.path[j, 0]
-                W.k[a, b] = 0.0
-                W.c[a, b] = 0.0
-
-
-@only_with("coupling_column")
-def clear_couplings(T, W):
-    """Zero the entries that couplings write between branches."""
-    for t in range(T.coupling_column.shape[0]):
-        a, b = T.coupling_column[t, 0], T.coupling_column[t, 1]
-        W.k[a, b] = 0.0
-        W.k[b, a] = 0.0
-        W.c[a, b] = 0.0
-        W.c[b, a] = 0.0
 
 
 @njit(**ENTRY)

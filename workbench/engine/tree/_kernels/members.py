@@ -11,7 +11,7 @@ from numpy import sqrt
 
 from ...compiler.held import only_with
 from ...compiler.options import INNER
-from ...elements._kernels_laws import laws
+from ...elements._kernels_laws import held_laws
 from ...elements.spring import forces as springs
 from ...elements.table import code_of
 
@@ -69,7 +69,7 @@ def unit_forces(T, W, code, first, last, rate, t):
 @only_with("other_law")
 def other_forces(T, W, code, first, last, rate, t):
     """`unit_forces` of other laws than springs."""
-    laws(code, T.law, first, last, W.delta, rate, t, W.f, W.fd, W.fv)
+    held_laws(T.other_law, code, T.law, first, last, W.delta, rate, t, W.f, W.fd, W.fv)
 
 
 @njit(**INNER)

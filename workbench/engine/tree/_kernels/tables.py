@@ -10,11 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compiler.held import ABSENT, listed
 from ...compiler.records import passed_as_record
+from ...elements.table import LAWS, code_of
 
 __all__ = [
-    "DRIVEN", "REVOLUTE", "SPHERICAL", "TRANSLATION", "TreeRun", "TreeTables", "TreeWork", "tree_run",
-    "tree_work",
+    "DRIVEN", "REVOLUTE", "SPHERICAL", "TRANSLATION", "TreeRun", "TreeTables", "TreeWork", "laws_listed",
+    "tree_run", "tree_work",
 ]  # fmt: skip
 
 Array = np.ndarray[Any, Any]
@@ -36,7 +38,7 @@ class TreeTables(NamedTuple):
     pair: Array  # (P, 4) link a, link b, first and last of its path
     path: Array  # (columns of all paths, 2) column, sign: +1 moves a alone, -1 moves b alone
     segment: Array  # (S, 4) pair, law code, first, last member
-    other_law: Array  # codes of laws other than springs
+    other_law: Array  # lists laws other than springs by its type
     geometry: Array  # (7, N) point on a, point on b, natural length
     law: Array  # (PARAMETERS, N)
     scale: Array  # (N,) alpha^power
@@ -100,10 +102,17 @@ class TreeWork(NamedTuple):
     pair_c: Array  # (P, 36) by the twist
     some: Array  # (4, 64) scratch
     small: Array  # (6, 3, 3) scratch
-    path_k: Array  # (longest path, 12) scratch
+    path: Array  # (6, 6, longest path) scratch of `pull_back`
     surface: Array  # (7, 6, 9) scratch
     complex: Array  # (2, 6, 9) scratch of complex steps
     cut: Array  # (11, 3) scratch
+
+
+def laws_listed(codes: Array, *, every: bool) -> Array:
+    """The table whose type lists the laws of the members other than springs: those of the codes, or every
+    law."""
+    held = [name for name in LAWS if name != "Spring" and (every or code_of(name) in codes)]
+    return np.asarray(listed(held)) if held else np.zeros(0, ABSENT)
 
 
 def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeWork:
@@ -115,7 +124,7 @@ def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeW
         len(tables.pair),
     )
     full = n + states + len(tables.cut)
-    longest = int((tables.pair[:, 3] - tables.pair[:, 2]).max(initial=0))
+    longest = int((tables.pair[:, 3] - tables.pair[:, 2]).max(initial=1))
 
     def zeros(*shape: int) -> Array:
         return np.zeros(shape, dtype)
@@ -127,7 +136,7 @@ def tree_work(tables: TreeTables, states: int, dtype: Any = np.float64) -> TreeW
         m=zeros(full, full), k=zeros(full, full), c=zeros(full, full), force=zeros(full),
         delta=zeros(members), rate=zeros(members), f=zeros(members), fd=zeros(members), fv=zeros(members),
         line=zeros(members, 9), pair_force=zeros(pairs, 6), pair_k=zeros(pairs, 36), pair_c=zeros(pairs, 36),
-        some=zeros(4, 64), small=zeros(6, 3, 3), path_k=zeros(max(longest, 1), 12),
+        some=zeros(4, 64), small=zeros(6, 3, 3), path=zeros(6, 6, longest),
         surface=zeros(7, 6, 9), complex=np.zeros((2, 6, 9), complex), cut=zeros(11, 3),
     )  # fmt: skip
     work.turn[links, 0] = work.turn[links, 4] = work.turn[links, 8] = 1.0

@@ -1,5 +1,6 @@
 # mypy: ignore-errors
-"""Mass matrix and slopes of the joint forces by coordinates and velocities, compiled.
+"""Mass matrix and slopes of the joint forces by coordinates and velocities, compiled: of the links' motion,
+and of the wrenches between links.
 
 A small turn along column S_j moves everything behind its joint rigidly. Seen from there, the twist of the
 parent p has changed by psi1 = v_p x S_j and its acceleration by psi2 = a_p x S_j + v_p x psi1, so with sums I
@@ -12,10 +13,21 @@ Carpentier & Mansard, RSS 2018)
     B x = -I (v x x) + x x* I v + v x* I x            per link
 
 B sees the rotation part of x alone: B x = (N a; -2 p x a), p the linear momentum.
+
+Between links: a column j that moves a alone has sign s = +1 in the pair's path, one that moves b alone -1;
+one that moves both is not in the path and feels nothing. With y_j = A S_j + D (S_j x v_a + psi1_j) and
+x_j = S_j x* W,
+
+    dr_k/dqd_j = -s_k s_j S_k . D S_j,   dr_k/dq_j = -s_k s_j S_k . (y_j - n_kj x_j)
+
+where n is 1 for two columns of a, j not behind k; 1 for two of b, j behind k; 1 where k moves a and j
+moves b; else 0. A path holds the columns of a, then those of b, each from the ground outwards. What belongs
+to its columns stands in six rows, one for each component: the loops over them become vectors.
 """
 
 from numba import njit
 
+from ...compiler.held import only_with
 from ...compiler.options import INNER
 from .motion import cross_force, cross_motion, dot6, inertia_times
 
@@ -103,7 +115,7 @@ def motion_tangents(T, W):
     links = T.link.shape[0]
     column_rates(T, W)
     subtree_sums(T, W)
-    m0, c0, k0, tmp, w1, sum1 = W.some[0], W.some[1], W.some[2], W.some[3], W.small[0, 0], W.path_k[0]
+    m0, c0, k0, tmp, w1, sum1 = W.some[0], W.some[1], W.some[2], W.some[3], W.small[0, 0], W.some[3, 6:]
     for l in range(links):
         J, N = W.body[l], W.gyro[l]
         first, count = T.link[l, 2], T.link[l, 3]
@@ -172,3 +184,77 @@ def motion_mass(T, W):
                     W.m[i, j] = mass
                     W.m[j, i] = mass
                 p = T.link[p, 1]
+
+
+@only_with("pair")
+def pull_back(T, W):
+    """Add the slopes of all pairs to K and C."""
+    s, turned, x, y, z = W.path[0], W.path[1], W.path[2], W.path[3], W.path[4]
+    by_q, by_v = W.path[5, 0], W.path[5, 1]
+    for pair in range(T.pair.shape[0]):
+        first, count = T.pair[pair, 2], T.pair[pair, 3] - T.pair[pair, 2]
+        none = 0 * count  # a value: with a literal, functions would be compiled once more
+        of_a = gather(T, W, pair, s, turned, x)
+        by_place_and_twist(W.pair_k[pair], W.pair_c[pair], s, turned, none, count, y, z)
+        for m in range(count):
+            k, sign = T.path[first + m, 0], T.path[first + m, 1]
+            behind = m + 1
+            while behind < count and T.column[T.path[first + behind, 0], 0] == T.column[k, 0]:
+                behind += 1  # columns of one link stand behind none of each other
+            work(W.s[k], y, count, by_q)
+            work(W.s[k], z, count, by_v)
+            if m < of_a:
+                add_work(W.s[k], x, none, behind, by_q)
+                add_work(W.s[k], x, of_a, count, by_q)
+            else:
+                add_work(W.s[k], x, behind, count, by_q)
+            for i in range(count):
+                j = T.path[first + i, 0]
+                W.k[k, j] -= sign * by_q[i]
+                W.c[k, j] -= sign * by_v[i]
+
+
+@njit(**INNER)
+def gather(T, W, pair, s, turned, x):
+    """s_j S_j, s_j (S_j x v_a + psi1_j) and -s_j x_j of a path; returns how many columns move a."""
+    first, last, va = T.pair[pair, 2], T.pair[pair, 3], W.twist[T.pair[pair, 0]]
+    some, of_a = W.some[0], 0
+    for i in range(last - first):
+        j, sign = T.path[first + i, 0], T.path[first + i, 1]
+        cross_motion(W.s[j], va, some)
+        for e in range(6):
+            s[e, i] = sign * W.s[j, e]
+            turned[e, i] = sign * (some[e] + W.psi1[j, e])
+        cross_force(W.s[j], W.pair_force[pair], some)
+        for e in range(6):
+            x[e, i] = -sign * some[e]
+        if sign > 0:
+            of_a += 1
+    return of_a
+
+
+@njit(**INNER)
+def by_place_and_twist(A, D, s, turned, none, count, y, z):
+    """y = A s + D turned and z = D s of the columns of a path."""
+    for e in range(6):
+        work(A[6 * e : 6 * e + 6], s, count, y[e])
+        work(D[6 * e : 6 * e + 6], s, count, z[e])
+        add_work(D[6 * e : 6 * e + 6], turned, none, count, y[e])
+
+
+@njit(**INNER)
+def work(t, rows, count, out):
+    """out = t . every column of six rows."""
+    a, b, c, d, e, f = t[0], t[1], t[2], t[3], t[4], t[5]
+    u, v, w, x, y, z = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    for i in range(count):
+        out[i] = a * u[i] + b * v[i] + c * w[i] + d * x[i] + e * y[i] + f * z[i]
+
+
+@njit(**INNER)
+def add_work(t, rows, first, last, out):
+    """out += t . some columns of six rows."""
+    a, b, c, d, e, f = t[0], t[1], t[2], t[3], t[4], t[5]
+    u, v, w, x, y, z = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    for i in range(first, last):
+        out[i] += a * u[i] + b * v[i] + c * w[i] + d * x[i] + e * y[i] + f * z[i]
