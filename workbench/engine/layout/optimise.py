@@ -19,6 +19,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .bound.binding import is_by_scenario
+from .bound.binding_starts import by_binding_scenarios
 from .bound.central_path import follow_central_path, has_interior
 from .bound.equivalent_loads import VARIANTS, equivalent_static_loads
 from .bound.linear_steps import linear_steps
@@ -52,6 +54,7 @@ __all__ = ["METHODS", "RUNS_ONLY", "as_layout_problem", "optimise_layout"]
 
 Array = NDArray[np.float64]
 Peaks = Literal["all", "single", "ks", "p_norm"]
+Scenarios = Literal["all", "binding"]
 
 _PRESETS: dict[str, tuple[Preset, bool]] = {  # preset, globalised
     "gsao_two_point": (TwoPoint(), True),
@@ -103,6 +106,7 @@ def optimise_layout(
     multi_start: bool = True,
     compare: bool = True,
     probes: int | None = None,
+    scenarios: Scenarios = "all",
     progress: Callable[[HistoryEntry, Array], None] | None = None,
     keep_iterates: bool = False,
 ) -> LayoutResult:
@@ -116,11 +120,14 @@ def optimise_layout(
         tolerance: relative improvement that is worth another step.
         peaks: "all" rows, the "single" largest, or a smooth aggregate; presets see the single largest peak
             of a history unless aggregated, and every row of a static problem with several.
-        multi_start: also search from corners of the response where several peaks compete.
+        multi_start: also search from corners of the response where several peaks compete, and from
+            layouts of single scenarios where those that bind are searched with.
         compare: spend evaluations on the trivial layouts, so that the result is no worse than they are.
         probes: runs without gradients, beside the evaluations, that may look for starts and correct steps
             of the trust region where several peaks compete on a long window; None: 20 per evaluation from 200
             evaluations on, with several starts, where slopes are carried forward beside a run.
+        scenarios: "all" are run at every step, or those that are "binding", where the objective is the
+            histories of eleven scenarios at least and there are no further constraints.
         progress: called with each history entry and density.
 
     Returns a `LayoutResult`; its design meets every budget. Raises InvalidLayout for unusable problems.
@@ -140,6 +147,8 @@ def optimise_layout(
         raise InvalidLayout(f"method needs to be one of {', '.join((*METHODS, *RUNS_ONLY))}, got '{method}'")
     if peaks not in ("all", "single", "ks", "p_norm"):
         raise InvalidLayout(f"peaks needs to be 'all', 'single', 'ks' or 'p_norm', got '{peaks}'")
+    if scenarios not in ("all", "binding"):
+        raise InvalidLayout(f"scenarios needs to be 'all' or 'binding', got '{scenarios}'")
     able = method in ("gsao", "trust_region")
     if probes is not None and (probes < 0 or (probes and not able)):
         raise InvalidLayout(f"probes needs to be >= 0, and 0 unless 'gsao' chooses, got {probes}, {method!r}")
@@ -161,7 +170,7 @@ def optimise_layout(
     trivial = {} if alone else _trivial(problem, start, max_evaluations)
     allowed = max(1, max_evaluations - len(trivial))
     converged, strategy = _solve(
-        problem, recorder, method, first, allowed, tolerance, peaks, multi_start, probes
+        problem, recorder, method, first, allowed, tolerance, peaks, multi_start, probes, scenarios
     )
     if recorder.best_density is None and recorder.evaluations < max_evaluations:
         _another_look(problem, recorder)
@@ -176,7 +185,7 @@ def optimise_layout(
 
 def _solve(
     problem: LayoutProblem, recorder: Recorder, method: str | Preset, first: Evaluation, allowed: int,
-    tolerance: float, peaks: str, multi_start: bool, probes: int,
+    tolerance: float, peaks: str, multi_start: bool, probes: int, scenarios: str,
 ) -> tuple[bool, str]:  # fmt: skip
     values = np.atleast_2d(first.values)
     budgets_only = first.constraints.size == 0
@@ -205,9 +214,7 @@ def _solve(
         done = equivalent_static_loads(
             problem, recorder, difference=VARIANTS[method], max_evaluations=allowed, tolerance=tolerance
         )
-        return done, "equivalent static loads" + (
-            " of differences" if VARIANTS[method] else ""
-        ) + ": as asked"
+        return done, f"equivalent static loads{' of differences' if VARIANTS[method] else ''}: as asked"
     limited = method == "trust_region" and first.limit_rows
     if method in ("central_path", "secant_path", "trust_region") and not budgets_only and not limited:
         raise InvalidLayout(
@@ -227,6 +234,10 @@ def _solve(
             )
         done = follow_secant_path(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
         return done, f"barrier steps with curvature from gradients: {why}"
+    few = scenarios == "binding" and budgets_only and is_by_scenario(problem, first)
+    if method == "trust_region" and few:
+        done, starts = by_binding_scenarios(problem, recorder, allowed, tolerance, several=multi_start)
+        return done, f"min-max trust region over peaks of the scenarios that bind{starts}: {why}"
     if method == "trust_region":
         run = min_max(
             problem, recorder, max_evaluations=allowed, tolerance=tolerance, multi_start=multi_start,
@@ -361,6 +372,7 @@ def _result(
         strategy=strategy,
         verdicts=verdicts(problem, recorder, status, float(kkt), prices, baselines, proof, limits),
         optima=tuple(sorted(recorder.optima)),
+        ends=tuple(recorder.ends),
         baselines=baselines,
         iterates=tuple(recorder.iterates),
         contradiction=proof,

@@ -1,6 +1,7 @@
 """The last evaluation of a design, kept: who asks again at the same design pays nothing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,30 @@ Array = NDArray[np.float64]
 
 
 def remembering(evaluate: Callable[[Array], Evaluation]) -> Callable[[Array], Evaluation]:
-    """Keep the last evaluation, so that asking again at the same density costs nothing."""
-    kept: list[tuple[bytes, Evaluation]] = []
+    """Keep the last evaluation, so that asking again at the same density costs nothing.
 
-    def remembered(density: Array) -> Evaluation:
+    An objective that can be evaluated in some of its scenarios stays one.
+    """
+    return _OfScenarios(evaluate) if hasattr(evaluate, "of_scenarios") else _Remembered(evaluate)
+
+
+class _Remembered:
+    """An objective and its last evaluation."""
+
+    def __init__(self, evaluate: Any) -> None:
+        self._evaluate = evaluate
+        self._kept: tuple[bytes, Evaluation] | None = None
+
+    def __call__(self, density: Array) -> Evaluation:
         key = np.ascontiguousarray(density).tobytes()
-        if not kept or kept[0][0] != key:
-            kept[:] = [(key, evaluate(density))]
-        return kept[0][1]
+        if self._kept is None or self._kept[0] != key:
+            self._kept = key, self._evaluate(density)
+        return self._kept[1]
 
-    return remembered
+
+class _OfScenarios(_Remembered):
+    """The same, of one whose scenarios can be evaluated apart."""
+
+    def of_scenarios(self, chosen: Sequence[int]) -> Callable[[Array], Evaluation]:
+        """The objective of these scenarios alone."""
+        return remembering(self._evaluate.of_scenarios(chosen))

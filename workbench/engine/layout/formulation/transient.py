@@ -13,6 +13,7 @@ neighbours.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -179,7 +180,19 @@ class TransientObjective:
 
     def __call__(self, design: Array) -> _Evaluation:
         """Simulate all scenarios. design: densities, then the shares of law variables."""
+        try:
+            return self._evaluation(design)
+        except NotConverged as error:
+            error.add_note("while evaluating a layout; a softer lower bound or a smaller step may help")
+            raise
 
+    def of_scenarios(self, chosen: Sequence[int]) -> "TransientObjective":
+        """The objective of some scenarios, with gradients found in the same way."""
+        some = copy(self)
+        some.scenarios = tuple(self.scenarios[k] for k in chosen)
+        return some
+
+    def _evaluation(self, design: Array) -> _Evaluation:
         def run(scenario: Scenario) -> ScenarioRun:
             trajectory = self._trajectory(scenario, design)
             return ScenarioRun(
@@ -280,15 +293,8 @@ def transient_problem(
     n = len(first.system.members)
     costs, allowed = budget_rows(n, budgets)
 
-    def evaluate(design: Array) -> _Evaluation:
-        try:
-            return objective(design)
-        except NotConverged as error:
-            error.add_note("while evaluating a layout; a softer lower bound or a smaller step may help")
-            raise
-
     return LayoutProblem(
-        evaluate=evaluate,
+        evaluate=objective,
         start=np.r_[np.broadcast_to(np.asarray(start, dtype=float), (n,)), [v.first for v in variables]],
         lower=np.r_[np.broadcast_to(np.asarray(lower, dtype=float), (n,)), np.zeros(more)],
         upper=np.r_[np.broadcast_to(np.asarray(upper, dtype=float), (n,)), np.ones(more)],

@@ -45,6 +45,7 @@ class Recorder:
         self.history: list[HistoryEntry] = []
         self.iterates: list[Array] = []
         self.optima: list[float] = []
+        self.ends: list[float] = []  # best value of each of several searches, of the given start first
         self.best = np.inf
         self.best_density: Array | None = None
         self.best_evaluation: Evaluation | None = None
@@ -54,11 +55,12 @@ class Recorder:
         self.limited = False  # whether further constraints are limits of runs
         self.start_index = 0
         self.probes = 0  # runs without gradients that chose where to begin
+        self.beside = 0.0  # evaluations' worth of runs of some scenarios, which have no place in the history
 
     @property
     def evaluations(self) -> int:
-        """Evaluations so far."""
-        return len(self.history)
+        """Evaluations so far, runs of some scenarios by their share."""
+        return int(np.ceil(len(self.history) + self.beside))
 
     def infeasibility(self, density: Array, evaluation: Evaluation) -> float:
         """Largest violation of a budget (relative) or of a further constraint."""

@@ -49,6 +49,12 @@ def verdicts(
             f"{len(near)} local optima lie within {100 * _NEAR:.0f} % of each other, from {near[0]:.6g} to "
             f"{near[-1]:.6g}: other considerations may choose between these layouts."
         )
+    if recorder.ends:
+        said.append(
+            f"Searches from {len(recorder.ends)} starts came to {min(recorder.ends):.6g} to "
+            f"{max(recorder.ends):.6g}, that from the start given to {recorder.ends[0]:.6g}; those that "
+            "promised less than the best were not followed to their ends."
+        )
     if recorder.probes:
         said.append(
             f"{recorder.probes} runs without gradients looked for starts and corrected steps, beside the "
