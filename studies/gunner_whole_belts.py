@@ -1,6 +1,6 @@
 """At most so many whole belts in severe braking, beside belts in fractions, both under attack.
 
-    python -m studies.gunner_whole_belts [numbers, as 4,8,12] [runs of the outsider] [folder]
+    python -m studies.gunner_whole_belts [numbers, as 4,8,12] [--rounds N] [--attack N] [--outsider N]
 
 The gunner of the shipped demonstration with its uncertainty. For every number of belts two layouts are made:
 
@@ -13,7 +13,7 @@ the cases, and both are made anew while there are rounds. At the end an outsider
 them. The search takes steps of 2 ms; what is told are true runs of the demonstration's step.
 """
 
-import sys
+from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
@@ -259,14 +259,28 @@ def curve(found: Sequence[Counted]) -> "Figure":
 
 def main() -> None:
     """Print the table and save the curve."""
-    given = sys.argv[1:]
-    counts = [int(text) for text in given[0].split(",")] if given else COUNTS
-    effort = Effort(outsider=int(given[1])) if len(given) > 1 else Effort()
-    folder = Path(given[2]) if len(given) > 2 else Path.cwd()
-    found = count_belts(counts, effort=effort, tell=lambda text: print(text, flush=True))
+    default = Effort()
+    ask = ArgumentParser(
+        prog="python -m studies.gunner_whole_belts", description=(__doc__ or "").splitlines()[0]
+    )
+    ask.add_argument("counts", nargs="?", default=COUNTS, type=_counts, help="numbers of belts, as 4,8,12")
+    ask.add_argument("--rounds", type=int, default=default.rounds, help="searches at most, each attacked")
+    ask.add_argument("--attack", type=int, default=default.attack, help="runs of the adversary a layout")
+    ask.add_argument("--outsider", type=int, default=default.outsider, help="runs of the outsider a layout")
+    ask.add_argument("--seed", type=int, default=default.seed, help="of cases, attacks and outsider")
+    ask.add_argument("--folder", type=Path, default=Path(), help="where the curve is drawn")
+    given = ask.parse_args()
+    effort = replace(
+        default, rounds=given.rounds, attack=given.attack, outsider=given.outsider, seed=given.seed
+    )
+    found = count_belts(given.counts, effort=effort, tell=lambda text: print(text, flush=True))
     for one in found:
         print("\n".join(lines(one)), flush=True)
-    curve(found).savefig(folder / "gunner_whole_belts.png", dpi=100)
+    curve(found).savefig(given.folder / "gunner_whole_belts.png", dpi=100)
+
+
+def _counts(text: str) -> tuple[int, ...]:
+    return tuple(int(number) for number in text.split(","))
 
 
 if __name__ == "__main__":

@@ -52,8 +52,10 @@ def test_lines_tell_the_price_and_which_belts(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(
         whole_belts, "count_belts", lambda counts, **given: asked.update(counts=counts, **given) or [some(4)]
     )
-    monkeypatch.setattr("sys.argv", ["whole_belts", "4,6", "33", str(tmp_path)])
+    monkeypatch.setattr(
+        "sys.argv", ["whole_belts", "4,6", "--outsider", "33", "--rounds", "2", "--folder", str(tmp_path)]
+    )
     main()
-    assert (asked["counts"], asked["effort"].outsider) == ([4, 6], 33)
+    assert (asked["counts"], asked["effort"].outsider, asked["effort"].rounds) == ((4, 6), 33, 2)
     assert (tmp_path / "gunner_whole_belts.png").exists()
     assert "price 25.0 %" in capsys.readouterr().out
