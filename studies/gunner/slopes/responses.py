@@ -3,7 +3,7 @@
     response_slopes("braking", {"hands": "one"}, ("deviation", "hic15"), ("grip", "mass"))
     -> {"deviation": {"grip": ..., "mass": ...}, "hic15": {...}}
 
-One run, one backward sweep for each response, no run for a parameter. A time at which something happens has
+One run, one backward sweep for all responses, no run for a parameter. A time at which something happens has
 slopes where it does happen; whether it happens has none.
 """
 
@@ -22,7 +22,8 @@ from workbench.engine import (
     Maximum,
     Terminal,
     TreeSystem,
-    parameter_slopes,
+    TreeTrajectory,
+    parameter_jacobian,
     simulate,
 )
 
@@ -191,17 +192,25 @@ def response_slopes(
     # a hand that never held has lost nothing
     never = [f"{b.name.replace(' ', '_')}_lost_at" for b in run.system.bushings if b.hold == 0.0]
     moved = {key: (value, _at(name, row, key)) for key, value in values.items()}
-    found = {}
-    for response in responses:
-        how = SLOPED[response]
-        parts = [ask[key] for key in how.of if key in ask and key not in never]
-        heights = [float(part.value(run)) for part in parts]
-        best = how.pick(heights) if parts else 0
-        if how.event and not (parts and parts[best].happens(run)):
-            raise ValueError(f"'{response}' has no slopes: it does not happen within {t_end:g} s")
-        by = parameter_slopes(run, parts[best], moved)
-        found[response] = {key: how.chain(heights[best]) * slope for key, slope in by.items()}
-    return found
+    taken = {response: _taken(run, response, ask, never, t_end) for response in responses}
+    by = parameter_jacobian(run, [part for part, _ in taken.values()], moved)
+    return {
+        response: {key: factor * float(slopes[i]) for key, slopes in by.items()}
+        for i, (response, (_, factor)) in enumerate(taken.items())
+    }
+
+
+def _taken(
+    run: TreeTrajectory, response: str, ask: Mapping[str, Any], never: Sequence[str], t_end: float
+) -> tuple[Any, float]:
+    """The objective that a response follows in a run, and d(response)/d(it)."""
+    how = SLOPED[response]
+    parts = [ask[key] for key in how.of if key in ask and key not in never]
+    heights = [float(part.value(run)) for part in parts]
+    best = how.pick(heights) if parts else 0
+    if how.event and not (parts and parts[best].happens(run)):
+        raise ValueError(f"'{response}' has no slopes: it does not happen within {t_end:g} s")
+    return parts[best], how.chain(heights[best])
 
 
 def _at(name: str, row: Mapping[str, Any], parameter: str) -> Callable[[float], TreeSystem]:

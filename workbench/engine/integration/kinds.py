@@ -267,9 +267,9 @@ class AnyTrajectory(Protocol):
         ...
 
     def change_adjoint(
-        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+        self, values: Sequence[Callable[[Any], float]], seeds: NodeSeeds, changes: Sequence[Change]
     ) -> Array:
-        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
+        """(R, changes) slopes of each value(trajectory), whose seeds are given, by changes of the system."""
         ...
 
     def by_density(self, by_scale: Array) -> Array:
@@ -318,13 +318,13 @@ class Adjoints:
     """How the run of a scheme goes backwards; a trajectory carries the ones of the scheme that made it.
 
     by_density(trajectory, seeds): (R, N) as `AnyTrajectory.adjoint`.  by_parameter(trajectory, seeds): a
-    record, as `AnyTrajectory.parameter_adjoint`.  by_change(trajectory, value, seeds, changes): one slope of
-    value(trajectory) a change, for one row of seeds.
+    record, as `AnyTrajectory.parameter_adjoint`.  by_change(trajectory, values, seeds, changes): (R, changes)
+    as `AnyTrajectory.change_adjoint`.
     """
 
     by_density: Callable[[Any, NodeSeeds], Array]
     by_parameter: Callable[[Any, NodeSeeds], Any]
-    by_change: Callable[[Any, Callable[[Any], float], NodeSeeds, Sequence[Change]], Array]
+    by_change: Callable[[Any, Sequence[Callable[[Any], float]], NodeSeeds, Sequence[Change]], Array]
 
 
 class Nodes(NamedTuple):

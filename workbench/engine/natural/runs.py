@@ -180,12 +180,16 @@ class NaturalTrajectory(GoesOn):
         )
 
     def change_adjoint(
-        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+        self, values: Sequence[Callable[[Any], float]], seeds: NodeSeeds, changes: Sequence[Change]
     ) -> Array:
-        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
-        dense = seeds.dense(0)
-        found, *points = _pulled(self, dense, joints=True)
-        return slopes_by_changes(self, value, dense, changes, multipliers(found, *points))
+        """(R, changes) slopes of each value(trajectory), whose seeds are given, by changes of the system."""
+        out = np.empty((len(values), len(changes)))
+        for row, objective in enumerate(seeds.order):
+            dense = seeds.dense(row)
+            found, *points = _pulled(self, dense, joints=True)
+            told = multipliers(found, *points)
+            out[objective] = slopes_by_changes(self, values[objective], dense, changes, told)
+        return out
 
     def by_density(self, by_scale: Array) -> Array:
         """From slopes by scale in segment order to slopes by density in member order."""

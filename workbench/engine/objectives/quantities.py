@@ -114,8 +114,12 @@ class Deviation:
         return tuple(2.0 * w * (x - x0) for w, x, x0 in moved)
 
     def values(self, trajectory: AnyTrajectory) -> Array:
-        """(steps + 1,) g at every node."""
+        """(steps + 1,) g at every node. Raises ValueError unless there is a weight for every axis."""
         series = self.view(trajectory).series()
+        if len(self.weights) != series.shape[1]:
+            raise ValueError(
+                f"Deviation needs a weight for each of {series.shape[1]} axes, got weights={self.weights}"
+            )
         return np.asarray((series - series[0]) ** 2 @ np.array(self.weights))
 
     def rates(self, trajectory: AnyTrajectory, nodes: Array) -> Array:

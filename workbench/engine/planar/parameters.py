@@ -67,11 +67,16 @@ def adjoints_of(by_density: Callable[[Trajectory, NodeSeeds], Array], told: Told
 
     def by_change(
         trajectory: Trajectory,
-        value: Callable[[Trajectory], float],
+        values: Sequence[Callable[[Trajectory], float]],
         seeds: NodeSeeds,
         changes: Sequence[Change],
     ) -> Array:
-        return _by_change(trajectory, value, seeds.dense(0), changes, told(trajectory, seeds)[1])
+        out = np.empty((len(values), len(changes)))
+        for objective, value in enumerate(values):
+            _, one = seeds.of_objectives(objective, objective + 1)
+            found = told(trajectory, one)[1]
+            out[objective] = _by_change(trajectory, value, one.dense(0), changes, found)
+        return out
 
     return Adjoints(by_density=by_density, by_parameter=by_parameter, by_change=by_change)
 

@@ -200,10 +200,10 @@ class Trajectory(GoesOn):
         return self.adjoints.by_parameter(self, seeds)
 
     def change_adjoint(
-        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+        self, values: Sequence[Callable[[Any], float]], seeds: NodeSeeds, changes: Sequence[Change]
     ) -> Array:
-        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
-        return self.adjoints.by_change(self, value, seeds, changes)
+        """(R, changes) slopes of each value(trajectory), whose seeds are given, by changes of the system."""
+        return self.adjoints.by_change(self, values, seeds, changes)
 
     def by_density(self, by_scale: Array) -> Array:
         """Slopes by scale in segment order as slopes by density in member order; maybe the same array."""

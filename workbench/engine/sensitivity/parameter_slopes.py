@@ -1,19 +1,24 @@
-"""Slopes of a computed objective by any parameter of a system, told by the systems that it makes."""
+"""Slopes of computed objectives by any parameter of a system, told by the systems that it makes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from ..integration.kinds import AnySystem, AnyTrajectory, Change
 from ..objectives.reductions import Objective
 from .seeds import node_seeds
 
-__all__ = ["parameter_slopes"]
+__all__ = ["parameter_jacobian", "parameter_slopes"]
+
+Array = np.ndarray[Any, Any]
+Parameters = Mapping[str, tuple[float, Callable[[float], Any]]]  # the value that ran, the system at a value
 
 
 def parameter_slopes(
     trajectory: AnyTrajectory,
     objective: Objective,
-    parameters: Mapping[str, tuple[float, Callable[[float], Any]]],
+    parameters: Parameters,
 ) -> dict[str, float]:
     """Slopes of an objective by parameters of whatever kind: points, frames, laws, loads, joints, the start.
 
@@ -32,12 +37,30 @@ def parameter_slopes(
     Raises ValueError where a parameter's systems are of another kind or structure than the one that ran, and
     AssemblyError where their start does not close the joints.
     """
+    found = parameter_jacobian(trajectory, (objective,), parameters)
+    return {name: float(slopes[0]) for name, slopes in found.items()}
+
+
+def parameter_jacobian(
+    trajectory: AnyTrajectory, objectives: Sequence[Objective], parameters: Parameters
+) -> dict[str, Array]:
+    """Slopes of several objectives of one run by any parameters: `parameter_slopes` of each at once.
+
+    In trees the objectives share the backward sweep and what a parameter changes in the tables, which is most
+    of the work: one parameter costs about as much for twenty objectives as for one.
+
+    Args:    parameters: name -> (the value that ran, the system at a value), in the units of the parameter
+    Returns: name -> (R,) slopes in the order of the objectives, each in its unit by that of the parameter
+    Raises as `parameter_slopes`.
+    """
     changes = [Change(system=system, value=float(value)) for value, system in parameters.values()]
     for name, change in zip(parameters, changes, strict=True):
         _same(name, change.system(change.value), trajectory)
-    seeds = node_seeds(trajectory, (objective,))
-    found = trajectory.change_adjoint(objective.value, seeds, changes)
-    return dict(zip(parameters, (float(x) for x in found), strict=True))
+    if not objectives:
+        return {name: np.zeros(0) for name in parameters}
+    seeds = node_seeds(trajectory, objectives)
+    found = trajectory.change_adjoint([one.value for one in objectives], seeds, changes)
+    return dict(zip(parameters, found.T, strict=True))
 
 
 def _same(name: str, system: AnySystem, trajectory: AnyTrajectory) -> None:

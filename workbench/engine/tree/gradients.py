@@ -1,6 +1,6 @@
 """From a backward sweep to gradients: the multipliers of a run contracted with densities and parameters."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -39,9 +39,7 @@ def adjoints_of(sweep: Callable[[TreeTrajectory, NodeSeeds], Swept]) -> Adjoints
 
     def by_density(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Array:
         out = np.empty((len(seeds.starts), len(trajectory.density)))
-        some = max(1, int(ROWS // (8 * len(trajectory.times) * trajectory.parts.size)))
-        for first in range(0, len(out), some):
-            rows, part = seeds.of_objectives(first, first + some)
+        for rows, part in _few_rows(trajectory, seeds):
             out[rows] = trajectory.by_density(_by_scale(trajectory, sweep(trajectory, part)))
         return out
 
@@ -50,13 +48,25 @@ def adjoints_of(sweep: Callable[[TreeTrajectory, NodeSeeds], Swept]) -> Adjoints
 
     def by_change(
         trajectory: TreeTrajectory,
-        value: Callable[[TreeTrajectory], float],
+        values: Sequence[Callable[[TreeTrajectory], float]],
         seeds: NodeSeeds,
         changes: Sequence[Change],
     ) -> Array:
-        return _by_change(trajectory, value, seeds, changes, sweep(trajectory, seeds))
+        out = np.empty((len(values), len(changes)))
+        for rows, part in _few_rows(trajectory, seeds):
+            some = [values[objective] for objective in seeds.order[rows]]
+            found = _by_change(trajectory, some, part, changes, sweep(trajectory, part))
+            out[seeds.order[rows]] = found
+        return out
 
     return Adjoints(by_density=by_density, by_parameter=by_parameter, by_change=by_change)
+
+
+def _few_rows(trajectory: TreeTrajectory, seeds: NodeSeeds) -> Iterator[tuple[Array, NodeSeeds]]:
+    """As many rows of the seeds at a time as one sweep may hold, and their seeds."""
+    some = max(1, int(ROWS // (8 * len(trajectory.times) * trajectory.parts.size)))
+    for first in range(0, len(seeds.starts), some):
+        yield seeds.of_objectives(first, first + some)
 
 
 def _by_scale(trajectory: TreeTrajectory, swept: Swept) -> Array:
@@ -172,42 +182,60 @@ def _by_body(trajectory: TreeTrajectory, slopes: Array) -> tuple[Array, Array, A
 
 def _by_change(
     trajectory: TreeTrajectory,
-    value: Callable[[TreeTrajectory], float],
+    values: Sequence[Callable[[TreeTrajectory], float]],
     seeds: NodeSeeds,
     changes: Sequence[Change],
     swept: Swept,
 ) -> Array:
-    """Slopes of one row by changes of the system: the tables' by differences, what follows exact."""
-    r, tables = trajectory, swept.tables
-    by_q, by_v = swept.costate[0]
-    mu = np.ascontiguousarray(swept.mu[:, 0])
-    q, full = swept.nodes.position[0], len(by_v)
+    """(R, changes) slopes of the rows by changes of the system: the tables' by differences, what follows
+    exact. values: of the rows.
+    """
+    r = trajectory
     given = r.parts.start
-    free = (
-        r.start is None and np.array_equal(q, given[0]) and np.array_equal(swept.nodes.velocity[0], given[1])
-    )
-    first = [entry for entry, (node, _) in enumerate(seeds.at) if node == 0]
-    seed_q = seeds.position[first].sum(axis=0)
-    seed_v = np.concatenate(
-        [seeds.velocity[first].sum(axis=0), seeds.states[first].sum(axis=0), np.zeros(len(tables.cut))]
-    )
-    slopes = []
-    for change in changes:
+    at = swept.nodes.position[0], swept.nodes.velocity[0]
+    free = r.start is None and all(map(np.array_equal, at, given))
+    by_start = _beyond_the_first(trajectory, seeds, swept)
+    out = np.empty((len(values), len(changes)))
+    for column, change in enumerate(changes):
         systems = change.around()
-        slope = change.slope([_numbers(system, r, tables) for system in systems])
-        moved, work, out = _along(tables, slope), tree_work(tables, len(r.parts.states), complex), np.zeros(1)
-        work.push[-1, 3:] = -moved.gravity
-        scratch = np.zeros(len(q), complex), np.zeros(full, complex), np.zeros(full, complex)
-        work_along(moved, work, swept.nodes, int(swept.starts[0]), mu, *scratch, out)
-        dq, dv = np.zeros(r.size), np.zeros(full)
+        slope = change.slope([_numbers(system, r, swept.tables) for system in systems])
+        out[:, column] = _work_of_rows(trajectory, swept, slope)
         if free:
             starts = [tree_compiled(system).start for system in systems]
-            dq = _small_motion(r, q, change.slope([start[0] for start in starts]))
+            dq = _small_motion(r, at[0], change.slope([start[0] for start in starts]))
             dv = change.slope([start[1] for start in starts])
+            out[:, column] += by_start[0] @ dq + by_start[1] @ dv
         # where an objective refers to the start, the first node moves; what its seeds say of it is known
-        direct = float(change.slope([value(_held(r, system, free=free)) for system in systems]))
-        slopes.append(float(out[0]) + (by_q[: r.size] - seed_q) @ dq + (by_v - seed_v) @ dv + direct)
-    return np.array(slopes)
+        held = [_held(r, system, free=free) for system in systems]
+        out[:, column] += [float(change.slope([value(one) for one in held])) for value in values]
+    return out
+
+
+def _beyond_the_first(trajectory: TreeTrajectory, seeds: NodeSeeds, swept: Swept) -> tuple[Array, Array]:
+    """(R, n) and (R, n + states + cuts) slopes of the rows by the start, less what their seeds at the first
+    node say."""
+    r, costate = trajectory, swept.costate
+    by_q, by_v = costate[:, 0, : r.size].copy(), costate[:, 1].copy()
+    for entry in np.flatnonzero(seeds.at[:, 0] == 0):
+        row = seeds.at[entry, 1]
+        by_q[row] -= seeds.position[entry]
+        rates = np.concatenate([seeds.velocity[entry], seeds.states[entry]])
+        by_v[row, : len(rates)] -= rates
+    return by_q, by_v
+
+
+def _work_of_rows(trajectory: TreeTrajectory, swept: Swept, slope: Array) -> Array:
+    """(R,) what the multipliers of each row do along a direction of all numbers of the tables."""
+    tables, full = swept.tables, swept.costate.shape[2]
+    moved, work = _along(tables, slope), tree_work(tables, len(trajectory.parts.states), complex)
+    work.push[-1, 3:] = -moved.gravity
+    q = swept.nodes.position.shape[1]
+    scratch = np.zeros(q, complex), np.zeros(full, complex), np.zeros(full, complex)
+    out = np.zeros((len(swept.starts), 1))
+    for row, start in enumerate(swept.starts):
+        mu = np.ascontiguousarray(swept.mu[:, row])
+        work_along(moved, work, swept.nodes, int(start), mu, *scratch, out[row])
+    return out[:, 0]
 
 
 def _numbers(system: TreeSystem, trajectory: TreeTrajectory, tables: TreeTables) -> Array:

@@ -347,10 +347,10 @@ class TreeTrajectory(GoesOn):
         return self.adjoints.by_parameter(self, seeds)
 
     def change_adjoint(
-        self, value: Callable[[Any], float], seeds: NodeSeeds, changes: Sequence[Change]
+        self, values: Sequence[Callable[[Any], float]], seeds: NodeSeeds, changes: Sequence[Change]
     ) -> Array:
-        """Slopes of value(trajectory), whose row of seeds is given, by changes of the system."""
-        return self.adjoints.by_change(self, value, seeds, changes)
+        """(R, changes) slopes of each value(trajectory), whose seeds are given, by changes of the system."""
+        return self.adjoints.by_change(self, values, seeds, changes)
 
     def view(self, *, bodies: tuple[str, ...], reference: str, shares: tuple[float, ...]) -> SpatialView:
         """The mean of some bodies' centres of mass, weighted by shares, in the frame of a reference."""
