@@ -178,7 +178,6 @@ def test_a_kill_leaves_no_answer_without_its_history(forks, tmp_path, what, step
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
 @pytest.mark.parametrize("what", ["database", "files"])
 def test_a_kill_before_every_operation_leaves_no_answer_without_its_history(forks, tmp_path, what):
     last = kill_before_some_with_histories(forks, range(1, 2000), tmp_path, 12, what)
@@ -187,7 +186,6 @@ def test_a_kill_before_every_operation_leaves_no_answer_without_its_history(fork
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
 def test_two_hundred_kills_lose_nothing(forks, tmp_path):
     whole = uninterrupted(forks, tmp_path / "whole", 2000)
     kills = killed_and_resumed(forks, tmp_path / "killed", 2000, "inline", 200, seed=SHIFT + 2)
@@ -216,7 +214,6 @@ def test_a_kill_before_every_third_database_operation(forks, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
 def test_a_kill_before_every_database_operation(forks, tmp_path):
     last = kill_before_every(forks, range(1, 2000), tmp_path, 25)
     assert last is not None
@@ -228,7 +225,6 @@ def test_a_kill_before_some_operations_on_files(forks, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
 def test_a_kill_before_every_operation_on_files(forks, tmp_path):
     last = kill_before_every(forks, range(1, 2000), tmp_path, 12, what="files")
     assert last is not None

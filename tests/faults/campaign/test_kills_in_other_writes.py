@@ -47,7 +47,6 @@ def test_a_kill_in_another_write_loses_nothing(tmp_path, work):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
 @pytest.mark.parametrize(("what", "step"), [("database", 3), ("files", 1)])
 @pytest.mark.parametrize("work", WORKS)
 def test_kills_in_other_writes_lose_nothing(tmp_path, work, what, step):
