@@ -32,6 +32,7 @@ from .joints import (
     Spherical,
     Universal,
     Welded,
+    sampled,
 )
 from .loops.closing import closed
 from .loops.cuts import CutJoint, CutRows, cut_rows, resolved_cut
@@ -377,7 +378,6 @@ def tree_on_grid(
     if len(density) != len(parts.power):
         raise ValueError(f"system has {len(parts.power)} members but density has {len(density)} entries")
     alpha, power = np.asarray(density)[parts.order], parts.power[parts.order]
-    motion = np.array([[drive.sample(float(t)) for drive in parts.drives] for t in times])
     loads = parts.system.loads
     samples = np.array([[_value(load.force or load.torque, float(t)) for load in loads] for t in times])
     return TreeTables(
@@ -389,7 +389,7 @@ def tree_on_grid(
         friction_sample=np.array(
             [[d.friction_at(float(t)) for d in parts.system.dampers] for t in times]
         ).reshape(len(times), len(parts.system.dampers)),
-        motion=motion.reshape(len(times), len(parts.drives), 24),
+        motion=sampled(parts.drives, times),
     )
 
 

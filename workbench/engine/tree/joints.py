@@ -5,7 +5,7 @@ frame coincides with it. Velocities: of a translation along axes of the joint fr
 spin in the body's frame. SI units, radians; quaternions (w, x, y, z).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 
 __all__ = [
     "FREEDOM", "Cylindrical", "Floating", "Joint", "Planar", "Prescribed", "Prismatic", "Revolute",
-    "SpatialMotion", "Spherical", "Universal", "Welded",
+    "SpatialMotion", "Spherical", "Universal", "Welded", "sampled",
 ]  # fmt: skip
 
 Array = np.ndarray[Any, Any]
@@ -145,6 +145,18 @@ class SpatialMotion:
 def _slope(f: Callable[[float], Array], t: float) -> Array:
     h = DIFFERENCE
     return (8.0 * (f(t + h) - f(t - h)) - (f(t + 2 * h) - f(t - 2 * h))) / (12.0 * h)
+
+
+def sampled(motions: Sequence[SpatialMotion], times: Array) -> Array:
+    """(len(times), motions, 24) samples; one that is given several times, as to both front wheels, is asked
+    once.
+    """
+    asked = list({id(motion): motion for motion in motions}.values())
+    place = {id(motion): i for i, motion in enumerate(asked)}
+    found = np.array([[motion.sample(float(t)) for motion in asked] for t in times])
+    return found.reshape(len(times), len(asked), 24).take(
+        np.array([place[id(m)] for m in motions], int), axis=1
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
