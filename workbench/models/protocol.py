@@ -207,9 +207,8 @@ def _numbers(raw: Any) -> dict[str, float]:
 def _number(name: str, value: Any) -> float:
     shape = getattr(value, "shape", ())
     if value is None or isinstance(value, str | bytes | complex | Mapping) or shape != ():
-        came = f"an array of shape {shape}" if shape != () else _short(value)
         raise EvaluationFailed(
-            f"response {name!r} came as {came}; a number is needed (a history needs reduce)"
+            f"response {name!r} came as {_short(value)}; a number is needed (a history needs reduce)"
         )
     try:
         return float(value)
@@ -228,8 +227,12 @@ def _history(name: str, value: Any) -> History:
 
 
 def _short(value: Any) -> str:
+    """What came, on one line: a report groups failures by it, and shows the first line alone."""
+    shape = getattr(value, "shape", ())
+    if isinstance(shape, tuple) and shape != ():
+        return f"an array of shape {shape}"  # its numbers differ from run to run
     try:
-        text = repr(value)
+        text = " ".join(repr(value).split())
     except Exception:
         text = f"an object of type {type(value).__name__}"
     return text if len(text) < 200 else f"{text[:200]}..."

@@ -55,6 +55,18 @@ def test_several_responses_need_names():
         settle(3.0, {"a": None, "b": None})
 
 
+@pytest.mark.parametrize("raw", [np.linspace(0.0, 1.0, 300), np.zeros((3, 2)), "two\nlines"])
+def test_what_came_in_place_of_a_history_is_told_on_one_line(raw):
+    with pytest.raises(
+        EvaluationFailed, match=r"'y' came as .*; a pair \(time, values\) is needed$"
+    ) as caught:
+        settle({"y": raw}, {"y": Reduction(kind="max")})
+    message = str(caught.value)
+    assert "\n" not in message
+    if isinstance(raw, np.ndarray):
+        assert f"came as an array of shape {raw.shape};" in message
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float64("nan")])
 def test_what_is_not_finite_is_told_apart_from_failure(value):
     answer = settle(value, NUMBERS)
