@@ -6,7 +6,8 @@ old and new together, meet the constraints, and lie where the old ones leave gap
 Kennard & Stone 1969), or where they tell most about a regression model.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -14,9 +15,13 @@ from scipy.spatial.distance import cdist
 import doe
 from workbench.errors import StudyError
 from workbench.sampling.factors import Factors
+from workbench.sampling.kinds import DEFAULT, DesignOptions
+from workbench.sampling.points import points_of_kind
+from workbench.sampling.spread_beside import CRITERIA, place, spread_beside
 from workbench.space.box import Space
+from workbench.space.streams import stream
 
-__all__ = ["balanced_blocks", "further_points"]
+__all__ = ["Further", "balanced_blocks", "further_runs"]
 
 # candidates per new run among which the gaps are looked for
 PER_RUN = 40
@@ -26,28 +31,63 @@ SURPLUS = 0.1
 MOST_PASSES = 20
 # runs up to which new ones are spread over the empty strata
 MOST_SPREAD = 2_000
-# what they are spread by, beside the old ones, with weights; distances alone leave correlations of the whole
-CRITERIA, WEIGHTS = ("phi_p", "cd2", "correlation"), (2.0, 1.0, 2.0)
-# arrangements that are searched, each from a start of its own; the one of least excess is taken:
-#     max over phi_p and CD2 of (value / best value seen - 1) + CORRELATION * largest correlation
-STARTS, CORRELATION = 24, 1.0
-# swaps of each: half a second of work together, but never fewer than the second
-MOST_SWAPS, FEWEST_SWAPS = 100_000, 20_000
-WORK = 6_000_000  # swaps times runs, of each start
-# share of the swaps that put new runs on levels, before they are arranged there
-PLACING = 5
-# beyond so many runs, whose arrangements differ little, one long search is made
-FEW, LONG = 200, 30_000_000
 
 
-def further_points(
-    space: Space, unit: np.ndarray, runs: int, *, rng: np.random.Generator, model: str | None
-) -> np.ndarray:
-    """`runs` new unit points beside `unit` (n, d), each admissible and different from the others."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Further:
+    """New runs, and what they cost.
+
+    points: (m, d) unit points
+    beside_fresh: {phi_p | cd2 | max_correlation: (of old and new together, of as many runs drawn at once)};
+    empty where the two cannot be compared
+    """
+
+    points: np.ndarray
+    beside_fresh: Mapping[str, tuple[float, float]]
+
+
+def further_runs(
+    space: Space, unit: np.ndarray, runs: int, *, seed: int, rng: np.random.Generator, model: str | None
+) -> Further:
+    """`runs` new unit points beside `unit` (n, d), each admissible and different from the others.
+
+    seed: of the design that they are compared with
+    """
+    n = len(unit) + runs
+    fresh = _drawn_at_once(space, n, seed) if model is None and n <= MOST_SPREAD else {}
     factors = Factors(space, follow=False)
     continuous = any(levels is None for levels in factors.levels)
-    if model is None and continuous and not space.constraints and len(unit) + runs <= MOST_SPREAD:
-        return _empty_strata(factors, unit, runs, rng)
+    if model is None and continuous and not space.constraints and n <= MOST_SPREAD:
+        wanted = dict(zip(CRITERIA, fresh.values(), strict=True)) if fresh else None
+        points = spread_beside(factors, unit, runs, wanted, rng=rng)
+    else:
+        points = _chosen(factors, unit, runs, rng, model)
+    grown = _criteria(np.vstack([unit, points])) if fresh else {}
+    both = {name: (grown[name], value) for name, value in fresh.items()}
+    return Further(points=points, beside_fresh=both if np.isfinite(list(both.values())).all() else {})
+
+
+def _drawn_at_once(space: Space, n: int, seed: int) -> dict[str, float]:
+    """The criteria of a design of the default kind; none of one that goes by distributions, which is denser
+    where they are, or by constraints."""
+    if space.constraints or n < 2 or any(p.distribution is not None for p in space.parameters):
+        return {}
+    rng = stream(seed, "drawn at once", replicate=n)
+    return _criteria(points_of_kind(space, DEFAULT, n, rng=rng, options=DesignOptions())[0])
+
+
+def _criteria(unit: np.ndarray) -> dict[str, float]:
+    return {
+        "phi_p": doe.phi_p(unit),
+        "cd2": doe.cd2(unit),
+        "max_correlation": doe.max_correlation(unit) if unit.shape[1] > 1 else 0.0,
+    }
+
+
+def _chosen(
+    factors: Factors, unit: np.ndarray, runs: int, rng: np.random.Generator, model: str | None
+) -> np.ndarray:
+    """New points from a pool of feasible ones: where gaps are, or best for a model."""
     pool = factors.pool(max(FEWEST, PER_RUN * runs), rng)
     if len(pool) < runs:
         raise StudyError(f"the space holds {len(pool)} different feasible points, {runs} more are asked for")
@@ -75,63 +115,6 @@ def further_points(
             if count is not None and code is not None:
                 count[code[k]] += 1
     return pool[chosen]
-
-
-def _empty_strata(factors: Factors, unit: np.ndarray, runs: int, rng: np.random.Generator) -> np.ndarray:
-    """New points in the empty strata; a level is an interval, on which its old runs are spread evenly."""
-    old = unit.copy()
-    for j, levels in enumerate(factors.levels):
-        if levels is not None:
-            code = place(unit[:, j], levels)
-            for level in np.unique(code):
-                on = np.flatnonzero(code == level)
-                old[on, j] = (level + (np.arange(len(on)) + 0.5) / len(on)) / len(levels)
-    n = len(unit) + runs
-    starts = STARTS if n <= FEW else 1
-    swaps = max(FEWEST_SWAPS, min(MOST_SWAPS, (WORK if starts > 1 else LONG) // n))
-    found = []
-    for _ in range(starts):
-        if all(levels is None for levels in factors.levels):
-            found.append(
-                doe.search_augmentation(old, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps, rng=rng)
-            )
-            continue
-        # strata say how many new runs come on each level; how they are arranged is judged on the levels
-        placed = doe.search_augmentation(
-            old, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps // PLACING, rng=rng
-        )
-        whole = np.vstack([unit, _on_levels(factors, placed.points[len(unit) :])])
-        found.append(
-            doe.search_rearrangement(whole, runs, criterion=CRITERIA, weights=WEIGHTS, swaps=swaps, rng=rng)
-        )
-    grown = found[int(np.argmin(_excess([result.values for result in found])))].points
-    return _on_levels(factors, grown[len(unit) :])
-
-
-def _on_levels(factors: Factors, points: np.ndarray) -> np.ndarray:
-    """The points with every levelled coordinate on the level in whose interval it lies."""
-    placed = points.copy()
-    for j, levels in enumerate(factors.levels):
-        if levels is not None:
-            placed[:, j] = levels[np.minimum((points[:, j] * len(levels)).astype(int), len(levels) - 1)]
-    return placed
-
-
-def _excess(values: Sequence[Mapping[str, float]]) -> np.ndarray:
-    """How far arrangements lie above the best values seen of phi_p and CD2, the larger share, with the
-    correlation: (k,) of k results."""
-    spread = np.array([[value[name] for name in CRITERIA[:2]] for value in values])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.nan_to_num(spread / spread.min(axis=0) - 1.0, nan=0.0, posinf=0.0)  # runs that coincide
-    worst: np.ndarray = share.max(axis=1) + CORRELATION * np.array(
-        [v.get("correlation", 0.0) for v in values]
-    )
-    return worst
-
-
-def place(values: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Number of the level of each value."""
-    return np.abs(values[:, None] - levels).argmin(axis=1)
 
 
 def balanced_blocks(unit: np.ndarray, number: np.ndarray) -> np.ndarray:

@@ -7,13 +7,14 @@ that goes one of the ways is one entry here. Nothing heavy is imported, so that 
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
-__all__ = ["DEFAULT", "KINDS", "DesignKind", "DesignOptions", "Way"]
+__all__ = ["DEFAULT", "KINDS", "SPREAD", "DesignKind", "DesignOptions", "Way"]
 
 # spread: points of a sampler, put on the levels; sequence: the first feasible points of a scrambled sequence;
 # arranged: swaps on the levels themselves; within: swaps that stay a Latin hypercube; chosen: rows of a pool
 # of feasible points; grid, factorial: all combinations; classical: a table that fixes its number of runs
 Way = Literal["spread", "sequence", "arranged", "within", "chosen", "grid", "factorial", "classical"]
-
+# ways that fill the space; the others are made for a regression and may lie anywhere
+SPREAD: tuple[Way, ...] = ("spread", "sequence", "arranged", "within")
 
 DEFAULT = "optimised_lhs"  # of a study that names no kind
 

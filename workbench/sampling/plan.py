@@ -14,7 +14,7 @@ import numpy as np
 
 import doe
 from workbench.errors import StudyError
-from workbench.sampling.growth import balanced_blocks, further_points
+from workbench.sampling.growth import balanced_blocks, further_runs
 from workbench.sampling.kinds import DEFAULT, DesignOptions
 from workbench.sampling.points import points_of_kind, random_points
 from workbench.space.box import Space
@@ -48,6 +48,7 @@ class Design:
 
     unit: (n, d) in [0, 1], read-only, levels at k/(N - 1)    run_ids: n different names
     algorithm, options, seed: how it was made    block: block number of each run, or empty
+    beside_fresh: of a design just grown its figures, each beside that of as many runs drawn at once; or empty
     """
 
     space: Space
@@ -57,6 +58,7 @@ class Design:
     options: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0
     block: tuple[int, ...] = ()
+    beside_fresh: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         unit = np.array(self.unit, dtype=float, order="C", ndmin=2)
@@ -139,6 +141,7 @@ class Design:
             unit=np.vstack([self.unit, added]),
             run_ids=(*self.run_ids, *names),
             block=(*self.block, *block) if len(block) == len(added) else (),
+            beside_fresh={},
         )
 
     def grown(self, runs: int, *, seed: int, model: str | None = None) -> "Design":
@@ -149,7 +152,8 @@ class Design:
         if runs < 1:
             raise StudyError(f"runs needs a whole number >= 1, got {runs}")
         rng = stream(seed, "growth", replicate=len(self))
-        return self.appended(further_points(self.space, self.unit, runs, rng=rng, model=model))
+        further = further_runs(self.space, self.unit, runs, seed=seed, rng=rng, model=model)
+        return replace(self.appended(further.points), beside_fresh=further.beside_fresh)
 
     def _take(self, rows: np.ndarray) -> "Design":
         return replace(
@@ -157,6 +161,7 @@ class Design:
             unit=self.unit[rows],
             run_ids=tuple(self.run_ids[k] for k in rows),
             block=tuple(self.block[k] for k in rows) if self.block else (),
+            beside_fresh={},
         )
 
     def _span(self) -> str:
@@ -249,6 +254,7 @@ class Design:
             "run_ids": list(self.run_ids),
             "block": list(self.block),
             "quality": self._figures,
+            "beside_fresh": {name: list(pair) for name, pair in self.beside_fresh.items()},
             "versions": versions(),
             "space_hash": self.space.hash,
         }
@@ -264,6 +270,7 @@ class Design:
             options=data["options"],
             seed=data["seed"],
             block=tuple(data.get("block", ())),
+            beside_fresh={name: (a, b) for name, (a, b) in data.get("beside_fresh", {}).items()},
         )
 
 

@@ -50,19 +50,23 @@ def design_table(study: Study) -> dict[str, Any]:
 def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     """Make the points. The document; without the rows of a design of more than AT_ONCE runs."""
     study = campaign.study
+    later: list[list[float]] = []  # drawn with the others, to be made when the design grows
     if study.model["kind"] == "table":
         made, rows = _design_of_table(campaign, table)
     elif table["kind"] == "table":
         made, rows = _design_from_file(campaign, table)
     else:
-        change = _change(campaign, table)
-        made, rows = (
-            _design_of_kind(campaign, table) if change is None else _grown_design(campaign, table, change)
-        )
+        stored = read_json(campaign.folder / "design.json")
+        change = None if stored is None else _change(campaign, table, stored)
+        if change is None:
+            made, rows, later = _design_of_kind(campaign, table)
+        else:
+            made, rows, later = _grown_design(campaign, table, stored, change)
     parts = [slice(begin, begin + AT_ONCE) for begin in range(0, len(made), AT_ONCE)]
     keys = [campaign.key(row) for part in parts for row in study.space.canonical_rows(rows(part))]
     ignored = _ignored_columns(study, table)
-    head = made.head() | {"run_keys": keys} | ({"ignored_columns": ignored} if ignored else {})
+    beside = {"ignored_columns": ignored, "later": later}
+    head = made.head() | {"run_keys": keys} | {name: value for name, value in beside.items() if value}
     # as given: a table's value would not survive the way to the unit cube and back to the last bit
     physical = ([[row[name] for name in study.space.names] for row in rows(part)] for part in parts)
     count = len(made)
@@ -211,26 +215,35 @@ def _given_design(
     return made, chosen.__getitem__
 
 
-def _design_of_kind(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
-    """The design of a kind such as "ihs"."""
+def _design_of_kind(
+    campaign: CampaignRuns, table: Mapping[str, Any]
+) -> tuple["Design", Rows, list[list[float]]]:
+    """The design of a kind such as "ihs", and what is drawn with it for later."""
+    from workbench.sampling.parts import checked_up_to, first_part
     from workbench.sampling.plan import DesignOptions, make_design
 
-    options = {k: v for k, v in table.items() if k not in ("kind", "runs", "file")}
+    up_to = checked_up_to(table)
     made = make_design(
         campaign.study.space,
         table["kind"],
-        table.get("runs"),
+        up_to or table.get("runs"),
         seed=campaign.study.seed,
-        options=DesignOptions(**options),
+        options=DesignOptions(**_options(table)),
     )
-    return made, made.rows
+    if up_to is None:
+        return made, made.rows, []
+    part, later = first_part(made, table["runs"])
+    return part, part.rows, later
 
 
-def _change(campaign: CampaignRuns, table: Mapping[str, Any]) -> DesignChange | None:
-    """What becomes of the design that is there; None: there is none, or none of its runs has an answer."""
-    document = read_json(campaign.folder / "design.json")
-    if document is None:
-        return None
+def _options(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {k: v for k, v in table.items() if k not in ("kind", "runs", "up_to", "file")}
+
+
+def _change(
+    campaign: CampaignRuns, table: Mapping[str, Any], document: Mapping[str, Any]
+) -> DesignChange | None:
+    """What becomes of the design in `document`; None: none of its runs has an answer."""
     change = design_change(
         campaign.study.space,
         table,
@@ -260,24 +273,32 @@ def answered_runs(
 
 
 def _grown_design(
-    campaign: CampaignRuns, table: Mapping[str, Any], change: DesignChange
-) -> tuple["Design", Rows]:
-    """The runs that serve on, and new ones that spread best among them."""
+    campaign: CampaignRuns, table: Mapping[str, Any], document: Mapping[str, Any], change: DesignChange
+) -> tuple["Design", Rows, list[list[float]]]:
+    """The runs of `document` that serve on, and new ones: drawn with them, or spread best among them."""
+    from workbench.sampling.parts import checked_up_to, next_part
     from workbench.sampling.plan import Design
 
+    checked_up_to(table)
     space, seed = campaign.study.space, campaign.study.seed
     kept = [dict(row) for row in change.kept.values()]
-    options = {k: v for k, v in table.items() if k not in ("kind", "runs", "file")}
-    old = Design(
+    is_same = document["space_hash"] == space.hash
+    made = Design(
         space=space,
         unit=space.unit(kept),
         run_ids=tuple(change.kept),
         algorithm=table["kind"],
-        options=options,
+        options=_options(table),
         seed=seed,
+        beside_fresh=document.get("beside_fresh", {}) if is_same and len(kept) == document["n"] else {},
     )
-    made = old.grown(change.new, seed=seed, model=growth_model(table)) if change.new else old
-    return made, [*kept, *made.rows()[len(kept) :]].__getitem__
+    later = document.get("later", []) if is_same else []
+    drawn = min(change.new, len(later))
+    if drawn:
+        made, later = next_part(made, later, drawn, seed=seed)
+    if change.new > drawn:
+        made = made.grown(change.new - drawn, seed=seed, model=growth_model(table))
+    return made, [*kept, *made.rows()[len(kept) :]].__getitem__, later
 
 
 def drawn_design(document: Mapping[str, Any], folder: Path) -> Path:

@@ -188,7 +188,12 @@ def _option(option: Any) -> Any:
 DesignTable: Any = _optional(
     "DesignTable",
     "`[design]`: the options beside `kind` and `runs` belong to single kinds.",
-    {"runs": Count, "file": Text, **{option.name: _option(option) for option in fields(DesignOptions)}},
+    {
+        "runs": Count,
+        "up_to": Count,
+        "file": Text,
+        **{option.name: _option(option) for option in fields(DesignOptions)},
+    },
     kind=(Text, DEFAULT),
 )
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from workbench.models.table import ignored_sentence
-from workbench.report.lines.tables import format_number, table_lines, wrapped
-from workbench.sampling.verdict import cost_of_design
+from workbench.report.lines.tables import fitted, format_number, table_lines, wrapped
+from workbench.sampling.verdict import cost_of_design, cost_of_growth
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,7 +30,7 @@ def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[st
         rows.append((name.replace("_", " "), f"better than {beaten:.0f} %", format_number(entry["value"], 4)))
     lines = table_lines(("design quality", "of random Latin hypercubes", "value"), rows) if rows else []
     cost = cost_of_design(document) if rows else None
-    lines += [] if cost is None else [cost]
+    lines += fitted(said for said in (cost, cost_of_growth(document)) if said is not None)
     said = _ignored(document)
     return [*lines, *wrapped(said, WIDTH)] if said else lines
 

@@ -22,7 +22,7 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.sampling.plan import Design
-from workbench.sampling.verdict import cost_of_design
+from workbench.sampling.verdict import cost_of_design, cost_of_growth
 
 __all__ = ["design_section"]
 
@@ -57,9 +57,9 @@ def design_section(folder: CampaignFolder) -> Section | None:
     }
     if used:
         sentences.append("Options: " + ", ".join(f"{key} = {number(v)}" for key, v in used.items()) + ".")
-    cost = cost_of_design(design)
-    if cost is not None:
-        sentences.append(cost[0].upper() + cost[1:] + ".")
+    for cost in (cost_of_design(design), cost_of_growth(design)):
+        if cost is not None:
+            sentences.append(cost[0].upper() + cost[1:] + ".")
     blocks: list[Block] = []
     if design.get("ignored_columns"):
         said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
