@@ -8,6 +8,7 @@ import json
 import platform
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -20,10 +21,23 @@ from workbench.provenance.state import ModelState
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["check_lock", "present_version", "take_state", "versions", "write_lock"]
+__all__ = [
+    "CURE",
+    "ModelChange",
+    "check_lock",
+    "model_change",
+    "present_version",
+    "take_state",
+    "versions",
+    "write_lock",
+]
 
 FILE = "study.lock.json"
 MOST_SHOWN = 5
+CURE = (  # of a changed model
+    "Undo that; or give --same-model when their results still hold, or --new-version to make them anew "
+    "beside the old ones"
+)
 PACKAGES = ("holdfast", "numpy", "scipy", "numba", "scikit-learn", "pyDOE3", "pandas", "xarray", "matplotlib")
 
 
@@ -83,45 +97,68 @@ def check_lock(
     return notes
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelChange:
+    """Stored runs that other states of the model made, of which nobody said that they give the same.
+
+    runs: how many    changes: what changed since, for a person    digests: of those states
+    """
+
+    runs: int
+    changes: str
+    digests: tuple[str, ...]
+
+    def sentence(self, place: str) -> str:
+        """For a person."""
+        return (
+            f"the source of the model changed after {self.runs} runs were stored in {place}: {self.changes}"
+        )
+
+
+def model_change(store: Store, state: ModelState, spec: ModelSpec) -> ModelChange | None:
+    """What changed in the model since runs were stored; None where they are by this state, or one like it."""
+    known = store.select("SELECT id, digest, same_as, content FROM model_state ORDER BY id")
+    alike = _alike(state.digest, [(digest, same_as) for _, digest, same_as, _ in known])
+    strange = [id_ for id_, digest, _, _ in known if digest not in alike]
+    if not strange:  # the runs are counted only where there may be some: a million take most of a second
+        return None
+    others = store.select(
+        "SELECT s.digest, COUNT(*) FROM evaluation AS e JOIN model_state AS s ON s.id = e.state "
+        f"WHERE e.state IN ({', '.join(map(str, strange))}) "
+        "AND e.model = ? AND e.version = ? AND e.status = 'ok' GROUP BY s.digest ORDER BY MAX(s.id)",
+        [spec.identity, spec.version],
+    )
+    if not others:
+        return None
+    content = next(json.loads(text) for _, digest, _, text in reversed(known) if digest == others[-1][0])
+    return ModelChange(
+        runs=sum(count for _, count in others),
+        changes=_changes(content["decides"], state.decides),
+        digests=tuple(digest for digest, _ in others),
+    )
+
+
 def take_state(
     store: Store, state: ModelState, spec: ModelSpec, *, place: str, same_model: bool
 ) -> list[str]:
     """From now on answers belong to this state of the model; what a person should know.
 
-        content = next(json.loads(c) for _, digest, _, c in reversed(known) if digest == others[-1][0])
-
     Raises:
         StudyError: stored runs were made by another state, and nobody said that it gives the same.
     """
-    known = store.select("SELECT id, digest, same_as, content FROM model_state ORDER BY id")
-    alike = _alike(state.digest, [(digest, same_as) for _, digest, same_as, _ in known])
-    strange = [id_ for id_, digest, _, _ in known if digest not in alike]
-    others = (  # the runs are counted only where there may be some: a million take most of a second
-        store.select(
-            "SELECT s.digest, COUNT(*) FROM evaluation AS e JOIN model_state AS s ON s.id = e.state "
-            f"WHERE e.state IN ({', '.join(map(str, strange))}) "
-            "AND e.model = ? AND e.version = ? AND e.status = 'ok' GROUP BY s.digest ORDER BY MAX(s.id)",
-            [spec.identity, spec.version],
-        )
-        if strange
-        else []
-    )
+    known = store.select("SELECT id, digest, content FROM model_state ORDER BY id")
+    change = model_change(store, state, spec)
     notes = []
     vouched: list[str | None] = []
-    if others:
-        runs = sum(count for _, count in others)
-        content = next(json.loads(text) for _, digest, _, text in reversed(known) if digest == others[-1][0])
-        changes = _changes(content["decides"], state.decides)
+    if change is not None:
         if not same_model:
-            raise StudyError(
-                f"the source of the model changed after {runs} runs were stored in {place}: {changes}. Undo "
-                "that; or give --same-model when their results still hold, or --new-version to make them "
-                "anew beside the old ones"
-            )
-        vouched = [digest for digest, _ in others]
-        notes.append(f"the source of the model changed ({changes}); {runs} runs are kept as you asked")
+            raise StudyError(f"{change.sentence(place)}. {CURE}")
+        vouched = list(change.digests)
+        notes.append(
+            f"the source of the model changed ({change.changes}); {change.runs} runs are kept as you asked"
+        )
     text = json.dumps(state.to_dict(), sort_keys=True)
-    same = [id_ for id_, digest, _, content in known if content == text]
+    same = [id_ for id_, _, content in known if content == text]
     if same and not vouched:
         store.state_now = same[0]
         return notes

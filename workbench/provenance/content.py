@@ -18,10 +18,13 @@ SETTLED = 2_000_000_000  # ns; the coarsest clock of a file system
 
 
 class ContentCache:
-    """What was found in files, kept in a JSON file: path -> size, time, finding."""
+    """What was found in files, kept in a JSON file: path -> size, time, finding.
 
-    def __init__(self, path: Path | None) -> None:
-        self._path = path
+    keeps: whether `write` writes; a look at a campaign takes what is known there and leaves no trace
+    """
+
+    def __init__(self, path: Path | None, *, keeps: bool = True) -> None:
+        self._path, self._keeps = path, keeps
         found = None if path is None else read_json(path)
         self._known: dict[str, list[Any]] = found if isinstance(found, dict) else {}
         self._changed = False
@@ -45,7 +48,7 @@ class ContentCache:
 
     def write(self) -> None:
         """Keep what is new; without a place to write nothing is kept, and files are read again next time."""
-        if self._path is not None and self._changed:
+        if self._path is not None and self._keeps and self._changed:
             write_json(self._path, self._known)
             self._changed = False
 

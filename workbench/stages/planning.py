@@ -7,6 +7,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from workbench.campaign.lock import CURE, model_change
 from workbench.campaign.read_rows import known_reading
 from workbench.campaign.rereading import KEPT, looked_at
 from workbench.campaign.store import Store
@@ -16,9 +17,11 @@ from workbench.models.stored.evaluation import UNFINISHED
 from workbench.provenance.content import ContentCache
 from workbench.provenance.named import model_files
 from workbench.provenance.reading import readings_now
-from workbench.report.lines.tables import hanging
+from workbench.provenance.state import model_state
+from workbench.report.lines.tables import fitted, hanging
 from workbench.sampling.change import change_sentence, design_change, serves_on
 from workbench.sampling.stored import MOST_ROWS, design_head, design_keys
+from workbench.sampling.verdict import cost_of_growth
 from workbench.stages.design import answered_runs
 from workbench.stages.run_all import stage_digest
 from workbench.stages.table import STAGES, Stage, asked_stages
@@ -195,11 +198,19 @@ def _served(view: CampaignView, *, is_current: bool) -> dict[str, Any]:
                     ),
                     "left_out": dict(change.left_out),
                     "sentence": change.sentence,
+                    "growth": None if change.new else cost_of_growth(design),
                 }
         except StudyError as exc:
             found["refused"] = str(exc)
-    cache = ContentCache(place / ".content.json")
+    cache = ContentCache(place / ".content.json", keeps=False)
     wanted = study.model.get("state") or {}
+    changed = model_change(store, model_state(spec, wanted, cache=cache), spec)
+    if changed is not None:
+        found["changed"] = {
+            "runs": changed.runs,
+            "changes": changed.changes,
+            "sentence": f"`run` refuses: {changed.sentence(place.name)}. {CURE}",
+        }
     readings = readings_now(study.readings, spec, model_files(spec), wanted, cache=cache)
     if known_reading(store, readings):
         reading = looked_at(store, place, spec, readings)
@@ -228,8 +239,14 @@ def _served_lines(document: dict[str, Any]) -> list[str]:
     lines = []
     if "refused" in document:
         lines += hanging("", document["refused"], indent=2)
+    if "changed" in document:
+        lines += fitted([document["changed"]["sentence"]])
     if "design" in document:
         lines.append(document["design"]["sentence"])
+        if document["design"]["new"]:
+            lines.append("`holdfast design` places them, and says what growing costs; it runs nothing")
+        elif document["design"].get("growth"):
+            lines += fitted([document["design"]["growth"]])
     reading = document.get("reading", {})
     if reading.get("read_again"):
         lines.append(f"the responses of {reading['read_again']} stored runs are read again; nothing is run")

@@ -9,6 +9,7 @@ from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.models.table import TableModel, table_digest
+from workbench.report.lines.tables import fitted
 from workbench.space.streams import stream
 from workbench.stages.table import asked_stages
 from workbench.study.record import Study
@@ -85,6 +86,7 @@ def verify_runs(campaign: CampaignRuns, sample: int) -> dict[str, Any]:
     found = [
         {
             "key": row.key,
+            "id": row.id,
             "verdict": _verdict(row.outputs, answers[row.key]),
             "stored": dict(row.outputs),
             "now": dict(answers[row.key].outputs),
@@ -109,8 +111,8 @@ def verification_lines(document: Mapping[str, Any]) -> list[str]:
         by = "an unknown state of the model" if run["state"] is None else f"state {run['state']} of the model"
         now = run["error"] or ", ".join(f"{n} = {v!r}" for n, v in run["now"].items())
         before = ", ".join(f"{n} = {v!r}" for n, v in run["stored"].items())
-        lines.append(f"{run['key'][:10]} {run['verdict']}: {before} by {by}; now {now}")
-    return [*lines, f"the model is in state {document['state_now']} now"]
+        lines.append(f"run {run['id']} ({run['key'][:10]}) {run['verdict']}: {before} by {by}; now {now}")
+    return fitted([*lines, f"the model is in state {document['state_now']} now"])
 
 
 def _made_anew(campaign: CampaignRuns, rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Answer]:

@@ -145,6 +145,35 @@ def test_a_grown_design_of_the_default_kind_is_as_good_as_a_fresh_one():
     assert np.max(ratios) < 1.05, json.dumps(ratios)
 
 
+def test_a_part_of_a_larger_design_is_run_first_and_the_rest_when_it_is_asked_for(study):
+    from workbench.report.lines.design import design_lines
+    from workbench.sampling.plan import make_design
+
+    first, made = study.run(runs=12, options="up_to = 20")
+    assert (first["n"], len(first["later"]), made) == (12, 8, 12)
+    assert "these are 12 of 20 runs drawn at once; runs = 20 makes the other 8" in design_lines(first)
+    space = load_study(study.folder / "s.toml").space
+    whole = sorted(make_design(space, "optimised_lhs", 20, seed=3).unit.tolist())
+    assert sorted([*first["unit"], *first["later"]]) == whole
+    more, made = study.run(runs=16, options="up_to = 20")
+    assert (more["n"], len(more["later"]), made) == (16, 4, 4)
+    assert more["physical"][:12] == first["physical"]
+    same, made = study.run(runs=16)
+    assert (len(same["later"]), made) == (4, 0), "they were drawn: the key may be taken out"
+    done, made = study.run(runs=20)
+    assert (made, sorted(done["unit"])) == (4, whole)
+    assert "later" not in done
+    assert not any("drawn at once" in line for line in design_lines(done))
+    beyond, made = study.run(runs=24)
+    assert (beyond["n"], made) == (24, 4)
+    said = " ".join(line.strip() for line in design_lines(beyond))
+    assert "beside 24 runs drawn at once the grown design has" in said
+    again, made = study.run(runs=24, options='criterion = "phi_p"')
+    assert (again["beside_fresh"], made) == (beyond["beside_fresh"], 0)
+    with pytest.raises(StudyError, match="up_to needs runs or more, at most 2000; got 20, runs = 24"):
+        study.run(runs=24, options="up_to = 20")
+
+
 def test_the_plan_says_what_serves_before_anything_runs(study):
     study.run()
     study.write(runs=32, a=(0, 5))
@@ -152,12 +181,38 @@ def test_the_plan_says_what_serves_before_anything_runs(study):
     inside = plan["design"]["serve"]
     assert plan["design"]["left_out"] == {"they lie outside the bounds": 20 - inside}
     assert plan["design"]["new"] == 32 - inside
-    assert any(
-        line.startswith(f"{inside} runs of the design that is there serve on") for line in plan_lines(plan)
-    )
+    lines = plan_lines(plan)
+    assert any(line.startswith(f"{inside} runs of the design that is there serve on") for line in lines)
+    assert "`holdfast design` places them, and says what growing costs; it runs nothing" in lines
+    study.run(runs=32, a=(0, 5))
+    lines = plan_lines(plan_study(load_study(study.folder / "s.toml")))
+    assert not any("`holdfast design` places them" in line for line in lines)
+    assert "beside 32 runs drawn at once the grown design has" in " ".join(lines)
     study.write(seed=9)
     lines = plan_lines(plan_study(load_study(study.folder / "s.toml")))
     assert any("Set seed = 3 again" in line for line in lines)
+
+
+def test_the_plan_says_that_the_model_changed_before_a_run_is_refused(study):
+    study.run()
+    path = study.folder / "s.toml"
+    assert "changed" not in plan_study(load_study(path))
+    source = study.folder / "m.py"
+    source.write_text(source.read_text().replace("a + b", "a - b"))
+    plan = plan_study(load_study(path))
+    assert (plan["changed"]["runs"], plan["changed"]["changes"]) == (20, "code m.py changed")
+    said = " ".join(line.strip() for line in plan_lines(plan))
+    assert (
+        "`run` refuses: the source of the model changed after 20 runs were stored in s.holdfast: code m.py "
+        "changed. Undo that; or give --same-model when their results still hold, or --new-version to make "
+        "them anew beside the old ones"
+    ) in said
+    with pytest.raises(
+        StudyError, match=r"changed after 20 runs .*: code m\.py changed\. Undo that; or give"
+    ):
+        Campaign.from_file(path)
+    Campaign.from_file(path, permissions=Permissions(same_model=True)).close()
+    assert "changed" not in plan_study(load_study(path))
 
 
 def test_the_plan_says_what_is_read_again(study):

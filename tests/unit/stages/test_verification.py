@@ -32,7 +32,9 @@ def test_runs_made_once_more_are_compared(tmp_path, shift, counts):
     words = "{} identical, {} close, {} different".format(*counts)
     assert lines[0] == f"3 of 3 stored runs made once more: {words}"
     if counts[2]:
-        assert lines[1].endswith("different: y = 1.0 by state 1 of the model; now y = 1.5")
+        key = found["runs"][0]["key"][:10]
+        assert lines[1] == f"run 1 ({key}) different: y = 1.0 by state 1 of the model; now y = 1.5"
+        assert max(len(line) for line in lines) <= 80
 
 
 def test_a_run_that_fails_now_is_different(tmp_path):
@@ -50,7 +52,7 @@ def test_a_run_that_fails_now_is_different(tmp_path):
         broken = True
         found = verify_runs(campaign, 1)
     assert (found["different"], len(found["runs"])) == (1, 1)
-    assert "now ValueError: no licence" in verification_lines(found)[1]
+    assert "now ValueError: no licence" in " ".join(line.strip() for line in verification_lines(found))
 
 
 def test_what_others_run_is_not_verified(tmp_path):
