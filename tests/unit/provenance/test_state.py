@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -197,3 +198,18 @@ def test_whether_the_tree_is_as_committed_is_written_down(tmp_path):
     assert _tree(tmp_path) == "clean", "files that git does not follow are none of it"
     (tmp_path / "m.py").write_text("a = 2\n")
     assert _tree(tmp_path) == "dirty"
+
+
+def test_a_look_takes_what_is_known_and_keeps_nothing(tmp_path):
+    file, place = tmp_path / "a.txt", tmp_path / "cache.json"
+    file.write_text("1")
+    old = file.stat().st_mtime - 3600.0
+    os.utime(file, (old, old))
+    look = ContentCache(place, keeps=False)
+    assert look.of(file, Path.read_text) == "1"
+    look.write()
+    assert not place.exists()
+    kept = ContentCache(place)
+    kept.of(file, Path.read_text)
+    kept.write()
+    assert ContentCache(place, keeps=False).of(file, Path.read_text) == "1"
