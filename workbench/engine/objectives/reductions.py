@@ -128,14 +128,17 @@ def find_peaks(
             "quantity is not finite along the trajectory; look at the run before taking its maximum"
         )
     inner = g[first : last + 1]
-    rising = np.concatenate([[True], inner[1:] >= inner[:-1], [False]])
+    rising = np.empty(len(inner) + 1, bool)
+    rising[0], rising[-1] = True, False
+    np.greater_equal(inner[1:], inner[:-1], out=rising[1:-1])
     tops = (first + np.flatnonzero(rising[:-1] > rising[1:])).tolist()
     if not refine or last - first < (1 if quantity.has_rates else 3):
         peaks = [_node_peak(trajectory, quantity, values, top, first, last) for top in tops]
     elif quantity.has_rates:
         # all rates at once: a long rest has hundreds of peaks by rounding
-        near = np.unique(np.clip(np.add.outer((-1, 0, 1), tops), first, last))
-        rates = dict(zip(near.tolist(), (sign * quantity.rates(trajectory, near)).tolist(), strict=True))
+        near = sorted({node for top in tops for node in range(max(first, top - 1), min(last, top + 1) + 1)})
+        found = sign * quantity.rates(trajectory, np.array(near))
+        rates = dict(zip(near, found.tolist(), strict=True))
         peaks = [_by_hermite(trajectory, quantity, values, rates, top, first, last, sign) for top in tops]
     else:
         peaks = [_by_nodes(trajectory, quantity, values, top, first, last, sign) for top in tops]
@@ -156,19 +159,21 @@ def _by_hermite(
     begin, end = max(first, top - 1), min(last, top + 1) + 1
     rates = [known[node] for node in range(begin, end)]
     g, times = (sign * values[begin:end]).tolist(), t.times[begin:end].tolist()
-    best = _node_peak(t, quantity, values, top, first, last)
+    most, best = g[top - begin], None
     for k in range(len(g) - 1):
         h = times[k + 1] - times[k]
         s = _hermite_top(g[k], g[k + 1], h * rates[k], h * rates[k + 1])
         wa, wb, ra, rb = hermite(s, h)
-        height = sign * (wa * g[k] + wb * g[k + 1] + ra * rates[k] + rb * rates[k + 1])
-        if sign * height > sign * best.height and 0.0 < s < 1.0:
-            a = begin + k
-            best = Peak(
-                quantity=quantity, time=times[k] + s * h, height=height,
-                parts=(NodeWeight(a, wa, ra), NodeWeight(a + 1, wb, rb)), at_end=False,
-            )  # fmt: skip
-    return best
+        height = wa * g[k] + wb * g[k + 1] + ra * rates[k] + rb * rates[k + 1]
+        if height > most and 0.0 < s < 1.0:
+            most, best = height, (times[k] + s * h, begin + k, wa, wb, ra, rb)
+    if best is None:
+        return _node_peak(t, quantity, values, top, first, last)
+    time, a, wa, wb, ra, rb = best
+    return Peak(
+        quantity=quantity, time=time, height=sign * most,
+        parts=(NodeWeight(a, wa, ra), NodeWeight(a + 1, wb, rb)), at_end=False,
+    )  # fmt: skip
 
 
 def _by_nodes(

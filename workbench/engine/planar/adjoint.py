@@ -111,8 +111,15 @@ def _acting(trajectory: Trajectory) -> tuple[Tables, Work]:
 
 def _grid(trajectory: Trajectory) -> Array:
     """(2, nodes) lengths of the steps, and the factor of the auxiliary acceleration before each."""
-    before = None if trajectory.start is None else trajectory.start.step
-    return step_changes(trajectory.nodes.times, joints=trajectory.multiplier.shape[1] > 0, before=before)
+    memo = trajectory.memo
+    if "grid" not in memo:
+        before, joints = (
+            None if trajectory.start is None else trajectory.start.step,
+            trajectory.multiplier.shape[1] > 0,
+        )
+        memo["grid"] = step_changes(trajectory.nodes.times, joints=joints, before=before)
+    found: Array = memo["grid"]
+    return found
 
 
 def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[Array, ...]]]:

@@ -154,7 +154,7 @@ def _implicit(
         system=parts.system, density=alpha, scheme=scheme, times=times, position=made.q, velocity=made.v,
         acceleration=made.w, multiplier=made.lam, states=made.z, state_rates=made.zdot, tables=tables,
         adjoints=COMPILED if parts.fused and not isinstance(scheme, BDF2) else LOOP,
-        tangents=made.tangents, memo=_memo(made.work, few, tables, marched), course=course,
+        tangents=made.tangents, memo=_memo(made, few, tables, marched), course=course,
         last=partial(_state, left=made.left),
         diagnosis=Diagnosis(
             newton_iterations=int(made.info[2]), factorisations=int(made.info[4]),
@@ -180,11 +180,14 @@ def _state(trajectory: Trajectory, *, left: tuple[Array, ...]) -> RunState:
     )  # fmt: skip
 
 
-def _memo(work: Work | None, few: Tables, tables: Tables, marched: Tables) -> dict[str, Any]:
-    """Work arrays of a run, by the tables that they are for."""
-    if work is None or tables is not marched:
+def _memo(made: "Run", few: Tables, tables: Tables, marched: Tables) -> dict[str, Any]:
+    """Work arrays of a run, by the tables that they are for, and its grid."""
+    if made.work is None:
         return {}
-    return {"work": work} if few is tables else {"acting": (few, work)}
+    memo: dict[str, Any] = {"grid": made.grid}
+    if tables is marched:
+        memo |= {"work": made.work} if few is tables else {"acting": (few, made.work)}
+    return memo
 
 
 def _told(found: Redundancy) -> tuple[str, ...]:
@@ -229,6 +232,7 @@ class Run:
     q, v, w: (nodes, n).  lam: (nodes, m).  z, zdot: (nodes, states).
     info: (5,) status, step, Newton iterations, last update, factorisations.
     left: what the next step would look at, a of the alpha family first.
+    grid: (2, nodes) lengths of the steps, and the factor of the auxiliary acceleration before each.
     """
 
     q: Array
@@ -241,6 +245,7 @@ class Run:
     left: tuple[Array, ...]
     tangents: Tangents | None = None
     work: Work | None = None
+    grid: Array | None = None
 
 
 def _tangents(nodes: int, n: int, m: int, states: int, *, springs: bool) -> Tangents:
@@ -306,7 +311,7 @@ def integrate(
     new = [x[known - 1 :] for x in (q, v, w, lam, z, zdot)]
     return Run(
         q=new[0], v=new[1], w=new[2], lam=new[3], z=new[4], zdot=new[5], info=info, work=work,
-        left=(acc, matrix, pivot, carried),
+        left=(acc, matrix, pivot, carried), grid=np.ascontiguousarray(grid[:, known - 1 :]),
         tangents=Tangents(
             stiffness=kept.stiffness[known - 1 :], damping=kept.damping[known - 1 :],
             jacobian=kept.jacobian[known - 1 :], energy=kept.energy[known - 1 :],

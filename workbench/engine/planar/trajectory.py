@@ -209,8 +209,8 @@ class Trajectory(GoesOn):
         """Slopes by scale in segment order as slopes by density in member order; maybe the same array."""
         parts = compiled(self.system)
         if "scale_slope" not in self.memo:
-            slope = scale_slope(parts, self.density)
-            self.memo["scale_slope"] = None if (slope == 1.0).all() else in_member_order(slope, parts.inverse)
+            slope = None if (parts.power == 1.0).all() else scale_slope(parts, self.density)
+            self.memo["scale_slope"] = None if slope is None else in_member_order(slope, parts.inverse)
         slope = self.memo["scale_slope"]
         by_density = in_member_order(by_scale, parts.inverse)
         return np.asarray(by_density if slope is None else by_density * slope)

@@ -20,7 +20,7 @@ def node_seeds(trajectory: AnyTrajectory, objectives: Sequence[Objective]) -> No
     seen = [_seen(trajectory, objective) for objective in objectives]
     parts = [sorted(weights, reverse=True) for _, weights in seen]
     starts = np.array([entries[0].node if entries else 0 for entries in parts], np.int64)
-    order = np.argsort(-starts, kind="stable")
+    order = np.array(sorted(range(len(starts)), key=(-starts).tolist().__getitem__), np.int64)
     entries = sorted(
         ((part.node, row, part) for row, index in enumerate(order) for part in parts[index]), reverse=True
     )

@@ -17,7 +17,7 @@ from .members import (
     measure,
     project,
     rows,
-    springs_contract,
+    springs_contract_two,
 )
 from .pairs import pair_covector
 
@@ -60,15 +60,18 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
             continue
         for first in range(begin, end, BLOCK):
             last = min(first + BLOCK, end)
-            active = count
-            for step in range(last_node + 1):
+            active, step = count, -1
+            while step < last_node:
+                step += 1
                 while starts[active - 1] < step:
                     active -= 1
                 X = big[step, p]
                 if code == FUSED and active == 1:
-                    w, g = covector[p, step, 0], gradient[0]
-                    springs_contract(
-                        T.geometry, T.law[0], first, last, X[0], X[1], X[6], X[7], w[0], w[1], w[2], g
+                    here, after = step, min(step + 1, last_node)
+                    step = after
+                    springs_contract_two(
+                        T.geometry, T.law[0], first, last, X, covector[p, here, 0],
+                        big[after, p], covector[p, after, 0], 1.0 * (after - here), gradient[0],
                     )  # fmt: skip
                 elif b is not None:
                     rows(T.geometry, first, last, X[0], X[1], X[2], b)

@@ -138,6 +138,34 @@ def springs_contract(geo, k, first, last, x, y, c, s, w0, w1, w2, gradient):
 
 
 @njit(**INNER)
+def springs_contract_two(geo, k, first, last, X, w, Y, z, share, gradient):
+    """`springs_contract` at two nodes at once, the second one `share` times: one division for both.
+
+    X, Y (8,): pair coordinates and rates at the nodes, cosine and sine of the angle; w, z (3,): covectors.
+    With lengths l and m, 1/l = m/(l m): divisions and roots are most of what a spring takes.
+    """
+    x, y, c, s, w0, w1, w2 = X[0], X[1], X[6], X[7], w[0], w[1], w[2]
+    p, q, d, t, z0, z1, z2 = Y[0], Y[1], Y[6], Y[7], share * z[0], share * z[1], share * z[2]
+    s1x, s1y, s2x, s2y = geo[0, first:last], geo[1, first:last], geo[2, first:last], geo[3, first:last]
+    o2, l0 = geo[4, first:last], geo[5, first:last]
+    kk, gr = k[first:last], gradient[first:last]
+    for i in range(last - first):
+        ax = c * s1x[i] - s * s1y[i]
+        ay = s * s1x[i] + c * s1y[i]
+        dx = ax + x - s2x[i]
+        dy = ay + y - s2y[i]
+        bx = d * s1x[i] - t * s1y[i]
+        by = t * s1x[i] + d * s1y[i]
+        ex = bx + p - s2x[i]
+        ey = by + q - s2y[i]
+        one = sqrt(dx * dx + dy * dy + o2[i])
+        two = sqrt(ex * ex + ey * ey + o2[i])
+        r = l0[i] / (one * two)
+        here = (1.0 - r * two) * (dx * (w0 - ay * w2) + dy * (w1 + ax * w2))
+        gr[i] += kk[i] * (here + (1.0 - r * one) * (ex * (z0 - by * z2) + ey * (z1 + bx * z2)))
+
+
+@njit(**INNER)
 def measure(geo, first, last, x, y, th, ux, uy, ut, delta, rate):
     """Elongation and its rate of every member of the segment."""
     c, s = cos(th), sin(th)
