@@ -10,9 +10,10 @@ its instruction. Both are what LLVM is left with otherwise; all else goes numba'
 import operator
 
 from numba.core import types
+from numba.core.cgutils import alloca_once
 from numba.core.cgutils import ir as llvm
 from numba.core.errors import LoweringError, new_error_context
-from numba.core.ir import Arg, Assign, Del, SetItem, StaticSetItem
+from numba.core.ir import Assign, Del, SetItem, StaticSetItem
 from numba.core.lowering import Lower
 
 __all__ = ["KernelLower"]
@@ -52,7 +53,7 @@ class KernelLower(Lower):
         kind = type(inst)
         if self.flags.debuginfo:
             super().lower_inst(inst)
-        elif kind is Assign and type(inst.value) is not Arg:
+        elif kind is Assign:
             name = inst.target.name
             value = self.lower_assign(self.typeof(name), inst)
             if name in self._singly_assigned_vars:
@@ -67,6 +68,12 @@ class KernelLower(Lower):
             )
         else:
             super().lower_inst(inst)
+
+    def alloca_lltype(self, name, lltype, datamodel=None):
+        """Room for a variable; numba asks LLVM for its size, which debuggers want to know."""
+        if self.flags.debuginfo:
+            return super().alloca_lltype(name, lltype, datamodel)
+        return alloca_once(self.builder, lltype, name=name, zfill=False)
 
     def lower_expr(self, resty, expr):
         """One expression."""

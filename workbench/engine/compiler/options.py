@@ -8,9 +8,9 @@ member loops), and only kernels that Python calls carry wrappers and a place in 
 from numba import njit
 
 from . import cache
-from .passes import InnerCompiler, KernelCompiler
+from .passes import CalledCompiler, InnerCompiler, KernelCompiler
 
-__all__ = ["CAREFUL", "ENTRY", "INNER", "inner"]
+__all__ = ["CALLED", "CAREFUL", "ENTRY", "INNER", "inner"]
 
 cache.count_all_kernels()
 
@@ -22,6 +22,7 @@ INNER = {
     "no_cfunc_wrapper": True,
     "pipeline_class": InnerCompiler,
 }
+CALLED = {**INNER, "pipeline_class": CalledCompiler}
 # nogil: load cases are simulated in threads (simulation/side_by_side.py)
 CAREFUL = {
     "error_model": "numpy",

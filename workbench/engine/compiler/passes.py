@@ -13,32 +13,24 @@ import gc
 from contextlib import contextmanager
 
 from numba import _dynfunc, types
-from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, Flags
 from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
 from numba.core.errors import UnsupportedError
 from numba.core.ir import Assign, Expr, SetItem, StaticSetItem
-from numba.core.typed_passes import (
-    AnnotateTypes,
-    IRLegalization,
-    NativeLowering,
-    NoPythonBackend,
-    PreLowerStripPhis,
-)
+from numba.core.typed_passes import AnnotateTypes, NativeLowering, NoPythonBackend
 from numba.core.untyped_passes import (
     DeadBranchPrune,
     FixupArgs,
-    GenericRewrites,
-    IRProcessing,
-    ReconstructSSA,
     RewriteSemanticConstants,
     TranslateByteCode,
 )
 
 from .inference import KernelTypeInference
+from .libraries import InnerLibrary, KernelLibrary
 from .lowering import KernelLower
+from .preparation import AssignedOnce, InOrder, Rewritten, WithoutPhis
 
-__all__ = ["InnerCompiler", "KernelCompiler"]
+__all__ = ["CalledCompiler", "InnerCompiler", "KernelCompiler"]
 
 
 class _Flags(Flags):
@@ -55,13 +47,19 @@ class _Flags(Flags):
 
 @contextmanager
 def _collector_at_rest():
-    """Leave cyclic garbage lying while a kernel compiles: millions of objects come and go, few in cycles."""
+    """Leave cyclic garbage lying while a kernel compiles: millions of objects come and go, few in cycles.
+
+    What is left would be looked through at once then; frozen and thawed it counts as old.
+    """
     running = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if running:
+            if not gc.get_freeze_count():
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 
@@ -119,22 +117,13 @@ class _CountFromTheFront(FunctionPass):
             state.typemap[index.name] = args[1]
 
 
-class _KernelLibrary(JITCodeLibrary):
-    """Optimised once: numba does it twice, to find reference counts, and there are none."""
-
-    def _optimize_final_module(self):
-        made = self._codegen._module_pass_manager()  # with its builder where LLVM's new passes are used
-        passes, *builder = made if isinstance(made, tuple) else (made,)
-        passes.run(self._final_module, *builder)
-
-
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _KernelLowering(NativeLowering):
     _name = "kernel_lowering"
     lowering_class = KernelLower
 
     def run_pass(self, state):
-        state.library = _KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library = KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         return super().run_pass(state)
 
@@ -157,15 +146,14 @@ class KernelCompiler(CompilerBase):
         for step in (
             TranslateByteCode,
             FixupArgs,
-            IRProcessing,
+            InOrder,
             RewriteSemanticConstants,
             DeadBranchPrune,  # what stands behind arguments that are None
-            GenericRewrites,
-            ReconstructSSA,
+            Rewritten,
+            AssignedOnce,
             KernelTypeInference,
             _CountFromTheFront,
-            PreLowerStripPhis,
-            IRLegalization,
+            WithoutPhis,
             AnnotateTypes,
             self.lowering,
             NoPythonBackend,
@@ -175,24 +163,13 @@ class KernelCompiler(CompilerBase):
         return [passes]
 
 
-class _InnerLibrary(JITCodeLibrary):
-    """Code for other libraries to link."""
-
-    def _optimize_final_module(self):
-        pass
-
-    def _finalize_final_module(self):
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _InnerLowering(NativeLowering):
     _name = "inner_lowering"
     lowering_class = KernelLower
 
     def run_pass(self, state):
-        library = _InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library = library
         super().run_pass(state)
         made = state.cr
@@ -212,3 +189,21 @@ class InnerCompiler(KernelCompiler):
     def __init__(self, *arguments):
         super().__init__(*arguments)
         self.state.flags.no_compile = True
+
+
+class _CalledLower(KernelLower):
+    def setup_function(self, fndesc):
+        super().setup_function(fndesc)
+        self.function.attributes.add("noinline")
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _CalledLowering(_InnerLowering):
+    _name = "called_lowering"
+    lowering_class = _CalledLower
+
+
+class CalledCompiler(InnerCompiler):
+    """For functions of loops that kernels call at several places: LLVM writes them once."""
+
+    lowering = _CalledLowering

@@ -23,6 +23,7 @@ Class = TypeVar("Class", bound=type)
 WORD = ir.IntType(64)
 # words of numba's array header: owner, parent, items, item size, data, then the shape and the strides
 ITEMS, DATA, SHAPE = 2, 4, 5
+SIZES = {}  # of items, bytes; numba's lock on compiling is held
 
 
 class Record(types.Type):
@@ -80,6 +81,13 @@ def _field(context, builder, record, value, name):
     return builder.call(_reader(context, builder.module, array), [builder.gep(value, [WORD(at)])])
 
 
+def _size_of(context, kind):
+    """Bytes of an item; LLVM is asked once for a kind."""
+    if kind not in SIZES:
+        SIZES[kind] = context.get_abi_sizeof(context.get_data_type(kind))
+    return SIZES[kind]
+
+
 def _reader(context, module, array):
     """The function of a module that turns a header into an array of a type; LLVM inlines it."""
     name = f"header_of_{array.dtype}_{array.ndim}{array.layout}"
@@ -100,7 +108,7 @@ def _reader(context, module, array):
         return load
 
     axes = range(array.ndim)
-    size = WORD(context.get_abi_sizeof(context.get_data_type(array.dtype)))
+    size = WORD(_size_of(context, array.dtype))
     shape = [word(SHAPE + axis) for axis in axes]
     strides = [word(SHAPE + array.ndim + axis) for axis in axes]
     if array.layout == "C":  # known strides make shorter code

@@ -80,6 +80,22 @@ def test_the_collector_is_left_as_it_was():
             gc.enable()
 
 
+def test_what_was_compiled_counts_as_old_and_what_is_frozen_stays_frozen():
+    @njit(**{**ENTRY, "cache": False})
+    def kernel(S):
+        return S.whole[0] + 2
+
+    kernel(some())
+    assert gc.get_freeze_count() == 0
+    gc.freeze()
+    try:
+        frozen = gc.get_freeze_count()
+        kernel(some(complex))
+        assert 0.5 * frozen < gc.get_freeze_count() <= frozen
+    finally:
+        gc.unfreeze()
+
+
 def test_a_fault_in_a_kernel_is_told_and_leaves_the_collector_running():
     @njit(**{**ENTRY, "cache": False})
     def kernel(S):

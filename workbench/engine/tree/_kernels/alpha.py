@@ -18,7 +18,7 @@ takes the place of one or two with older factors. Where that does not settle, Ne
 
 from numba import njit
 
-from ...compiler.options import CAREFUL, INNER
+from ...compiler.options import CALLED, CAREFUL, INNER
 from .elimination import factor, solve
 from .forces import evaluate
 from .motion import moved
@@ -88,7 +88,7 @@ def keep(W, R, node):
             R.damping[node, i, j] = W.c[i, j]
 
 
-@njit(**INNER)
+@njit(**CALLED)
 def begun(T, R, numbers, grid, node, extrapolated):
     """The first guess of a step: accelerations on the line through the last two nodes, or as they were.
 

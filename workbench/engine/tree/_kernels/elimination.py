@@ -7,12 +7,12 @@ a tiny part of its diagonal entry the factors are useless and the caller is told
 
 from numba import njit
 
-from ...compiler.options import INNER
+from ...compiler.options import CALLED, INNER
 
 SAFE = 1e-10  # of the diagonal entry before elimination
 
 
-@njit(**INNER)
+@njit(**CALLED)
 def factor(P, a, diagonal):
     """Overwrite a (n, n) by L (columns divided by the pivot) and U; 0, or 1 + the column of a lost pivot."""
     n = P.order.shape[0]
@@ -39,7 +39,7 @@ def factor(P, a, diagonal):
     return 0
 
 
-@njit(**INNER)
+@njit(**CALLED)
 def solve(P, a, b):
     """Solve A x = b in place."""
     n = P.order.shape[0]

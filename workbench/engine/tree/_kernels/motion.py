@@ -11,13 +11,13 @@ from numba import njit
 from numpy import cos, sin
 
 from ...compiler.held import only_with
-from ...compiler.options import INNER
+from ...compiler.options import CALLED, INNER
 from .rotations import turn
 
 DRIVEN, REVOLUTE, TRANSLATION, SPHERICAL = 0, 1, 2, 3
 
 
-@njit(**INNER)
+@njit(**CALLED)
 def moved(T, q, d, out):
     """out = q exp(d)."""
     for l in range(T.link.shape[0]):
