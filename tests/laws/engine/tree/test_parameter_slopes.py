@@ -20,6 +20,7 @@ from workbench.engine import (
     Terminal,
     TreeSystem,
     Welded,
+    parameter_gradient,
     parameter_slopes,
 )
 from workbench.engine.integration.schemes import GeneralisedAlpha, RungeKutta8
@@ -27,6 +28,7 @@ from workbench.engine.integration.schemes import GeneralisedAlpha, RungeKutta8
 pytestmark = pytest.mark.slow
 
 DIFFERENCES = 1e-7  # of a slope, or of what a change of 1 % does to the objective
+CLOSED = 1e-9  # the tables of `parameter_slopes` come by differences
 ROUNDING = 1e-11  # of an objective, divided by the step of the differences
 SCHEME = GeneralisedAlpha(tolerance=1e-15)
 TIMES = np.linspace(0.0, 0.03, 11)
@@ -122,6 +124,33 @@ def test_slopes_by_every_kind_of_number_are_those_of_differences(seed):
     known = [k for k in known if not ("joint.axes" in k[0] and _planar(system, k[0]))]
     some = rng.choice(len(known), 40, replace=False)
     compare(system, run, far(system), scheme, [known[i] for i in some])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_closed_record_says_what_slopes_by_name_say(seed):
+    """Laws, points, bushings, springs of `parameter_gradient` on random trees; all its numbers are numbers."""
+    rng = np.random.default_rng(6000 + seed)
+    system = random_tree(rng, count=4 + seed % 4, first=seed % 7)
+    run = tree_run(system, rng.uniform(0.3, 1.0, 12), TIMES, RungeKutta8() if seed % 4 == 3 else SCHEME)
+    objective = far(system)
+    record = parameter_gradient(run, objective)
+    assert all(np.isfinite(getattr(record, part.name)).all() for part in fields(record))
+    i, u = int(rng.integers(12)), int(rng.integers(4))
+    closed = {
+        f"members[{i}].law.{name}": record.law[j, i] for j, name in enumerate(system.members[i].law.names)
+    }
+    for e in range(3):
+        closed[f"members[{i}].point_a.{e}"] = record.point_a[i, e]
+        closed[f"bushings[{u}].k.{e}"] = record.bushing[e, u]
+        closed[f"bushings[{u}].preload.{e}"] = record.bushing[12 + e, u]
+    if system.springs:
+        closed |= {f"springs[0].{name}": record.spring[j, 0] for j, name in enumerate(("k", "c"))}
+    known = {name: (value, at) for name, value, at in every_number(system) if name in closed}
+    by_name, size = parameter_slopes(run, objective, known), abs(objective.value(run))
+    assert len(known) > 8
+    for name, (value, _) in known.items():
+        scale = max(abs(by_name[name]), size / (100.0 * (abs(value) or 1.0)))
+        assert abs(closed[name] - by_name[name]) < CLOSED * scale, name
 
 
 def driven(rng):
