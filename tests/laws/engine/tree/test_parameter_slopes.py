@@ -128,7 +128,7 @@ def test_slopes_by_every_kind_of_number_are_those_of_differences(seed):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_the_closed_record_says_what_slopes_by_name_say(seed):
-    """Laws, points, bushings, springs of `parameter_gradient` on random trees; all its numbers are numbers."""
+    """Laws, points, bushings, springs of `parameter_gradient` on random trees; nothing is not a number."""
     rng = np.random.default_rng(6000 + seed)
     system = random_tree(rng, count=4 + seed % 4, first=seed % 7)
     run = tree_run(system, rng.uniform(0.3, 1.0, 12), TIMES, RungeKutta8() if seed % 4 == 3 else SCHEME)
