@@ -5,8 +5,8 @@ numba links into each function all that it calls, so that a function that stands
 eight times on its way into a kernel.
 """
 
-from llvmlite.binding import Linkage
 from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import ll as llvm
 
 __all__ = ["InnerLibrary", "KernelLibrary"]
 
@@ -24,7 +24,7 @@ class InnerLibrary(JITCodeLibrary):
         """The module of this function."""
         self._ensure_finalized()
         for function in self._final_module.functions:
-            if not function.is_declaration and function.linkage == Linkage.external:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.linkage = "linkonce_odr"
         return self._final_module
 
