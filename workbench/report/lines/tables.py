@@ -60,7 +60,7 @@ def fitted(lines: Iterable[str], *, width: int = 80) -> list[str]:
     ['  verdict: the list is', '    not resolved', 'short']
     """
     text = []
-    for line in "\n".join(lines).split("\n"):
+    for line in (part for given in lines for part in given.split("\n")):
         indent = len(line) - len(line.lstrip())
         if len(line) > width:
             text += hanging(line[:indent], line[indent:], indent=indent + 2, width=width)
