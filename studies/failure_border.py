@@ -25,6 +25,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import linprog, minimize
 
+from studies.asked_range import asked_range
 from workbench import Parameter, Space
 from workbench.search.worst_case import worst_case
 
@@ -221,7 +222,7 @@ def run_drawn(numbers: Sequence[int], *, budget: int = 30) -> xr.Dataset:
 
 
 if __name__ == "__main__" and sys.argv[1:2] == ["drawn"]:
-    found = run_drawn(range(int(sys.argv[2]), int(sys.argv[3])))
+    found = run_drawn(asked_range(sys.argv[2:]))
     for number, failed, short in zip(found["number"].values, found["failed"], found["short"], strict=True):
         print(f"{drawn(int(number)).name:18s} failed {float(failed):5.1%}   short {float(short):7.2%}")
     print(
@@ -230,10 +231,10 @@ if __name__ == "__main__" and sys.argv[1:2] == ["drawn"]:
         f"median short {float(found['short'].median()):.2%}"
     )
 elif __name__ == "__main__":
-    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
+    seeds = asked_range(sys.argv[1:])
     parts = []
     for name in MODELS:
-        part = run(range(first, last), models=(name,))
+        part = run(seeds, models=(name,))
         parts.append(part)
         print(
             f"{name:10s} failed {float(part['failed'].mean()):5.1%}   within 1 % "

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from studies.asked_range import asked_range
 from studies.worst_case_calibration import FUNCTIONS, Extremes
 from workbench.search.worst_case import worst_case
 
@@ -69,10 +70,10 @@ def run(
 
 
 if __name__ == "__main__":
-    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
+    seeds = asked_range(sys.argv[1:])
     parts = []
     for case in CASES:
-        part = run(range(first, last), cases=(case,))
+        part = run(seeds, cases=(case,))
         parts.append(part)
         words = ", ".join(f"{name} {float(part[name].mean()):.3f}" for name in part.data_vars)
         print(f"{case[0]:12s} {case[1]}   {words}   gap {float(part['gap'].median()):.3f}", flush=True)

@@ -23,6 +23,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import linprog, minimize
 
+from studies.asked_range import asked_range
 from studies.two_peak_games import ATTACK, FALSE, RUNS
 from workbench import Parameter, Space
 from workbench.robust.minimax import MinimaxStatus, minimax
@@ -202,9 +203,9 @@ def run(numbers: Sequence[int] = (0,), seeds: Sequence[int] = (0,)) -> xr.Datase
 
 
 if __name__ == "__main__":
-    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
+    numbers = asked_range(sys.argv[1:])
     parts = []
-    for number, seed in product(range(first, last), [int(text) for text in sys.argv[3:]] or [0]):
+    for number, seed in product(numbers, [int(text) for text in sys.argv[3:]] or [0]):
         one = run((number,), (seed,))
         short, claims, converged = (float(one[key].values[0, 0]) for key in ("short", "claims", "converged"))
         parts.append((short, claims, converged))

@@ -26,6 +26,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import doe
+from studies.asked_range import asked_range
 from surrogates import KrigingScreener
 
 __all__ = [
@@ -248,15 +249,14 @@ def counts(ds: xr.Dataset) -> dict[str, int]:
     return found
 
 
-def main(first: int, last: int, runs_per_input: int) -> None:
+def main(seeds: Sequence[int], runs_per_input: int) -> None:
     """Print a line per function, and the sum."""
     parts = []
     for name in FUNCTIONS:
-        parts.append(run(range(first, last), names=(name,), runs_per_input=runs_per_input))
+        parts.append(run(seeds, names=(name,), runs_per_input=runs_per_input))
         print(f"{name:12s} {counts(parts[-1])}  median x {float(parts[-1]['x'].median()):.4f}", flush=True)
     print(counts(xr.concat(parts, "function")))
 
 
 if __name__ == "__main__":
-    given = [int(text) for text in sys.argv[1:]]
-    main(*(given + [0, 1, 4][len(given) :]))
+    main(asked_range(sys.argv[1:]), int((sys.argv[3:4] or ["4"])[0]))

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import doe
+from studies.asked_range import asked_range
 from studies.screening_lists import CRUMB, FUNCTIONS, STRONG, Listed, drawn_function, jansen_indices
 from surrogates import KrigingScreener, choose_scale, left_out_share, on_scale
 
@@ -89,9 +90,8 @@ def count(
     return found
 
 
-def main(first: int, last: int) -> None:
+def main(seeds: Sequence[int]) -> None:
     """Print the counts of each kind of response."""
-    seeds = range(first, last)
     kinds = {
         f"{decades} decades": [over_decades(2000 + 7 * seed + decades, decades) for seed in seeds]
         for decades in DECADES
@@ -102,5 +102,4 @@ def main(first: int, last: int) -> None:
 
 
 if __name__ == "__main__":
-    given = [int(text) for text in sys.argv[1:]]
-    main(*(given + [0, 2][len(given) :]))
+    main(asked_range(sys.argv[1:], default=(0, 2)))

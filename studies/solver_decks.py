@@ -29,6 +29,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 import doe
+from studies.asked_range import asked_range
 from workbench.sampling.plan import make_design
 from workbench.screening.kriging import screen
 from workbench.screening.record import Screening
@@ -274,9 +275,9 @@ def main(words: Sequence[str]) -> int:
     """See the module's docstring."""
     what = words[0] if words else ""
     if what == "tables":
-        first, last = (int(word) for word in words[1:3])
+        seeds = asked_range(words[1:])
         for name in DECKS:
-            print(f"{name:10s} {counted([name], range(first, last))}", flush=True)
+            print(f"{name:10s} {counted([name], seeds)}", flush=True)
         return 0
     if what == "reference":
         _make_reference(words[1], int(words[2]), Path(words[3]))

@@ -22,6 +22,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize
 
+from studies.asked_range import asked_range
 from workbench import Parameter, Space
 from workbench.robust.minimax import MinimaxStatus, minimax
 from workbench.search.evidence.grade import Grade
@@ -132,10 +133,10 @@ def run(numbers: Sequence[int] = (0,), seeds: Sequence[int] = (0,)) -> xr.Datase
 
 
 if __name__ == "__main__":
-    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
+    numbers = asked_range(sys.argv[1:])
     seeds = [int(text) for text in sys.argv[3:]] or [0]
     parts = []
-    for number in range(first, last):
+    for number in numbers:
         for seed in seeds:
             one = run((number,), (seed,))
             parts.append([float(one[key].values[0, 0]) for key in ("short", "claims", "converged")])

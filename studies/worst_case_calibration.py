@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from studies.asked_range import asked_range
 from studies.welch20 import welch20
 from studies.worst_case_gallery import (
     BOREHOLE,
@@ -218,9 +219,8 @@ def _width(made: Sequence[Search]) -> float:
 
 
 if __name__ == "__main__":
-    first, last = (int(text) for text in (sys.argv[1:3] or ("0", "1")))
     done: list[Search] = []
-    for s in searches(range(first, last)):
+    for s in searches(asked_range(sys.argv[1:])):
         done.append(s)
         word = "" if s.is_covered else "   not covered"
         gaps = f"true {s.true_gap:.1e}   stated {s.stated_gap:.1e}"

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from studies.asked_range import asked_range
 from studies.welch20 import welch20
 from workbench import Parameter, Space
 from workbench.search.worst_case import worst_case
@@ -236,8 +237,7 @@ def spread(
 
 
 if __name__ == "__main__":
-    first, last, workers = (int(text) for text in (*(sys.argv[1:3] or ("0", "1")), *(sys.argv[3:4] or "1")))
-    searches = spread(range(first, last), workers=workers)
+    searches = spread(asked_range(sys.argv[1:]), workers=int((sys.argv[3:4] or ["1"])[0]))
     table = searches.evaluations_to_1_percent.to_pandas().T
     table["median"] = searches["median"].to_pandas()
     table["covered"] = (searches.true_gap <= searches.stated_gap + 1e-6).mean("seed").to_pandas()
