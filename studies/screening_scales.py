@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 import doe
 from studies.asked_range import asked_range
 from studies.screening_lists import CRUMB, FUNCTIONS, STRONG, Listed, drawn_function, jansen_indices
-from surrogates import KrigingScreener, choose_scale, left_out_share, on_scale
+from surrogates import KrigingScreener, choose_scale, judged_on_response, on_scale
 
 __all__ = ["Counted", "count", "main", "over_decades"]
 
@@ -86,7 +86,7 @@ def count(
         total = jansen_indices(function)
         for name, taken in (("as it is", "none"), ("chosen", scale)):
             screener = KrigingScreener().fit(points, on_scale(y, taken))
-            found[name].add(screener.allow_for(left_out_share(screener, points, y, taken)), total)
+            found[name].add(judged_on_response(screener, points, y, taken), total)
     return found
 
 

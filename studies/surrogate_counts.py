@@ -20,7 +20,7 @@ import doe
 from studies.held_out_functions import held_out
 from studies.screening_lists import jansen_indices
 from studies.screening_scales import over_decades
-from surrogates import Kriging, KrigingScreener, choose_scale, left_out_share, on_scale, sobol_indices
+from surrogates import Kriging, KrigingScreener, choose_scale, judged_on_response, on_scale, sobol_indices
 
 __all__ = ["BANDS", "FUNCTIONS", "bands", "decades", "kriging", "main"]
 
@@ -183,7 +183,7 @@ def decades(seed: int, functions: int) -> Iterator[dict[str, Any]]:
             y = y + noise * y.std() * rng.standard_normal(len(y))
             scale = choose_scale(KrigingScreener(), u, y).scale
             screened = KrigingScreener().fit(u, on_scale(y, scale))
-            screened = screened.allow_for(left_out_share(screened, u, y, scale))
+            judged_on_response(screened, u, y, scale)
             listed = np.array(screened.get_support())
             seen = listed.copy()
             seen[list(screened.minor_)] = True

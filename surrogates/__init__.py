@@ -28,6 +28,7 @@ _PUBLIC: dict[str, str] = {
     "response_map": "surrogates.analysis.response_map",
     "ScaleChoice": "surrogates.screening.response_scale",
     "choose_scale": "surrogates.screening.response_scale",
+    "judged_on_response": "surrogates.screening.response_scale",
     "left_out_share": "surrogates.screening.response_scale",
     "on_scale": "surrogates.screening.response_scale",
     "Judgement": "surrogates.screening.verdict",

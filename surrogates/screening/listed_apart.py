@@ -7,11 +7,14 @@ by the total Sobol' indices of the selected inputs' Kriging with theta taken as 
     resolved       below by the mean of the index
     else           below by the upper end of its 95 % band: a model in doubt cannot be asked for a mean
 
-from the weakest up, as long as those listed apart make up no more than a twentieth together.
+from the weakest up, as long as those listed apart make up no more than a twentieth together. Of a response
+that was screened on another scale they are indices of the response itself, see
+`surrogates.screening.response_scale.response_shares`.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +26,15 @@ from .partitions.anova import AnovaOptimum
 from .partitions.anova_shares import drawn_total_indices
 from .partitions.canonical import CanonicalRuns
 
-__all__ = ["MINOR_SHARE", "SelectedShare", "anova_shares", "minor_inputs", "selected_shares"]
+__all__ = [
+    "MINOR_SHARE",
+    "SelectedShare",
+    "anova_shares",
+    "minor_inputs",
+    "selected_shares",
+    "shares_of",
+    "shares_of_units",
+]
 
 Array = NDArray[np.float64]
 
@@ -109,10 +120,36 @@ def anova_shares(
     drawn = drawn_total_indices(
         runs, at, eta=eta, given=x, measures=measures, draws=DRAWS, rng=np.random.default_rng(seed)
     )
+    return shares_of_units(runs, at.units, drawn)
+
+
+def shares_of(
+    screener: Any, x: Array, y: Array, runs: CanonicalRuns, anova: AnovaOptimum | None
+) -> tuple[SelectedShare, ...]:
+    """Of the inputs that a screener has selected, by the correlation that selected them; () if published."""
+    if screener.method != "default" or screener.n_features is not None:
+        return ()
+    if anova is not None:
+        return anova_shares(runs, anova, x, eta=2.0, measures=screener.measures, seed=screener.seed)
+    return selected_shares(
+        x,
+        y,
+        screener.selected_.tolist(),
+        theta=screener.theta_,
+        nugget=screener.nugget_,
+        eta=screener.eta_,
+        labels=[int(k) % x.shape[1] for k in screener.categorical],
+        measures=screener.measures,
+        seed=screener.seed,
+    )
+
+
+def shares_of_units(runs: CanonicalRuns, units: Sequence[int], drawn: Array) -> tuple[SelectedShare, ...]:
+    """Mean and band of drawn indices (draws, k) of k units, by column."""
     lower, upper = np.quantile(drawn, [0.025, 0.975], axis=0)
     found = [
         SelectedShare(column=k, mean=float(mean), lower=float(low), upper=float(high))
-        for unit, mean, low, high in zip(at.units, drawn.mean(axis=0), lower, upper, strict=True)
+        for unit, mean, low, high in zip(units, drawn.mean(axis=0), lower, upper, strict=True)
         for k in runs.given(unit)
     ]
     return tuple(sorted(found, key=lambda share: share.column))

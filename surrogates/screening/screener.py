@@ -28,9 +28,8 @@ from ..kriging.given_runs import (
 )
 from .confirmation import SMOOTH, Examined, screened, where_it_errs
 from .hidden_share import HiddenShare
-from .listed_apart import SelectedShare, anova_shares, minor_inputs, selected_shares
+from .listed_apart import SelectedShare, minor_inputs, shares_of
 from .methods import METHODS, Found
-from .partitions.anova import AnovaOptimum
 from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs
 from .partitions.landscape import landscape_of
 from .partitions.optimum import left_out_q2, standard_scores
@@ -43,7 +42,7 @@ from .sets.rules import (
     criterion_in_words,
     nugget_bounds,
     rule_in_words,
-    threshold_for,
+    threshold_of,
 )
 from .verdict import Evidence, Judgement, ScreeningDiagnosis, judge
 
@@ -52,8 +51,6 @@ __all__ = ["KrigingScreener"]
 Array = NDArray[np.float64]
 
 FEWEST_RUNS = 3
-# chi^2 with one degree, 95 %: fits Tables 3.1 and 3.2, whose rule is "no large increment"
-FORWARD_THRESHOLD = 1.92
 NOTHING_FOUND = Found(sets=[], optima=[], accepted=0, etas=[])  # where there was nothing to screen
 
 
@@ -153,7 +150,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         labels = tuple(int(k) % d for k in self.categorical)
         scaled = self.method == "default" or not about_unit_wide(x, labels=labels)
         runs = canonical_runs(x, y, labels=labels, groups=self.groups, scaled=scaled)
-        threshold = self._threshold(len(runs.units))
+        threshold = threshold_of(self, len(runs.units))
         bounds = nugget_bounds(self.method, self.nugget, runs)
         # a response whose spread is rounding of its mean is constant
         constant = runs.scale <= 1e-13 * float(np.abs(y).max())
@@ -214,7 +211,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         self.sigma2_ = last.sigma2 if last else runs.scale**2
         self.nugget_ = last.nugget if last else bounds[0]
         self.log_likelihood_ = last.log_likelihood if last else base
-        shares = self._shares(x, y, runs, None if seen is None else seen.anova)
+        shares = shares_of(self, x, y, runs, None if seen is None else seen.anova)
         self.diagnosis_ = self._diagnosed(
             runs,
             seen,
@@ -227,28 +224,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             n_selected=len(accepted),
             shares=shares,
         )
-        kept = [k for k in self.selected_.tolist() if k not in self.diagnosis_.minor]
-        self.selected_ = np.array(kept, dtype=np.intp)
-        self.minor_ = np.array(self.diagnosis_.minor, dtype=np.intp)
-
-    def _shares(
-        self, x: Array, y: Array, runs: CanonicalRuns, anova: AnovaOptimum | None
-    ) -> tuple[SelectedShare, ...]:
-        if self.method != "default" or self.n_features is not None:
-            return ()
-        if anova is not None:
-            return anova_shares(runs, anova, x, eta=SMOOTH, measures=self.measures, seed=self.seed)
-        return selected_shares(
-            x,
-            y,
-            self.selected_.tolist(),
-            theta=self.theta_,
-            nugget=self.nugget_,
-            eta=self.eta_,
-            labels=[int(k) % x.shape[1] for k in self.categorical],
-            measures=self.measures,
-            seed=self.seed,
-        )
+        self._acting = self.selected_.tolist()
+        self._list_apart(self.diagnosis_.minor)
 
     def _diagnosed(
         self,
@@ -272,7 +249,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             else None
         )
         repeated = tuple(p for p in runs.repeated if set(p) & set(self.selected_.tolist()))
-        self._evidence = Evidence(
+        self._plain = Evidence(
             n_runs=n,
             n_inputs=len(runs.units),
             n_selected=n_selected,
@@ -292,8 +269,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             is_rough=seen is not None and self.method == "default" and seen.eta < SMOOTH,
             is_anova=seen is not None and seen.anova is not None,
         )
-        apart = minor_inputs(shares, self.groups, resolved=judge(self._evidence).state == "resolved")
-        self._evidence = self._evidence.with_minor(apart, shares)
+        apart = minor_inputs(shares, self.groups, resolved=judge(self._plain).state == "resolved")
+        self._evidence = self._plain.with_minor(apart, shares)
         judged = judge(self._evidence)
         price = anova_price(threshold) if self._evidence.is_anova else threshold
         low, high = x.min(axis=0), x.max(axis=0)
@@ -339,14 +316,40 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         """Let at least this share of the variance hide further inputs, and judge anew; returns itself.
 
         For a response that was screened on another scale than its own, on which left-out runs may say that
-        more hides (`surrogates.left_out_share`). What is listed apart stays.
+        more hides (`surrogates.left_out_share`). What is listed apart stays: see `weigh`.
         """
         check_is_fitted(self)
+        self._plain = self._plain.with_hidden(share)
         if not share.upper > self.diagnosis_.hidden_share:
             return self
         self._evidence = self._evidence.with_hidden(share)
-        self.diagnosis_ = self.diagnosis_.judged_anew(share, judge(self._evidence))
+        self.diagnosis_ = self.diagnosis_.judged_anew(
+            self._evidence, judge(self._evidence), unexplained=share.unexplained
+        )
         return self
+
+    def weigh(self, shares: Sequence[SelectedShare]) -> Self:
+        """Let these total indices say what is listed apart and what is open, and judge anew; returns itself.
+
+        For a response that was screened on another scale than its own
+        (`surrogates.screening.response_scale`). Without any nothing changes.
+        """
+        check_is_fitted(self)
+        if not shares:
+            return self
+        plain = self._plain.with_open(shares)
+        apart = minor_inputs(shares, self.groups, resolved=judge(plain).state == "resolved")
+        self._evidence = plain.with_minor(apart, shares)
+        self.diagnosis_ = self.diagnosis_.judged_anew(
+            self._evidence, judge(self._evidence), shares=tuple(shares)
+        )
+        self._list_apart(apart)
+        return self
+
+    def _list_apart(self, minor: Sequence[int]) -> None:
+        kept = [k for k in self._acting if k not in minor]
+        self.selected_ = np.array(kept, dtype=np.intp)
+        self.minor_ = np.array(minor, dtype=np.intp)
 
     def judgement(self, names: Sequence[str], place: Callable[[int, float], str] | None = None) -> Judgement:
         """The verdict with names (d,) for columns; `place` writes a value of a column in its own unit."""
@@ -385,11 +388,6 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         tags.target_tags.required = True
         tags.input_tags.categorical = bool(len(self.categorical))
         return tags
-
-    def _threshold(self, n_units: int) -> float:
-        if self.threshold is not None:
-            return float(self.threshold)
-        return threshold_for(max(n_units, 1)) if self.method == "default" else FORWARD_THRESHOLD
 
 
 def _inputs(runs: CanonicalRuns, members: Sequence[int]) -> tuple[int, ...]:

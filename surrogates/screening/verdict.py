@@ -15,6 +15,7 @@ or one that only both together show, keeps a screening from being resolved.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -97,12 +98,12 @@ class ScreeningDiagnosis:
     verdict: str
     advice: str
 
-    def judged_anew(self, share: HiddenShare, judged: "Judgement") -> "ScreeningDiagnosis":
-        """The same screening where left-out runs say that this share hides further inputs."""
+    def judged_anew(self, evidence: "Evidence", judged: "Judgement", **changed: Any) -> "ScreeningDiagnosis":
+        """The same screening with other evidence, and what else has changed."""
         return replace(
-            self, hidden_share=share.upper, unexplained=share.unexplained,
-            q2=min(self.q2, 1.0 - share.unexplained), state=judged.state,
-            resolved=judged.state == "resolved", verdict=judged.verdict, advice=judged.advice,
+            self, hidden_share=float(evidence.hidden_share or 0.0), q2=evidence.q2,
+            minor=tuple(evidence.minor), open_share=evidence.open_share, state=judged.state,
+            resolved=judged.state == "resolved", verdict=judged.verdict, advice=judged.advice, **changed,
         )  # fmt: skip
 
 
@@ -153,8 +154,15 @@ class Evidence:
     is_anova: bool = False
 
     def with_hidden(self, share: HiddenShare) -> "Evidence":
-        """The same where left-out runs say that this share hides further inputs."""
+        """The same where left-out runs say that this share hides further inputs, if it is the larger."""
+        if self.hidden_share is not None and not share.upper > self.hidden_share:
+            return self
         return replace(self, hidden_share=share.upper, q2=min(self.q2, 1.0 - share.unexplained))
+
+    def with_open(self, shares: Sequence[SelectedShare]) -> "Evidence":
+        """The same where these total indices say how much open inputs may do: y is no less."""
+        found = [one.upper for one in shares if one.column in self.open and one.mean >= MINOR_SHARE]
+        return replace(self, open_share=max(self.open_share, *found)) if found else self
 
     def with_minor(self, minor: Sequence[int], shares: Sequence[SelectedShare]) -> "Evidence":
         """The same with `minor` listed apart: the selection lacks them, so x is no less than they may be."""
@@ -237,7 +245,7 @@ def judge(
         *_apart(e, name),
     ]
     settle = f" and to settle {', '.join(map(name, e.open))}" if e.open_share > RESOLVED_SHARE else ""
-    cures = [f"add about {max(8, e.n_runs // 2)} runs to see weaker inputs{settle}", where, known]
+    cures = [f"add about {_more_runs(e.n_runs)} runs to see weaker inputs{settle}", where, known]
     if x > ROUGH_SHARE:
         cures.insert(1, ROUGH_ADVICE)
     return Judgement(
@@ -250,6 +258,11 @@ def judge(
 ROUGH_RUNS = "the runs speak for steps or kinks, where weak inputs are hard to tell"
 ANOVA_RUNS = "found by a correlation in which weak inputs may bend, where those near 1 % are hard to tell"
 ROUGH_ADVICE = "the response is rough for so many runs: elementary effects (Morris) need no smoothness"
+
+
+def _more_runs(n: int) -> int:
+    """Half as many again."""
+    return max(8, n // 2)
 
 
 def _percent(share: float) -> str:
@@ -305,14 +318,14 @@ def _doubts(e: Evidence, x: float, name: Callable[[int], str]) -> _Doubts:
     if not x <= PARTLY_SHARE:
         doubts.add(
             f"left-out runs are predicted with Q2 = {e.q2:.2f} only; further inputs may hide in the rest",
-            "add runs, or look for an input that varied but is not in the table",
+            f"add about {_more_runs(n)} runs, or look for an input that varied but is not in the table",
         )
         doubts.cures.append(ROUGH_ADVICE)
     if e.open_share > PARTLY_SHARE:
         doubts.add(
             f"a set without {', '.join(map(name, e.open))} is only {max(e.margin, 0.0):.1f} lower in l, and "
             f"leaves up to {_percent(e.open_share)} of the variance unexplained",
-            f"add about {max(8, n // 4)} runs to the design",
+            "" if doubts.cures else f"add about {max(8, n // 4)} runs to the design",
         )
     needed = fewest_runs(e.n_inputs)
     if n < needed:

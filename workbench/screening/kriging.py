@@ -12,7 +12,7 @@ from surrogates import (
     RESPONSE_SCALES,
     KrigingScreener,
     choose_scale,
-    left_out_share,
+    judged_on_response,
     on_scale,
     selection_stability,
 )
@@ -35,10 +35,10 @@ METHODS = ("default", "forward", "welch")
 TRANSFORMS = ("none", "auto", *RESPONSE_SCALES[1:])
 SCALES_IN_WORDS = {
     "none": "",
-    "log": ", of the logarithm of the response",
-    "ranks": ", of the ranks of the response",
-    "box-cox": ", of a power of the response (Box-Cox)",
-    "yeo-johnson": ", of a power of the response (Yeo-Johnson)",
+    "log": "the logarithm of the response",
+    "ranks": "the ranks of the response",
+    "box-cox": "a power of the response (Box-Cox)",
+    "yeo-johnson": "a power of the response (Yeo-Johnson)",
 }
 STABILITY_RUNS = 130  # resamples for larger designs cost seconds each
 DECADES = 1.5  # of a positive response: where screened as it is, its other scales are worth a try
@@ -115,9 +115,8 @@ def screen(
     )
     scale, reason = _scale(screener, x, y, transform, response.name)
     screener.fit(x, on_scale(y, scale))
-    if scale not in ("none", "ranks"):  # where a response jumps its variance is all at the edge
-        screener.allow_for(left_out_share(screener, x, y, scale))
-    names = np.array(space.names)
+    judged_on_response(screener, x, y, scale)
+    names, words = np.array(space.names), SCALES_IN_WORDS[scale]
     stability: dict[str, float] = {}
     if method != "welch":
         resamples = RESAMPLES if len(y) <= STABILITY_RUNS else RESAMPLES_OF_LARGE
@@ -131,7 +130,8 @@ def screen(
         response=response.name,
         unit=response.unit,
         method=method,
-        criterion=facts.criterion + SCALES_IN_WORDS[scale] + reason,
+        criterion=facts.criterion + (f", of {words}" if words else "") + reason,
+        scale=words + reason if words else "",
         rule=facts.rule,
         n_runs=len(y),
         n_left_out=runs.n_left_out,

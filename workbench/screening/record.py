@@ -16,7 +16,8 @@ class Screening:
     """The outcome of a screening, with names.
 
     Attributes:
-        response, unit: what was screened.   method, criterion, rule: how, in words.
+        response, unit: what was screened.   method, criterion, rule: how, in words.   scale: of what the
+            parameters were selected, where not of the response itself, and why; "" where they were.
         n_runs, n_left_out: runs used, and runs without a value.
         path: one mapping per step: step, selected, added, theta_common, theta, sigma2, nugget,
             log_likelihood, gain, accepted. theta is per unit of the [0, 1] scale of each parameter, squared.
@@ -60,6 +61,7 @@ class Screening:
     sobol: dict[str, Any]
     diagnosis: dict[str, Any]
     regimes: dict[str, Any] | None = None
+    scale: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """The document `screening.json`: plain lists, numbers and strings; NaN and infinity become None."""

@@ -1,11 +1,14 @@
 """Total Sobol' indices under an ANOVA correlation: drawn from the posterior, weights and thetas known.
 
 With A and B two samples of the inputs and A_u the first with the columns of unit u out of the second, a path
-f has T_u = mean (f(A) - f(A_u))^2 / (2 Var f(A)) (Jansen, Computer Physics Communications 117, 1999,
-35-43). Paths are drawn at all these points together, so that no basis cuts a correlation short.
+f has T_u = mean (f(A) - f(A_u))^2 / (2 Var f) (Jansen, Computer Physics Communications 117, 1999, 35-43).
+Paths are drawn at A and A_u together, so that no basis cuts a correlation short. A path may be carried to
+another scale on the way, `back`: T_u is then that of the response there.
+
+A product of correlations is an ANOVA correlation of weights without end (`as_product`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +19,23 @@ from ...analysis.measure import Measure
 from .anova import AnovaOptimum
 from .canonical import CanonicalRuns
 
-__all__ = ["drawn_total_indices"]
+__all__ = ["as_product", "drawn_total_indices"]
 
 Array = NDArray[np.float64]
 
-POINTS = 128  # of each sample
+POINTS = 128  # of a sample
+POINTS_CARRIED, POINTS_OF_MEAN = 256, 4096  # of a response over decades
 JITTER = 1e-9
+TINY = 1e-300
+ENDLESS = 1e12  # a weight beside which nothing is constant
+
+
+def as_product(units: Sequence[int], log_theta: Array, nugget: float) -> AnovaOptimum:
+    """The product of correlations of some units, log_theta (k,), as an ANOVA correlation; its l is nan."""
+    weight = np.full(len(units), ENDLESS)
+    return AnovaOptimum(
+        units=tuple(units), weight=weight, log_theta=log_theta, log_nugget=float(np.log(nugget)), value=np.nan
+    )
 
 
 def drawn_total_indices(
@@ -33,58 +47,91 @@ def drawn_total_indices(
     measures: Sequence[Measure | None] | None,
     draws: int,
     rng: np.random.Generator,
+    back: Callable[[Array], Array] | None = None,
 ) -> Array:
     """(draws, k) total indices of the k units of `at`, over the laws of the inputs.
 
-    `given` (n, d) are the runs in their own coordinates, in which `measures` (d,) stand; without one an input
-    is uniform over the range of its runs, and a label takes each of its values as often.
+    Indices are those of the standardised response of `runs`, or of what `back` makes of it: one over decades,
+    perhaps, for which few points are too few, so that the mean path is looked at on many. `given` (n, d) are
+    the runs in their own coordinates, in which `measures` (d,) stand; without one an input is uniform over
+    the range of its runs, and a label takes each value as often.
     """
-    k = len(at.units)
     columns = [runs.units[u] for u in at.units]
     flat = [c for unit in columns for c in unit]
-    cube = qmc.Sobol(2 * len(flat), rng=rng).random(POINTS)
-    laws = [_Law(runs, c, given, measures) for c in flat]
-    first = np.column_stack([law(cube[:, i]) for i, law in enumerate(laws)])
-    second = np.column_stack([law(cube[:, len(flat) + i]) for i, law in enumerate(laws)])
-    blocks, start = [first], 0
-    for unit in columns:
-        mixed = first.copy()
-        mixed[:, start : start + len(unit)] = second[:, start : start + len(unit)]
-        blocks.append(mixed)
-        start += len(unit)
-    points, x = np.concatenate(blocks), runs.x[:, flat]
-    label = np.array([c in runs.labels for c in flat])
     owner = np.array([i for i, unit in enumerate(columns) for _ in unit])
+    laws = [_Law(runs, c, given, measures) for c in flat]
+    model = _Posterior(runs, at, flat, owner, eta)
 
-    def correlation(a: Array, b: Array) -> Array:
+    def sampled(points: int) -> tuple[Array, Array]:
+        cube = qmc.Sobol(2 * len(flat), rng=rng).random(points)
+        made = [law(cube[:, i :: len(flat)]) for i, law in enumerate(laws)]
+        return np.column_stack([m[:, 0] for m in made]), np.column_stack([m[:, 1] for m in made])
+
+    carried = back or np.asarray
+    first, second = sampled(POINTS if back is None else POINTS_CARRIED)
+    many = None if back is None else sampled(POINTS_OF_MEAN)
+    found = np.empty((draws, len(columns)))
+    for i in range(len(columns)):
+        mean, root = model.at_points(np.vstack([first, np.where(owner == i, second, first)]))
+        paths = mean + rng.standard_normal((draws, len(mean))) @ root.T
+        found[:, i] = _jansen(carried(paths))
+        if many is not None:
+            wide = model.mean(np.vstack([many[0], np.where(owner == i, many[1], many[0])]))
+            found[:, i] += _jansen(carried(wide[None])) - _jansen(carried(mean[None]))
+    return np.maximum(found, 0.0)
+
+
+def _jansen(paths: Array) -> Array:
+    """T of paths (m, 2 q) at q points and the same with one unit moved."""
+    half = paths.shape[1] // 2
+    moved = 0.5 * ((paths[:, half:] - paths[:, :half]) ** 2).mean(axis=1)
+    return np.asarray(moved / np.maximum(paths.var(axis=1), TINY))
+
+
+class _Posterior:
+    """Kriging of canonical runs with a constant mean; points (m, q) hold the columns of the units `at`."""
+
+    def __init__(
+        self, runs: CanonicalRuns, at: AnovaOptimum, flat: list[int], owner: NDArray[np.intp], eta: float
+    ) -> None:
+        self.at, self.owner, self.eta = at, owner, eta
+        self.x = runs.x[:, flat]
+        self.label = np.array([c in runs.labels for c in flat])
+        n = len(runs.y)
+        c = self.correlation(self.x, self.x)
+        c.flat[:: n + 1] = 1.0 + np.exp(at.log_nugget)
+        self.factor = cho_factor(c, lower=True)
+        solved = cho_solve(self.factor, np.column_stack([np.ones(n), runs.y]))
+        self.ones = solved[:, 0]
+        self.level = solved[:, 1].sum() / self.ones.sum()
+        self.weights = solved[:, 1] - self.level * self.ones
+        self.sigma2 = (runs.y - self.level) @ self.weights / (n - 1)
+
+    def correlation(self, a: Array, b: Array) -> Array:
+        """R between points a (m, q) and b (l, q)."""
         out = np.ones((len(a), len(b)))
-        for i in range(k):
+        for i, (weight, log_theta) in enumerate(zip(self.at.weight, self.at.log_theta, strict=True)):
             distance = np.zeros_like(out)
-            for j in np.flatnonzero(owner == i):
+            for j in np.flatnonzero(self.owner == i):
                 h = np.abs(a[:, None, j] - b[None, :, j])
-                distance += h > 0.0 if label[j] else h**eta
-            out *= (1.0 + at.weight[i] * np.exp(-np.exp(at.log_theta[i]) * distance)) / (1.0 + at.weight[i])
+                distance += h > 0.0 if self.label[j] else h**self.eta
+            out *= (1.0 + weight * np.exp(-np.exp(log_theta) * distance)) / (1.0 + weight)
         return out
 
-    n = len(runs.y)
-    c = correlation(x, x)
-    c.flat[:: n + 1] = 1.0 + np.exp(at.log_nugget)
-    factor = cho_factor(c, lower=True)
-    solved = cho_solve(factor, np.column_stack([np.ones(n), runs.y]))
-    level = solved[:, 1].sum() / solved[:, 0].sum()
-    sigma2 = (runs.y - level) @ (solved[:, 1] - level * solved[:, 0]) / (n - 1)
-    across = correlation(points, x)
-    mean = level + across @ (solved[:, 1] - level * solved[:, 0])
-    lack = 1.0 - across @ solved[:, 0]
-    spread = correlation(points, points) - across @ cho_solve(factor, across.T)
-    spread += np.outer(lack, lack) / solved[:, 0].sum()
-    spread.flat[:: len(points) + 1] += JITTER
-    values, vectors = np.linalg.eigh(spread)
-    root = vectors * np.sqrt(np.maximum(sigma2 * values, 0.0))
-    paths = mean + rng.standard_normal((draws, len(points))) @ root.T
-    parts = paths.reshape(draws, k + 1, POINTS)
-    moved = 0.5 * ((parts[:, 1:] - parts[:, :1]) ** 2).mean(axis=2)
-    return np.asarray(moved / parts[:, 0].var(axis=1)[:, None])
+    def mean(self, points: Array) -> Array:
+        """The mean path at points."""
+        return np.asarray(self.level + self.correlation(points, self.x) @ self.weights)
+
+    def at_points(self, points: Array) -> tuple[Array, Array]:
+        """The mean path at points, and a root of the covariance of paths about it."""
+        across = self.correlation(points, self.x)
+        lack = 1.0 - across @ self.ones
+        spread = self.correlation(points, points) - across @ cho_solve(self.factor, across.T)
+        spread += np.outer(lack, lack) / self.ones.sum()
+        spread.flat[:: len(points) + 1] += JITTER
+        values, vectors = np.linalg.eigh(spread)  # rounding may have made it indefinite
+        root = vectors * np.sqrt(np.maximum(self.sigma2 * values, 0.0))
+        return self.level + across @ self.weights, root
 
 
 class _Law:

@@ -18,8 +18,11 @@ __all__ = [
     "nugget_bounds",
     "rule_in_words",
     "threshold_for",
+    "threshold_of",
 ]
 
+# chi^2 with one degree, 95 %: fits Tables 3.1 and 3.2, whose rule is "no large increment"
+FORWARD_THRESHOLD = 1.92
 DEFAULT_NUGGET = (1e-4, 10.0)  # the floor hides effects below a thousandth of the variance
 FORWARD_NUGGET = 1e-8
 LENIENT = 0.5  # of the threshold: sets that are best at that price are looked at, too
@@ -36,6 +39,13 @@ def threshold_for(n_units: int, risk: float = 0.05) -> float:
     3.94 5.41 2.51
     """
     return max(1.92, 0.5 * float(chi2.isf(min(1.0, 2.0 * risk / n_units), 1)))
+
+
+def threshold_of(given: Any, n_units: int) -> float:
+    """The threshold of a screener with its method, or the one that it was given."""
+    if given.threshold is not None:
+        return float(given.threshold)
+    return threshold_for(max(n_units, 1)) if given.method == "default" else FORWARD_THRESHOLD
 
 
 def criterion_in_words(name: str) -> str:

@@ -25,3 +25,17 @@ def test_sobols_g_with_four_seeds():
     found = run(range(4), names=("g 0, 0.5, 3, 9", "g 0, 1, 4.5, 99"))
     assert int(found["right"].isel(method=1).sum()) >= 5  # of 8; 18 of 20 with seeds 500 to 509
     assert int(found["wrongly_resolved"].sum()) == 0
+
+
+def test_what_a_user_gets_is_counted_beside():
+    found = run((104,), names=("three steps",), methods=("user",)).isel(function=0, seed=0, method=0)
+    assert [int(found[key]) for key in ("right", "missing", "inert", "beyond")] == [1, 0, 0, 0]
+    assert int(found["wrongly_resolved"]) == 0
+
+
+@pytest.mark.slow
+def test_users_screenings_of_sobols_g():
+    found = run(range(2), names=("g 0, 0.5, 3, 9", "g 0, 1, 4.5, 99"), methods=("user",))
+    assert int(found["right"].sum()) >= 3  # of 4
+    assert int(found["beyond"].sum()) == 0
+    assert int(found["wrongly_resolved"].sum()) == 0

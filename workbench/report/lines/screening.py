@@ -4,21 +4,25 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from workbench.report.lines.statements import regime_text, state_text
-from workbench.report.lines.tables import fitted, format_number, table_lines, unit_suffix
+from workbench.report.lines.tables import fitted, format_number, hanging, table_lines, unit_suffix
 
 __all__ = ["method_lines", "other_screening_lines", "screening_lines"]
 
 
 def screening_lines(document: Mapping[str, Any]) -> list[str]:
-    """The screening path in the form of Table 3.1 of the dissertation, and what was selected."""
-    head = ("step", "selected so far", "theta", "sigma^2", "restricted log-likelihood")
+    """The screening path in the form of Table 3.1 of the dissertation, and what was selected.
+
+    The common theta has a column where there is one: in the default what is not selected has no part.
+    """
+    shared = any(step["theta_common"] for step in document["path"])
+    head = ("step", "selected so far", *(["theta"] * shared), "sigma^2", "restricted log-likelihood")
     accepted = [step for step in document["path"] if step.get("accepted", True)]
     rejected = [step for step in document["path"] if not step.get("accepted", True)]
     rows = [
         (
             str(step["step"]),
             ", ".join(step["selected"]) + ("" if step.get("accepted", True) else "  (not\u00a0accepted)"),
-            format_number(step["theta_common"], 4),
+            *([format_number(step["theta_common"], 4)] * shared),
             format_number(step["sigma2"], 5),
             format_number(step["log_likelihood"], 6),
         )
@@ -33,17 +37,18 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
     ]
     text += [f"{mode['sentence']}." for mode in document.get("modes") or ()]
     text += table_lines(head, rows)
-    if any(step["theta_common"] for step in document["path"]):
+    if shared:
         text.append("theta: common range parameter of the variables not selected, on the unit cube")
-    else:
-        text.append("theta: of the variables not selected, 0 in this method: they have no part in the model")
     if len(rejected) > 1:
-        text.append(f"{len(rejected) - 1} further steps were tried, none accepted")
+        more = len(rejected) - 1
+        text.append(f"{more} further step{'s were' if more > 1 else ' was'} tried, none accepted")
+    if document.get("scale"):
+        text.append(f"screened by {document['scale']}")
     text.append(f"selected: {names}")
     if document.get("minor"):
         text.append(f"acts, below 1 % of the variance: {_listed(document['minor'])}")
     text += regime_text(document)
-    text += [str(document[key]) for key in ("verdict", "advice") if document.get(key)]
+    text += _parts("", document.get("verdict")) + _parts("to do: ", document.get("advice"))
     kriging = document.get("kriging") or {}
     if kriging.get("calibration") == "cross_validation":
         text.append(
@@ -131,12 +136,22 @@ def method_lines(methods: Iterable[Any]) -> list[str]:
     """Every way to look at which parameters matter: what it gives, needs and cannot see."""
     lines = []
     for one in methods:
-        lines += [
-            f"{one.name:<8} {one.gives}",
-            f"         needs {one.needs}",
-            f"         cannot see {one.cannot_see}",
-        ]
+        lines += hanging(f"{one.name:<8} ", one.gives, indent=9)
+        for part in (f"needs {one.needs}", f"cannot see {one.cannot_see}"):
+            lines += hanging(" " * 9, part, indent=11)
     return lines
+
+
+def _parts(title: str, said: str | None) -> list[str]:
+    """A sentence of several parts, a line for each.
+
+    >>> _parts("to do: ", "add about 12 runs; put them where grip is above 0.4")
+    ['to do: add about 12 runs', '  put them where grip is above 0.4']
+    """
+    if not said:
+        return []
+    first, *others = said.split("; ")
+    return [title + first, *(f"  {other}" for other in others)]
 
 
 def _listed(names: list[str]) -> str:

@@ -3,9 +3,10 @@
 from workbench.report.lines.design import design_lines
 from workbench.report.lines.layout import layout_lines
 from workbench.report.lines.robust import robust_lines
-from workbench.report.lines.screening import screening_lines
+from workbench.report.lines.screening import method_lines, screening_lines
 from workbench.report.lines.tables import format_number
 from workbench.report.lines.worst_case import worst_case_lines
+from workbench.screening.named_methods import NAMED_METHODS
 
 MANY = [f"x{k}" for k in range(1, 31)]
 PATH = {
@@ -41,6 +42,35 @@ def test_the_screening_path_has_the_form_of_table_3_1():
     assert "selected: x12, x19" in text
     assert any("(not accepted)" in line for line in text)
     assert text[-1] == "2 runs without a value were left out"
+
+
+def test_a_default_screening_has_no_common_theta_and_says_its_verdict_line_by_line():
+    step = dict(step=1, selected=["grip"], theta_common=0.0, sigma2=1.3, log_likelihood=-36.2)
+    others = [step | {"step": k, "accepted": False} for k in (2, 3)]
+    document = PATH | {
+        "method": "default", "state": "partly resolved", "hidden_share": 0.034, "path": [step, *others],
+        "scale": "the logarithm of the response (left unexplained: none 0.7 %, log 0.1 %)",
+        "verdict": "partly resolved: 3.4 % of the variance may hide further inputs; " + 20 * "very " + "open",
+        "advice": "add about 22 runs; put them where grip is above 0.4",
+    }  # fmt: skip
+    text = screening_lines(document)
+    assert text[0] == "Screening of y [mm]: partly resolved, down to 3.4 % of the variance (default)"
+    assert not any("theta" in line for line in text)
+    assert "1 further step was tried, none accepted" in text
+    assert any(line.startswith("screened by the logarithm of the response (left") for line in text)
+    at = text.index("partly resolved: 3.4 % of the variance may hide further inputs")
+    assert text[at + 1].startswith("  very very")
+    assert text[at + 2].startswith("    very")
+    assert text[at + 3 : at + 5] == ["to do: add about 22 runs", "  put them where grip is above 0.4"]
+    assert max(map(len, text)) <= 80
+
+
+def test_the_list_of_methods_fits_a_terminal():
+    text = method_lines(NAMED_METHODS)
+    assert max(map(len, text)) <= 80
+    assert {line.split()[0] for line in text if not line.startswith(" ")} == {
+        one.name for one in NAMED_METHODS
+    }
 
 
 def test_the_worst_case_says_what_it_rests_on():
