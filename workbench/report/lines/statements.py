@@ -12,6 +12,7 @@ __all__ = [
     "quantile_text",
     "regime_of",
     "regime_text",
+    "scale_text",
     "screening_state",
     "state_text",
 ]
@@ -115,6 +116,16 @@ def regime_of(value: float, screening: Mapping[str, Any]) -> str:
     if is_upper:
         return f"It lies in {inside}, above {at}; runs below are no milder form of it."
     return f"It lies in {inside}, below {at}; runs above are of another kind."
+
+
+def scale_text(screening: Mapping[str, Any]) -> str:
+    """The scale that the parameters were selected by, where it is not the response itself.
+
+    >>> scale_text({"scale": "the logarithm of the response (left unexplained: none 5 %, log 0.1 %)"})
+    'Screened by the logarithm of the response.'
+    """
+    scale = str(screening.get("scale") or "").split(" (left unexplained")[0]
+    return f"Screened by {scale}." if scale else ""
 
 
 def state_text(screening: Mapping[str, Any]) -> str:

@@ -7,7 +7,14 @@ from typing import Any
 from workbench.models.stored.evaluation import FAILED
 from workbench.models.table import ignored_sentence
 from workbench.report.layout.section import improvement_sentence
-from workbench.report.lines.statements import minor_text, open_text, regime_text, screening_state, state_text
+from workbench.report.lines.statements import (
+    minor_text,
+    open_text,
+    regime_text,
+    scale_text,
+    screening_state,
+    state_text,
+)
 from workbench.report.page.blocks import (
     Card,
     Level,
@@ -210,6 +217,9 @@ def _screening(screening: Mapping[str, Any]) -> Card:
     said = state_text(screening)
     state = f"{said[0].upper()}{said[1:]}." if said else ""
     rest = f"The other {left} were not selected." if left else "None was left out."
+    unknown = not selected and screening_state(screening) == "not resolved"
+    if unknown:
+        rest = "That is no sign that none acts."
     q2 = (screening.get("leave_one_out") or {}).get("q2")
     # whatever the likelihood says: parameters that predict badly on their own are not all there are
     enough = q2 is None or q2 >= GOOD_Q2 or not left
@@ -218,22 +228,33 @@ def _screening(screening: Mapping[str, Any]) -> Card:
         rest += f" The selected ones alone predict {said} of the variance: others may matter too."
     return Card(
         question=f"Which parameters drive {screening['response']}?",
-        answer=f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
+        answer=f"not known: none of {total} stands out from noise"
+        if unknown
+        else f"{len(selected)} of {total}: {names_of(selected, at_most=8)}",
         detail=" ".join(
             part
             for part in (
                 state,
+                scale_text(screening),
                 *(f"{said}." for said in regime_text(screening)[:1]),
                 minor_text(screening),
                 open_text(screening),
                 rest,
                 f"Judged on {screening['n_runs']} runs.",
+                _first_advice(screening),
             )
             if part
         ),
         section="screening",
         level=_screening_level(screening, enough),
     )
+
+
+def _first_advice(screening: Mapping[str, Any]) -> str:
+    """What to do where the verdict is open, its first part."""
+    if screening_state(screening) != "not resolved" or not screening.get("advice"):
+        return ""
+    return f"To do: {str(screening['advice']).split('; ')[0]}."
 
 
 def _screening_level(screening: Mapping[str, Any], enough: bool) -> Level:

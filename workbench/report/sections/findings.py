@@ -107,6 +107,8 @@ def _drivers(folder: CampaignFolder) -> list[str]:
     chosen, ranking = list(screening["selected"]), list(screening["ranking"])
     rest = [name for name in ranking if name not in [*chosen, *(screening.get("minor") or [])]]
     said = f"Of {len(ranking)} uncertain parameters {names_of(chosen, at_most=8)} drive it, on "
+    if not chosen and screening_state(screening) == "not resolved":
+        said = f"None of {len(ranking)} uncertain parameters stands out from noise, on "
     said += f"{screening['n_runs']} runs."
     parts = (
         said,

@@ -26,6 +26,15 @@ LEVELS: dict[str, Level] = {"resolved": "good", "partly resolved": "fair", "not 
 MOST_BARS = 14  # a longer path is drawn as a line
 
 
+def _which(screening: Mapping[str, Any], selected: list[str], total: int) -> str:
+    """Which parameters matter, in words that say no more than the state does."""
+    response, known = screening["response"], screening_state(screening) != "not resolved"
+    if not selected and not known:
+        return f"None of {total} parameters stands out from noise in {response}: which matter is not known."
+    verb = "matter for" if known else "stand out for" if len(selected) > 1 else "stands out for"
+    return f"Of {total} parameters {len(selected)} {verb} {response}: {names_of(selected)}."
+
+
 def screening_section(folder: CampaignFolder) -> Section | None:
     """None without `screening.json`."""
     screening = folder["screening"]
@@ -34,7 +43,7 @@ def screening_section(folder: CampaignFolder) -> Section | None:
     selected, path = list(screening["selected"]), list(screening["path"])
     total = len(screening["ranking"])
     sentences = [
-        f"Of {total} parameters {len(selected)} matter for {screening['response']}: {names_of(selected)}.",
+        _which(screening, selected, total),
         *([said] if (said := minor_text(screening)) else []),
         f"Judged on {screening['n_runs']} runs"
         + (f" ({screening['n_left_out']} failed runs left out)" if screening.get("n_left_out") else "")

@@ -99,3 +99,42 @@ def test_parameters_listed_apart_are_neither_drivers_nor_denied(judged):
     assert rest[0] not in re.findall(r"\w+", text.split(said)[1])
     assert said in screening_section(again).sentences
     assert f"acts, below 1 % of the variance: {rest[0]}" in screening_lines(changed)
+
+
+def changed_folder(folder, document, **changes):
+    (folder.path / "screening.json").write_text(json.dumps({**document, **changes}))
+    return CampaignFolder.opened(folder.path, documents=folder.documents)
+
+
+def test_nothing_found_is_no_sign_that_nothing_acts(judged):
+    state, folder, document = judged
+    again = changed_folder(folder, document, selected=[], advice="add runs (twice as many); look again")
+    total = len(document["ranking"])
+    (card,) = [c for c in answer_cards(again) if c.section == "screening"]
+    section = screening_section(again)
+    if state == "not resolved":
+        assert card.answer == f"not known: none of {total} stands out from noise"
+        assert "That is no sign that none acts." in card.detail
+        assert card.detail.endswith("To do: add runs (twice as many).")
+        assert section.sentences[0].endswith("which matter is not known.")
+        assert _drivers(again)[0].startswith(f"None of {total} uncertain parameters stands out from noise")
+    else:
+        assert card.answer == f"0 of {total}: none"
+        assert section.sentences[0].startswith(f"Of {total} parameters 0 matter for y")
+
+
+def test_parameters_matter_only_as_far_as_the_verdict_says(judged):
+    state, folder, document = judged
+    said = screening_section(folder).sentences[0]
+    assert ("stand out for" if state == "not resolved" else "matter for") in said
+    alone = changed_folder(folder, document, selected=document["selected"][:1])
+    assert ("1 stands out for" in screening_section(alone).sentences[0]) == (state == "not resolved")
+
+
+def test_the_card_says_by_which_scale(judged):
+    _, folder, document = judged
+    scale = "a power of the response (Box-Cox) (left unexplained of left-out runs: none 9 %, box-cox 1 %)"
+    (card,) = [
+        c for c in answer_cards(changed_folder(folder, document, scale=scale)) if c.section == "screening"
+    ]
+    assert "Screened by a power of the response (Box-Cox). " in card.detail
