@@ -227,11 +227,14 @@ def _served(view: CampaignView, *, is_current: bool) -> dict[str, Any]:
 
 
 def _whole_design(view: CampaignView, kind: str, runs: int) -> dict[str, Any]:
-    """What `design_change` says of a design of very many runs in which nothing changes."""
+    """What `design_change` says of a design of very many runs in which nothing changes.
+
+    What growing cost is told of smaller ones.
+    """
     waiting = _unanswered(view, design_keys(view.folder / "design.json") or [])
     if waiting == runs or not serves_on(kind):
         return {}
-    found = {"serve": runs, "new": 0, "waiting": waiting, "left_out": {}}
+    found = {"serve": runs, "new": 0, "waiting": waiting, "left_out": {}, "growth": None}
     return {"design": found | {"sentence": change_sentence(runs, 0, {})}}
 
 
