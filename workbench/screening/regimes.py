@@ -62,22 +62,24 @@ def screened_regimes(
 
 
 def regime_sentence(document: dict[str, Any], unit: str) -> str:
-    """Which runs are in another regime.
+    """Which runs are in which regime, by the names that the study gives them.
 
     >>> held = {"name": "held", "runs": 42, "range": [0.02, 0.4]}
-    >>> gone = {"name": "gone", "runs": 18, "range": [7.9, 11.2]}
+    >>> gone = {"name": "left the vehicle", "runs": 18, "range": [7.9, 11.2]}
     >>> regime_sentence({"named": True, "regimes": [held, gone]}, "m")
-    '18 of 60 runs are in another regime, "gone" (7.9 to 11.2 m; the others, "held", 0.02 to 0.4)'
+    'of 60 runs 18 left the vehicle (7.9 to 11.2 m), 42 held (0.02 to 0.4 m), none lies between'
+    >>> regime_sentence({"named": False, "regimes": [held, gone]}, "m")
+    '18 of 60 runs are in another regime (7.9 to 11.2 m; the others 0.02 to 0.4)'
     """
     rare, usual = sorted(document["regimes"], key=lambda one: one["runs"])
-    label = {id(one): f', "{one["name"]}"' if document["named"] else "" for one in (rare, usual)}
-    low, high = (f"{value:.3g}" for value in rare["range"])
-    other = " to ".join(f"{value:.3g}" for value in usual["range"])
-    the_others = f"the others{label[id(usual)]}, {other}" if document["named"] else f"the others {other}"
-    return (
-        f"{rare['runs']} of {rare['runs'] + usual['runs']} runs are in another regime{label[id(rare)]} "
-        f"({low} to {high}{'' if unit in ('', '1') else ' ' + unit}; {the_others})"
-    )
+    total, suffix = rare["runs"] + usual["runs"], "" if unit in ("", "1") else f" {unit}"
+    low, high = (" to ".join(f"{value:.3g}" for value in one["range"]) for one in (rare, usual))
+    if document["named"]:
+        return (
+            f"of {total} runs {rare['runs']} {rare['name']} ({low}{suffix}), "
+            f"{usual['runs']} {usual['name']} ({high}{suffix}), none lies between"
+        )
+    return f"{rare['runs']} of {total} runs are in another regime ({low}{suffix}; the others {high})"
 
 
 def _screened(screener: KrigingScreener, x: np.ndarray, y: np.ndarray, space: Space) -> dict[str, Any]:

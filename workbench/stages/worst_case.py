@@ -24,7 +24,7 @@ from workbench.models.python import load_function
 from workbench.models.stored.evaluation import Evaluation
 from workbench.models.table import TableModel
 from workbench.report.claims import refuse_contradictions, worst_case_claims
-from workbench.report.lines.statements import regime_of
+from workbench.report.lines.statements import regime_name, regime_of
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.stages.stored_runs import refuse_without_values, runs_as_text, screening_columns, thinned
 from workbench.stages.work import Work
@@ -177,6 +177,7 @@ def _document(
     screening = read_json(campaign.folder / "screening.json")
     if screening is not None and screening["response"] == first["response"]:
         first["regime"] = regime_of(float(first["value"]), screening) or None
+        first["regime_name"] = regime_name(float(first["value"]), screening) or None
     return first | ({"others": others} if others else {})
 
 

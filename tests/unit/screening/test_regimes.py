@@ -6,7 +6,7 @@ import pytest
 import doe
 from workbench.errors import StudyError
 from workbench.report.lines.screening import screening_lines
-from workbench.report.lines.statements import regime_of, regime_text
+from workbench.report.lines.statements import regime_name, regime_of, regime_text
 from workbench.screening.kriging import screen
 from workbench.space.box import Space
 from workbench.space.parameter import Parameter, Response
@@ -56,17 +56,21 @@ def test_the_chance_is_judged_on_runs_left_out(found):
 def test_it_is_said_and_worst_cases_speak_of_one_regime(found):
     document = found.to_dict()
     said = regime_text(document)
-    assert 'runs are in another regime, "left the vehicle" (' in said[0]
+    assert said[0].startswith("of 60 runs ")
+    assert " left the vehicle (" in said[0]
     assert "it is switched by " in said[1]
-    assert any(line.startswith("inside held (") for line in screening_lines(document))
+    assert any(line.startswith('inside "held" (') for line in screening_lines(document))
     text = regime_of(9.0, document)
     assert text.startswith('It lies in the regime "left the vehicle", above ')
     assert regime_of(0.2, document).startswith('It lies in the regime "held", below ')
+    assert (regime_name(9.0, document), regime_name(0.2, document)) == ("left the vehicle", "held")
+    assert regime_name(9.0, None) == ""
 
 
 def test_unnamed_off_and_smooth():
     unnamed = screen(rows(), SPACE, Response("flight", unit="m"), effects=False)
     assert "of 60 runs are in another regime (8" in regime_text(unnamed.to_dict())[0]
+    assert regime_name(9.0, unnamed.to_dict()) == ""
     assert regime_of(9.0, unnamed.to_dict()).startswith("It lies in the upper regime, above ")
     assert screen(rows(), SPACE, NAMED, regimes="off", effects=False).regimes is None
     smooth = [{**row, "flight": row["a"] + np.sin(2 * row["b"])} for row in rows()]

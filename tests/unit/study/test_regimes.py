@@ -58,11 +58,12 @@ def test_a_study_says_which_regime_it_speaks_of(tmp_path):
         evaluate(campaign)
         screening = run_stage(campaign, "screen")
         worst = run_stage(campaign, "worst_case")
-    said = 'runs are in another regime, "left the vehicle" ('
-    assert any(said in line for line in screening_lines(screening))
+    assert any(line.startswith("of 40 runs ") for line in screening_lines(screening))
+    assert worst_case_lines(worst)[0].startswith("Worst case (largest flight): left the vehicle, ")
     assert 'It lies in the regime "left the vehicle", above' in " ".join(worst_case_lines(worst))
     page = write_report(campaign.folder).read_text().replace("&quot;", '"').replace("&#34;", '"')
-    assert said in page
+    assert "Of 40 runs " in page
+    assert "Left the vehicle: flight = " in page
     assert "It is switched by" in page
     assert 'It lies in the regime "left the vehicle", above' in page
 

@@ -10,10 +10,12 @@ __all__ = [
     "minor_text",
     "open_text",
     "quantile_text",
+    "regime_name",
     "regime_of",
     "regime_text",
     "scale_text",
     "screening_state",
+    "sentence",
     "state_text",
 ]
 
@@ -79,6 +81,15 @@ def minor_text(screening: Mapping[str, Any]) -> str:
     return f"Listed apart, estimated below 1 % of the variance{' each' if len(names) > 1 else ''}: {said}."
 
 
+def sentence(said: str) -> str:
+    """A statement as a sentence of a page; "" stays "".
+
+    >>> sentence("the loop is not closed")
+    'The loop is not closed.'
+    """
+    return f"{said[0].upper()}{said[1:]}." if said else ""
+
+
 def regime_text(screening: Mapping[str, Any]) -> list[str]:
     """What a response that switches asks for, in sentences without their full stops; [] where it does not.
 
@@ -95,8 +106,22 @@ def regime_text(screening: Mapping[str, Any]) -> list[str]:
     said = [str(found["sentence"]), f"{by} ({switch['state']}); {seen}"]
     for one in found["regimes"]:
         drivers = ", ".join(one["selected"]) or "no parameter is seen to matter"
-        said.append(f"inside {one['name']} ({one['runs']} runs, {one['state']}): {drivers}")
+        inside = f'"{one["name"]}"' if found["named"] else one["name"]
+        said.append(f"inside {inside} ({one['runs']} runs, {one['state']}): {drivers}")
     return [*said, "what is said of all runs is said of both regimes together"]
+
+
+def regime_name(value: float, screening: Mapping[str, Any] | None) -> str:
+    """What the study calls the regime that a value lies in, "" where it gives no names or there is one only.
+
+    >>> regimes = [{"name": "held"}, {"name": "left the vehicle"}]
+    >>> regime_name(9.0, {"regimes": {"threshold": 4.0, "named": True, "regimes": regimes}})
+    'left the vehicle'
+    """
+    found = (screening or {}).get("regimes")
+    if not found or not found["named"]:
+        return ""
+    return str(found["regimes"][int(value > found["threshold"])]["name"])
 
 
 def regime_of(value: float, screening: Mapping[str, Any]) -> str:

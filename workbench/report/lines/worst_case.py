@@ -20,7 +20,9 @@ def worst_case_lines(document: Mapping[str, Any]) -> list[str]:
 def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     unit = unit_suffix(document["unit"])
     word = {"max": "largest", "min": "smallest"}[document["sense"]]
-    text = [f"Worst case ({word} {document['response']}): {format_number(document['value'], 6)}{unit}"]
+    kind = f"{document['regime_name']}, " if document.get("regime_name") else ""
+    value = f"{format_number(document['value'], 6)}{unit}"
+    text = [f"Worst case ({word} {document['response']}): {kind}{value}"]
     if document.get("within"):
         text.append(f"  of the runs with {limits_text(document['within'])}")
     text += [f"  {line}" for mode in document.get("modes") or () for line in wrapped(mode["sentence"], 77)]

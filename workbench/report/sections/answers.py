@@ -13,6 +13,7 @@ from workbench.report.lines.statements import (
     regime_text,
     scale_text,
     screening_state,
+    sentence,
     state_text,
 )
 from workbench.report.page.blocks import (
@@ -158,9 +159,11 @@ def _worst(
         bar = f" (standard deviation {quantity(std, unit, 3)})" if isinstance(std, (int, float)) else ""
         detail = f"Surrogate only, unconfirmed: no run was made there{bar}. Run the model at this point."
         level = "fair"
+    kind = str(worst.get("regime_name") or "")
+    value = f"{response} = {quantity(worst['value'], unit)}"
     return Card(
         question=f"How {'large' if worst['sense'] == 'max' else 'small'} can {response} get?",
-        answer=f"{response} = {quantity(worst['value'], unit)}",
+        answer=f"{kind[0].upper()}{kind[1:]}: {value}" if kind else value,
         detail=detail,
         section=section,
         level=level,
@@ -215,7 +218,7 @@ def _screening(screening: Mapping[str, Any]) -> Card:
     selected, total = list(screening["selected"]), len(screening["ranking"])
     left = total - len(selected) - len(screening.get("minor") or [])
     said = state_text(screening)
-    state = f"{said[0].upper()}{said[1:]}." if said else ""
+    state = sentence(said)
     rest = f"The other {left} were not selected." if left else "None was left out."
     unknown = not selected and screening_state(screening) == "not resolved"
     if unknown:
@@ -236,7 +239,7 @@ def _screening(screening: Mapping[str, Any]) -> Card:
             for part in (
                 state,
                 scale_text(screening),
-                *(f"{said}." for said in regime_text(screening)[:1]),
+                *(sentence(said) for said in regime_text(screening)[:1]),
                 minor_text(screening),
                 open_text(screening),
                 rest,
@@ -273,7 +276,7 @@ def _runs(folder: CampaignFolder) -> Card:
     design = folder["design"] or {}
     if design.get("ignored_columns"):
         said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
-        detail += f" {said[0].upper()}{said[1:]}."
+        detail += f" {sentence(said)}"
     return Card(
         question="What ran?",
         answer=f"{finished} run{'' if finished == 1 else 's'}" + (f", {bad} failed" if bad else ""),

@@ -9,6 +9,7 @@ import doe
 from workbench.figures.design import plot_distances
 from workbench.figures.runs import beats, plot_percentiles
 from workbench.models.table import ignored_sentence
+from workbench.report.lines.statements import sentence
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -59,11 +60,11 @@ def design_section(folder: CampaignFolder) -> Section | None:
         sentences.append("Options: " + ", ".join(f"{key} = {number(v)}" for key, v in used.items()) + ".")
     for cost in (cost_of_design(design), cost_of_growth(design)):
         if cost is not None:
-            sentences.append(cost[0].upper() + cost[1:] + ".")
+            sentences.append(sentence(cost))
     blocks: list[Block] = []
     if design.get("ignored_columns"):
         said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
-        blocks.append(Note(text=f"{said[0].upper()}{said[1:]}.", level="fair"))
+        blocks.append(Note(text=sentence(said), level="fair"))
     quality: dict[str, dict[str, Any]] = {
         str(name): dict(q) for name, q in (design.get("quality") or {}).items() if isinstance(q, dict)
     }

@@ -4,7 +4,14 @@ import html
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report.lines.statements import minor_text, open_text, regime_text, screening_state
+from workbench.report.lines.statements import (
+    minor_text,
+    open_text,
+    regime_name,
+    regime_text,
+    screening_state,
+    sentence,
+)
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -51,14 +58,14 @@ def findings_section(folder: CampaignFolder) -> Section | None:
 def _verdict(loop: Mapping[str, Any]) -> list[Block]:
     """What keeps the loop from being green: an open one is a lower end, with the share it may be off by."""
     if loop["closed"] and not loop.get("broken_by_samples"):
-        return [Note(text=f"{said[:1].upper()}{said[1:]}.", level="fair") for said in loop["reasons"]]
+        return [Note(text=sentence(said), level="fair") for said in loop["reasons"]]
     text = f"Treat the worst case as a lower end: it may be off by {100 * loop['may_exceed']:.2g} %."
     rest = [said for said in loop["reasons"] if not said.startswith("the loop is not closed")]
     if loop.get("broken_by_samples"):
         rest.append("a sampled case lies beyond it")
     return [
         Note(
-            text=" ".join([loop["status"], text, *(f"{said[:1].upper()}{said[1:]}." for said in rest)]),
+            text=" ".join([loop["status"], text, *map(sentence, rest)]),
             level="poor",
         )
     ]
@@ -96,7 +103,12 @@ def _unrestrained(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) ->
     said = (
         f"Without restraints the {loop['response']} is {quantity(bare['nominal'], unit, 3)} in the nominal "
     )
-    said += f"case and {quantity(bare['worst'], unit, 3)} in the worst one found"
+    screening = folder["screening"]
+    if screening is not None and screening["response"] != loop["response"]:
+        screening = None
+    kind = regime_name(float(bare["worst"]), screening)
+    named = f" ({kind})" if kind else ""
+    said += f"case and {quantity(bare['worst'], unit, 3)}{named} in the worst one found"
     return [said + f" ({case_text(folder, bare['case'], loop['cases'][0])})."]
 
 
@@ -116,8 +128,8 @@ def _drivers(folder: CampaignFolder) -> list[str]:
         open_text(screening),
         _of_the_others(screening, rest) if rest else "",
     )
-    regimes = "; ".join(regime_text(screening))
-    return [" ".join(part for part in parts if part), *([f"{regimes}."] if regimes else [])]
+    regimes = " ".join(sentence(said) for said in regime_text(screening))
+    return [" ".join(part for part in parts if part), *([regimes] if regimes else [])]
 
 
 def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:

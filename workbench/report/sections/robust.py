@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.figures.loop import plot_differences, plot_distributions
+from workbench.report.lines.statements import sentence
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -87,7 +88,7 @@ def _left_out(robust: Mapping[str, Any], summaries: list[dict[str, Any]]) -> lis
             f"Left out of all comparisons, for every design: {left_out} of {robust['drawn']} scenarios, in "
             f"which a run gave no value ({each})."
         )
-    return said + [f"{text[0].upper()}{text[1:]}." for text in robust.get("warnings") or ()]
+    return said + [sentence(text) for text in robust.get("warnings") or ()]
 
 
 def _price(robust: Mapping[str, Any], summaries: list[dict[str, Any]], unit: str) -> list[str]:

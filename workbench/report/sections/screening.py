@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.figures.screening import plot_likelihood_path, plot_theta, plot_waterfall
-from workbench.report.lines.statements import minor_text, regime_text, screening_state
+from workbench.report.lines.statements import minor_text, regime_text, screening_state, sentence
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -53,7 +53,7 @@ def screening_section(folder: CampaignFolder) -> Section | None:
     ]
     blocks: list[Block] = []
     if regimes := regime_text(screening):
-        blocks.append(Note(text=" ".join(f"{one[0].upper()}{one[1:]}." for one in regimes), level="fair"))
+        blocks.append(Note(text=" ".join(map(sentence, regimes)), level="fair"))
     if screening.get("verdict"):
         text = f"Verdict: {screening['verdict']}."
         if screening.get("advice"):

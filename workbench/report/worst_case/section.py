@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from workbench.report.lines.statements import limits_text, quantile_text
+from workbench.report.lines.statements import limits_text, quantile_text, sentence
 from workbench.report.page.blocks import (
     Block,
     Figure,
@@ -146,7 +146,7 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
         sentences.append(worst["scale"]["reason"])
     if worst.get("quantile"):
         said = quantile_text(worst["quantile"])
-        sentences.append(f"{said[0].upper()}{said[1:]}.")
+        sentences.append(sentence(said))
     if worst.get("status"):
         sentences.append(f"Why the search ended: {str(worst['status']).rstrip('.')}.")
     failures = {k: n for k, n in (worst.get("failures") or {}).items() if n}
