@@ -1,13 +1,14 @@
 "use strict";
 // The prediction profiler: the Kriging of the screening, evaluated in the page.
 // Data: <script type="application/json" id="profiler-data">, arrays as base64 of little-endian float64.
-// predict(point in the unit cube) -> { mean, sd }, as in surrogates/posterior.py.
+// predict(point in the unit cube, words by their codes) -> { mean, sd }, as in surrogates/kriging/posterior.py.
 (() => {
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const floats = (text) => new Float64Array(bytes(text).buffer);
 
   function kriging(data) {
     const { n, d, p, kind, eta, terms, sigma2, shift, scale, new_run } = data;
+    const isLabel = Array.from({ length: d }, (_, k) => data.labels.includes(k));
     const u = floats(data.u), theta = floats(data.theta), low = floats(data.low), width = floats(data.width);
     const weights = floats(data.weights), beta = floats(data.coefficients);
     const lower = floats(data.lower), q = floats(data.q), rf = floats(data.rf);
@@ -27,7 +28,10 @@
       for (let j = 0; j < p; j++) mean += f[j] * beta[j];
       for (let i = 0; i < n; i++) {
         let value = 1;
-        for (let k = 0; k < d; k++) value *= one(Math.abs(x[k] - u[i * d + k]), theta[k]);
+        for (let k = 0; k < d; k++) {
+          const apart = Math.abs(x[k] - u[i * d + k]);
+          value *= isLabel[k] ? (apart ? Math.exp(-theta[k]) : 1) : one(apart, theta[k]);
+        }
         r[i] = value;
         mean += value * weights[i];
       }
@@ -93,7 +97,12 @@
   }
 
   function build(root, data) {
-    const kriged = kriging(data), carried = carriedBack(data.map), predict = (at) => carried(kriged(at));
+    const kriged = kriging(data), carried = carriedBack(data.map);
+    const levelAt = (parameter, t) => Math.round(t * (parameter.levels.length - 1));
+    const predict = (at) => carried(kriged(at.map((t, k) => {
+      const { codes } = data.parameters[k];
+      return codes ? codes[levelAt(data.parameters[k], t)] : t;
+    })));
     const unit = data.unit === "1" ? "" : ` ${data.unit}`;
     const point = Float64Array.from(data.presets[0].point);
     const answer = root.querySelector(".profiler-answer"), grid = root.querySelector(".profiler-grid");
@@ -153,10 +162,20 @@
         element(drawing, "path", {
           d: `M${BOX.left},${BOX.top}V${BOX.h - BOX.bottom}H${BOX.w - BOX.right}`, fill: "none", stroke: "#8a939d",
         });
-        element(drawing, "path", { d: `M${[...up, ...down].join("L")}Z`, fill: "#0072B2", "fill-opacity": 0.18 });
-        element(drawing, "path", {
-          d: `M${l.map((v) => `${X(v.t)},${Y(v.value)}`).join("L")}`, fill: "none", stroke: "#0072B2", "stroke-width": 2,
-        });
+        if (parameter.codes) {                            // nothing lies between words: a bar for each
+          for (const v of l) {
+            element(drawing, "line", {
+              x1: X(v.t), x2: X(v.t), y1: Y(v.lower), y2: Y(v.upper), stroke: "#0072B2", "stroke-opacity": 0.4,
+              "stroke-width": 5,
+            });
+            element(drawing, "circle", { cx: X(v.t), cy: Y(v.value), r: 3.5, fill: "#0072B2" });
+          }
+        } else {
+          element(drawing, "path", { d: `M${[...up, ...down].join("L")}Z`, fill: "#0072B2", "fill-opacity": 0.18 });
+          element(drawing, "path", {
+            d: `M${l.map((v) => `${X(v.t)},${Y(v.value)}`).join("L")}`, fill: "none", stroke: "#0072B2", "stroke-width": 2,
+          });
+        }
         element(drawing, "line", {
           x1: X(point[k]), x2: X(point[k]), y1: BOX.top, y2: BOX.h - BOX.bottom, stroke: "#4d5761",
           "stroke-dasharray": "3 3",

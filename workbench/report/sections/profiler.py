@@ -10,6 +10,8 @@ posterior is exported as arrays:
 A Kriging of a mapped response (see `surrogates.analysis.response_map`) brings its map: what is shown is the
 median and the band carried back, value = T^-1(mean), ends = T^-1(mean -+ 1.96 sd).
 
+A word has a code in place of a coordinate, and r = exp(-theta) between different ones.
+
 All arrays are base64 of little-endian float64, so the page computes with the same bits as Python.
 """
 
@@ -17,7 +19,8 @@ import html
 import json
 from base64 import b64encode
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,7 +32,10 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 
-__all__ = ["map_numbers", "posterior_arrays", "profiler_section"]
+if TYPE_CHECKING:
+    from workbench.space.parameter import Parameter
+
+__all__ = ["label_codes", "map_numbers", "posterior_arrays", "profiler_section"]
 
 TRENDS = ("constant", "linear", "interactions", "quadratic")
 
@@ -42,20 +48,21 @@ def profiler_section(folder: CampaignFolder) -> Section | None:
     title = "Try other values"
     theta = screening["kriging"]["theta"]
     names = [n for n in screening["ranking"] if n in theta]
-    words = [n for n in names if folder.parameters[n].get("kind") == "categorical"]
-    if words or screening["kriging"].get("trend") not in TRENDS:
-        text = f"No profiler: {words[0]} takes words." if words else "No profiler for a trend of one's own."
-        return Section(id="profiler", title=title, blocks=(Note(text=text),))
-    posterior = _posterior(folder, screening, names)
-    if posterior is None:
+    if screening["kriging"].get("trend") not in TRENDS:
+        note = Note(text="No profiler for a trend of one's own.")
+        return Section(id="profiler", title=title, blocks=(note,))
+    kriging = _kriging(folder, screening, names)
+    if kriging is None:
         return None
-    packed = posterior_arrays(posterior)
+    packed = posterior_arrays(kriging.posterior)
     mapped = _map(screening)
     packed |= {
         "map": map_numbers(mapped),
         "response": screening["response"],
         "unit": str(screening.get("unit") or "1"),
-        "parameters": [_parameter(folder.parameters[name]) for name in names],
+        "parameters": [
+            _parameter(folder.parameters[name], kriging.codes.get(k)) for k, name in enumerate(names)
+        ],
         "presets": _presets(folder, names),
     }
     return Section(
@@ -114,8 +121,17 @@ def _scale_said(mapped: Any) -> list[str]:
     ]
 
 
-def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list[str]) -> Any:
-    """The posterior of the Kriging of the document, None when its runs are not in the folder."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Kriging:
+    """A posterior, and of each column of words what its levels are to it: the codes 0, 1, ... of those that
+    were run, -1 of the others (the correlation asks only whether two are the same)."""
+
+    posterior: Any
+    codes: Mapping[int, list[int]]
+
+
+def _kriging(folder: CampaignFolder, screening: Mapping[str, Any], names: list[str]) -> _Kriging | None:
+    """The Kriging of the document, None when its runs are not in the folder."""
     from surrogates import Kriging
     from workbench.space.box import Space
 
@@ -128,7 +144,9 @@ def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list
     space = Space.from_dict(design["space"])
     columns = [space.names.index(name) for name in names]
     x = space.unit([{n: runs[key].inputs[n] for n in space.names} for key in keys])[:, columns]
+    words = [k for k, name in enumerate(names) if space.parameters[columns[k]].kind == "categorical"]
     fitted = Kriging(
+        categorical=words or None,
         trend=said["trend"],
         correlation=said["correlation"],
         eta=float(said.get("eta") or 2.0),
@@ -136,9 +154,19 @@ def _posterior(folder: CampaignFolder, screening: Mapping[str, Any], names: list
         nugget=float(said["nugget"]),
         intervals="plug-in",
     ).fit(x, _map(screening).forward(np.asarray(loo["observed"], dtype=float)))
-    if said.get("calibration", "none") == "none":
-        return fitted.posterior_
-    return fitted.posterior_.calibrated(float(said["interval_factor"]), nugget=fitted.nugget_)
+    posterior = fitted.posterior_
+    if said.get("calibration", "none") != "none":
+        posterior = posterior.calibrated(float(said["interval_factor"]), nugget=fitted.nugget_)
+    codes = {k: label_codes(space.parameters[columns[k]], x[:, k]) for k in words}
+    return _Kriging(posterior=posterior, codes=codes)
+
+
+def label_codes(parameter: "Parameter", run: np.ndarray) -> list[int]:
+    """Which number the Kriging gives to each level: those of the runs (n,) count from 0 in their order."""
+    seen = np.unique(run).tolist()
+    levels = parameter.unit_levels
+    assert levels is not None
+    return [seen.index(u) if u in seen else -1 for u in levels.tolist()]
 
 
 def posterior_arrays(posterior: Any) -> dict[str, Any]:
@@ -150,6 +178,7 @@ def posterior_arrays(posterior: Any) -> dict[str, Any]:
         "d": d,
         "p": posterior.f.shape[1],
         "kind": posterior.correlation.kind,
+        "labels": list(map(int, posterior.correlation.labels)),
         "eta": float(posterior.correlation.eta),
         "terms": [list(map(int, term)) for term in posterior.trend.terms],
         "sigma2": float(posterior.sigma2),
@@ -172,7 +201,7 @@ def _packed(array: Any) -> str:
     return b64encode(np.ascontiguousarray(array, dtype="<f8").tobytes()).decode()
 
 
-def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
+def _parameter(p: Mapping[str, Any], codes: list[int] | None) -> dict[str, Any]:
     levels = list(p.get("levels") or [])
     if not levels and p.get("kind") == "integer":
         levels = list(range(round(p["lower"]), round(p["upper"]) + 1))
@@ -188,6 +217,7 @@ def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
         "upper": p.get("upper"),
         "scale": p.get("scale") or "linear",
         "levels": levels,
+        "codes": codes,
     }
 
 

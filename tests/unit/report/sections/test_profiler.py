@@ -11,9 +11,12 @@ from surrogates.analysis.response_map import response_map
 from tests.browser import needs_browser, visit
 from tests.plain_kriging import plain
 from tests.sample_campaign import write_sample
+from workbench import Campaign, Parameter
 from workbench.report.page.html import PAGE
-from workbench.report.sections.profiler import map_numbers, posterior_arrays
+from workbench.report.sections.profiler import label_codes, map_numbers, posterior_arrays
 from workbench.report.writing import write_report
+from workbench.stages.design import evaluate
+from workbench.stages.run_all import run_stage
 
 POINTS = 100
 # the page and Python sum the same numbers in another order
@@ -27,6 +30,23 @@ CASES = [
     ("matern32", "interactions", 0.0),
     ("power_exponential", "constant", 1e-6),
 ]
+WORDS = (1,)  # columns that hold the codes of words
+WITH_WORDS = [("gaussian", "constant", 1e-3), ("matern52", "linear", 1e-6)]
+
+
+def with_words(correlation, trend, nugget):
+    """A Kriging of which one input takes four words, one of them in none of its runs."""
+    rng = np.random.default_rng(5)
+    x = rng.random((40, 3))
+    x[:, 1] = rng.integers(3, size=40)
+    y = np.sin(4 * x[:, 0]) + np.array([0.3, -1.0, 2.0])[x[:, 1].astype(int)] * x[:, 2] + 250.0
+    kriging = plain(
+        correlation=correlation, trend=trend, nugget=nugget, theta=[3.0, 0.7, 0.4], categorical=WORDS
+    )
+    kriging.fit(x, y)
+    points = rng.random((POINTS, 3))
+    points[:, 1] = rng.integers(-1, 3, size=POINTS)
+    return kriging, points
 
 
 def fitted(correlation, trend, nugget):
@@ -56,6 +76,8 @@ def twin(data, points):
         "matern32": (1 + a3) * np.exp(-a3),
         "matern52": (1 + a5 + a5**2 / 3) * np.exp(-a5),
     }[data["kind"]]
+    for k in data["labels"]:
+        one[:, :, k] = np.where(h[:, :, k] > 0, np.exp(-t[k]), 1.0)
     r = one.prod(axis=2)
     f = np.column_stack([np.prod(x[:, term], axis=1) for term in data["terms"]])
     mean = f @ floats(data["coefficients"]) + r @ floats(data["weights"])
@@ -70,9 +92,12 @@ def twin(data, points):
     )
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda c: "-".join(map(str, c)))
-def test_the_packed_arrays_are_the_whole_prediction(case):
-    kriging, points = fitted(*case)
+KRIGINGS = [*((fitted, case) for case in CASES), *((with_words, case) for case in WITH_WORDS)]
+
+
+@pytest.mark.parametrize(("made", "case"), KRIGINGS)
+def test_the_packed_arrays_are_the_whole_prediction(made, case):
+    kriging, points = made(*case)
     mean, std = kriging.predict(points, return_std=True)
     ours = twin(json.loads(json.dumps(posterior_arrays(kriging.posterior_))), points)
     np.testing.assert_allclose(ours[0], mean, atol=AGREEMENT, rtol=0)
@@ -81,9 +106,9 @@ def test_the_packed_arrays_are_the_whole_prediction(case):
 
 @pytest.mark.browser
 @needs_browser
-@pytest.mark.parametrize("case", CASES[:3], ids=lambda c: "-".join(map(str, c)))
-def test_the_script_predicts_as_python_does(case, tmp_path):
-    kriging, points = fitted(*case)
+@pytest.mark.parametrize(("made", "case"), [*KRIGINGS[:3], *KRIGINGS[-2:]])
+def test_the_script_predicts_as_python_does(made, case, tmp_path):
+    kriging, points = made(*case)
     script = (PAGE / "profiler.js").read_text()
     page = tmp_path / "harness.html"
     page.write_text(
@@ -140,13 +165,58 @@ def test_the_bands_are_those_of_a_new_run_where_they_are_calibrated(tmp_path):
     assert scaled["new_run"] == screening["kriging"]["nugget"]
 
 
+STUDY = """
+[study]
+name = "s"
+seed = 1
+[model]
+kind = "python"
+function = "grip.py:f"
+[[parameter]]
+name = "hands"
+kind = "categorical"
+levels = ["none", "one", "both"]
+[[parameter]]
+name = "load"
+lower = 1
+upper = 3
+[[response]]
+name = "y"
+[design]
+runs = 24
+[evaluate]
+engine = "inline"
+[screen]
+response = "y"
+"""
+MODEL = """
+def f(hands, load):
+    return {"none": 0.0, "one": 5.0, "both": 1.0}[hands] + load ** 2
+"""
+
+
 @pytest.mark.usefixtures("undrawn")
-def test_no_profiler_where_a_selected_parameter_takes_words(tmp_path):
-    folder = write_sample(tmp_path / "s.holdfast")
-    design = json.loads((folder / "design.json").read_text())
-    design["space"]["parameters"][11] = {"name": "x12", "kind": "categorical", "levels": ["a", "b"]}
-    (folder / "design.json").write_text(json.dumps(design))
-    assert "No profiler: x12 takes words." in write_report(folder).read_text()
+def test_words_are_chosen_among_and_predicted_by_their_own(tmp_path):
+    (tmp_path / "grip.py").write_text(MODEL)
+    (tmp_path / "s.toml").write_text(STUDY)
+    with Campaign.from_file(tmp_path / "s.toml") as campaign:
+        run_stage(campaign, "design")
+        evaluate(campaign)
+        run_stage(campaign, "screen")
+    data = data_of(write_report(campaign.folder).read_text())
+    (at,) = data["labels"]
+    words = data["parameters"][at]
+    assert (words["name"], words["levels"], words["codes"]) == ("hands", ["none", "one", "both"], [0, 1, 2])
+    points = np.full((3, 2), 0.5)
+    points[:, at] = words["codes"]
+    mean, std = twin(data, points)
+    np.testing.assert_allclose(mean, [4.0, 9.0, 5.0], atol=0.1)  # load = 2
+    assert (std < 0.5).all()
+
+
+def test_a_word_that_was_not_run_is_like_no_other():
+    hands = Parameter("hands", kind="categorical", levels=["none", "one", "both"])
+    assert label_codes(hands, np.array([1.0, 0.0, 1.0])) == [0, -1, 1]
 
 
 @pytest.mark.usefixtures("undrawn")
