@@ -206,7 +206,7 @@ class OccupantRestraint:
     def motion(self, layouts: Mapping[str, Array], uncertain: Mapping[str, Any]) -> Motion:
         """Layouts in the same case, to look at."""
         runs = {name: self.run(density, uncertain) for name, density in layouts.items()}
-        return motion_of(runs, kinds=self.kinds, title=self.title, deviation=DEVIATION, left=LEFT)
+        return motion_of(runs, kinds=self.kinds, title=self.title, deviation=DEVIATION)
 
     def outlines(self) -> list[list[list[float]]]:
         """The occupant behind a drawing of the layout: closed lines in the vehicle frame, m."""

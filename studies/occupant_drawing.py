@@ -46,7 +46,7 @@ ACROSS = 0.041  # m: the occupant's mid-plane in the vehicle frame of Table C.1
 
 
 def motion_of(
-    runs: Mapping[str, Trajectory], *, kinds: tuple[str, ...], title: str, deviation: Deviation, left: float
+    runs: Mapping[str, Trajectory], *, kinds: tuple[str, ...], title: str, deviation: Deviation
 ) -> Motion:
     """The runs side by side, seen from the vehicle, with the time histories of deviation and head speed."""
     first = next(iter(runs.values()))
@@ -61,8 +61,7 @@ def motion_of(
         runs=tuple(_run(label, run, nodes, kinds) for label, run in runs.items()),
         histories=(
             History(
-                name="deviation of the mass centre", unit="m", limit=None,
-                series={label: np.minimum(values, left)[nodes] for label, values in reach.items()},
+                name="deviation of the mass centre", unit="m", series={k: v[nodes] for k, v in reach.items()}
             ),
             History(name="speed of the head", unit="m/s", series={k: v[nodes] for k, v in speed.items()}),
         ),

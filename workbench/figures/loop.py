@@ -53,6 +53,9 @@ def plot_history(history: "History", *, times: np.ndarray, ax: "Axes | None" = N
         ax.plot(times, values, DASHES[k % 4], color=COLOURS[k % 5], label=label)
     if history.limit is not None:
         ax.axhline(history.limit, color="#1b1f24", lw=1, ls=(0, (1, 2)), label="limit")
+    low, high = (end(float(end(values)) for values in history.series.values()) for end in (min, max))
+    if history.drawn_to < high:
+        ax.set_ylim(low - 0.05 * (history.drawn_to - low), history.drawn_to)
     ax.set(xlabel="time [s]", ylabel=axis_label(history.name, history.unit))
     ax.legend(loc="best")
     return ax

@@ -49,6 +49,8 @@ __all__ = [
 KINDS = ("belt", "airbag", "retractor")
 ROLES = ("vehicle", "occupant", "head", "seat", "wheel", "other")
 SHAPES = {"capsule": 2, "box": 3, "mesh": 0}
+BESIDE = 1.5  # times the largest value of all runs but one: how high a drawing is that cuts that one off,
+FAR_BEHIND = 3.0  # where it goes beyond so many times that height
 UNIT_NORM = 1e-3  # quaternions further from unit length are refused, nearer ones are normalised
 
 
@@ -111,6 +113,16 @@ class History:
     series: Mapping[str, NDArray[np.float64]]
     limit: float | None = None
     case: str = ""
+
+    @property
+    def drawn_to(self) -> float:
+        """Where a drawing ends: the largest value of all, or, where one run leaves the others far behind, a
+        height at which these can still be told apart."""
+        *others, largest = sorted(float(np.max(values)) for values in self.series.values())
+        height = BESIDE * others[-1] if others else largest
+        if self.limit is not None:
+            height = max(height, self.limit)
+        return height if largest > FAR_BEHIND * height > 0.0 else largest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -209,6 +221,7 @@ class Motion:
                     "name": h.name,
                     "unit": h.unit,
                     "limit": h.limit,
+                    "drawn_to": h.drawn_to,
                     "case": h.case,
                     "series": [{"label": label, "values": packed(v)} for label, v in h.series.items()],
                 }

@@ -12,6 +12,7 @@ from tests.sample_motion import sample_motion
 from workbench.errors import StudyError
 from workbench.motion.frames import (
     Body,
+    History,
     Member,
     Motion,
     MotionRun,
@@ -267,3 +268,18 @@ def test_cameras_see_the_whole_motion():
     np.testing.assert_allclose(
         project(follow, motion.runs[0].poses[60, 1:2, :3], width=480, height=300), [[240, 150]], atol=1e-9
     )
+
+
+@pytest.mark.parametrize(
+    ("series", "limit", "height"),
+    [
+        ({"without": [0.0, 11.5], "nominal": [0.2, 0.1], "robust": [0.0, 0.13]}, None, 0.3),
+        ({"without": [0.0, 11.5], "robust": [0.0, 0.13]}, 1.0, 1.0),
+        ({"without": [0.0, 0.5], "robust": [0.0, 0.13]}, None, 0.5),
+        ({"alone": [0.0, 11.5]}, None, 11.5),
+        ({"still": [0.0, 0.0], "moves": [0.0, 2.0]}, None, 2.0),
+    ],
+)
+def test_a_run_that_leaves_the_others_far_behind_is_cut_off(series, limit, height):
+    values = {label: np.array(v) for label, v in series.items()}
+    assert History(name="deviation", unit="m", series=values, limit=limit).drawn_to == pytest.approx(height)

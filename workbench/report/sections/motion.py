@@ -108,7 +108,11 @@ def _history(motion: Motion, k: int) -> Figure:
     history = motion.histories[k]
     peaks = {label: float(np.max(values)) for label, values in history.series.items()}
     said = ", ".join(f"{label} {number(v, 4)}" for label, v in peaks.items())
+    unit = "" if history.unit == "1" else f" {history.unit}"
     limit = "" if history.limit is None else " The dotted line is the limit."
+    beyond = [label for label, v in peaks.items() if v > history.drawn_to]
+    if beyond:
+        limit += f" The drawing ends at {number(history.drawn_to, 3)}{unit}; {names_of(beyond)} goes beyond."
     rows = np.unique(
         np.linspace(0, len(motion.times) - 1, min(MOST_ROWS, len(motion.times))).round().astype(int)
     )
@@ -116,7 +120,7 @@ def _history(motion: Motion, k: int) -> Figure:
         id=f"history-{k + 1}",
         title=f"{history.name[:1].upper()}{history.name[1:]} over time",
         alt=f"{history.name} over {number(float(motion.times[-1]), 3)} s; largest values: {said}.",
-        read_off=f"Largest values: {said}{'' if history.unit == '1' else f' {history.unit}'}.{limit}",
+        read_off=f"Largest values: {said}{unit}.{limit}",
         panels=(
             Panel(draw=lambda ax: plot_history(history, times=motion.times, ax=ax), width=6.0, height=2.6),
         ),

@@ -74,7 +74,7 @@ def test_a_member_tells_its_force_and_its_row(page, tmp_path):
         key("n");
         const text = document.querySelector(".viewer-member").textContent;
         const row = document.querySelector("tr.viewer-row").cells[0].textContent;
-        const charts = document.querySelectorAll(".viewer-member svg").length;
+        const charts = document.querySelectorAll(".viewer-member .viewer-chart > svg").length;
         key("n");
         const next = document.querySelector(".viewer-member").textContent;
         key("Escape");

@@ -18,6 +18,7 @@ function chart(parent, history) {                            // returns what mov
   let low = Infinity, high = -Infinity;
   for (const s of history.series) for (const v of s.values) { low = Math.min(low, v); high = Math.max(high, v); }
   if (history.limit !== null) { low = Math.min(low, history.limit); high = Math.max(high, history.limit); }
+  high = history.drawn_to ?? high;                           // a run that leaves the others far behind is cut off
   const span = high - low || 1;
   const X = (t) => L + (t - times[0]) / (times[frames - 1] - times[0] || 1) * (W - L - R);
   const Y = (v) => H - B - (v - low) / span * (H - T - B);
@@ -26,7 +27,10 @@ function chart(parent, history) {                            // returns what mov
   for (const t of [times[0], times[frames - 1]]) make(svg, "text", { x: X(t), y: H - 8, "text-anchor": t === times[0] ? "start" : "end" }, `${digits(t, 3)} s`);
   make(svg, "path", { d: `M${L},${T}V${H - B}H${W - R}`, fill: "none", stroke: "#57606a" });
   if (history.limit !== null) make(svg, "line", { x1: L, x2: W - R, y1: Y(history.limit), y2: Y(history.limit), stroke: "#1b1f24", "stroke-dasharray": "2 3" });
-  history.series.forEach((s) => make(svg, "path", {
+  const inside = make(svg, "svg", {                          // hides what lies beyond
+    x: L, y: T, width: W - L - R, height: H - T - B, viewBox: `${L} ${T} ${W - L - R} ${H - T - B}`,
+  });
+  history.series.forEach((s) => make(inside, "path", {
     d: `M${Array.from(s.values, (v, i) => `${X(times[i]).toFixed(1)},${Y(v).toFixed(1)}`).join("L")}`,
     fill: "none", stroke: lineOf(s.label)[0], "stroke-width": 1.8, "stroke-dasharray": lineOf(s.label)[1],
   }));
