@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 LEAST = 0.9  # m, the smallest radius of what is framed
 MARGIN = 1.04
 HALF_ANGLE = 0.25  # rad, of the vertical field of view
+APART = 1.6  # times its own radius: who is thrown out makes the pictures of the others no smaller than that
 
 
 def subject(run: MotionRun, frame: int) -> tuple[Array, float] | None:
@@ -37,7 +38,8 @@ def subject(run: MotionRun, frame: int) -> tuple[Array, float] | None:
 
 
 def camera_on_occupant(motion: Motion, frame: int, *, run: int = 0, preset: str = "corner") -> Camera:
-    """The camera of a frame, at one scale for all runs of a case; that of the whole motion without occupants.
+    """The camera of a frame, at one scale for all runs of a case while they stay near each other; that of
+    the whole motion without occupants.
 
     preset: a key of `CAMERAS`.
     """
@@ -46,7 +48,7 @@ def camera_on_occupant(motion: Motion, frame: int, *, run: int = 0, preset: str 
     if mine is None:
         return camera_of(motion, preset)
     beside = [subject(other, frame) for other in motion.runs if other.case == shown.case]
-    radius = max(ball[1] for ball in beside if ball is not None)
+    radius = min(max(ball[1] for ball in beside if ball is not None), APART * mine[1])
     direction = np.array(CAMERAS[preset])
     target = mine[0]
     eye = target + direction / np.linalg.norm(direction) * MARGIN * radius / np.sin(HALF_ANGLE)

@@ -8,7 +8,7 @@ import pytest
 from tests.sample_motion import sample_film, sample_motion
 from workbench.errors import StudyError
 from workbench.motion.frames import side_by_side
-from workbench.motion.framing import camera_on_occupant, subject
+from workbench.motion.framing import APART, MARGIN, camera_on_occupant, subject
 from workbench.motion.stills import CAMERAS, project
 
 SEGMENTS = 6  # bodies of the occupant
@@ -39,6 +39,17 @@ def test_runs_of_a_case_are_seen_at_one_scale():
     before, after = (camera_on_occupant(film, 75, run=k) for k in (2, 3))
     reach = [float(np.linalg.norm(camera.eye - camera.target)) for camera in (before, after)]
     assert reach[0] == pytest.approx(reach[1])
+
+
+def test_who_is_thrown_out_does_not_make_the_others_small():
+    motion = sample_motion()
+    poses = motion.runs[0].poses.copy()
+    poses[75, :SEGMENTS, 0] += 30.0
+    motion = replace(motion, runs=(replace(motion.runs[0], poses=poses), motion.runs[1]))
+    for run, radius in ((0, subject(motion.runs[0], 75)[1]), (1, APART * subject(motion.runs[1], 75)[1])):
+        camera = camera_on_occupant(motion, 75, run=run)
+        reach = float(np.linalg.norm(camera.eye - camera.target)) * np.sin(camera.half_angle)
+        assert reach == pytest.approx(MARGIN * radius)
 
 
 def test_without_an_occupant_the_whole_motion_is_seen():

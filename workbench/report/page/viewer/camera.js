@@ -1,7 +1,7 @@
 // ---- one camera for all canvases -----------------------------------------------------------------------------
 // Every view keeps in the picture what the motion is about, in every frame: the occupant where there is one, and
 // the place in the vehicle where he began; else everything that moves.
-const HALF_ANGLE = .25, MARGIN = 1.04;
+const HALF_ANGLE = .25, MARGIN = 1.04, APART = 1.6;
 const DIRECTIONS = {                                         // from the target to the eye
   side: [0, -1, .12], front: [1, 0, .15], rear: [-1, 0, .15], top: [0, -.02, 1], corner: [.6, -1, .45],
 };
@@ -77,8 +77,9 @@ function look(direction) {
   state.zoom = 1;
 }
 function camera(run, aspect) {
-  const radius = Math.max(...shown().map((other) => subject(other).radius));  // one scale for all canvases
-  const { middle } = subject(run), c = Math.cos(state.height), t = Math.tan(HALF_ANGLE);
+  // one scale for all canvases, while nobody leaves the others far behind
+  const { middle, radius: mine } = subject(run), largest = Math.max(...shown().map((other) => subject(other).radius));
+  const radius = Math.min(largest, APART * mine), c = Math.cos(state.height), t = Math.tan(HALF_ANGLE);
   const narrow = Math.min(HALF_ANGLE, Math.atan(t * aspect));
   const reach = MARGIN * radius / Math.sin(narrow) / state.zoom;
   let away = [c * Math.cos(state.azimuth), c * Math.sin(state.azimuth), Math.sin(state.height)], top = [0, 0, 1];
