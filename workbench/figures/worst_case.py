@@ -47,6 +47,7 @@ MARKERS = {
     "trust": ("v", ORANGE),
 }
 OTHER_MARKERS = "Pp*hX<>"
+BARS_BEYOND = 0.6  # of the range of true values: how far bars are drawn beyond it
 MOST_LEVELS = 7  # of an input that are told one by one on its axis
 
 
@@ -174,9 +175,17 @@ def plot_surprise(
     )  # fmt: skip
     ax.plot(number, [h["value"] for h in known], "o", color=VERMILLION, ms=4, label="true run")
     ax.xaxis.set_major_locator(whole_numbers())
-    ax.set(xlabel="run", ylabel=axis_label(label, unit))
+    ax.set(xlabel="run", ylabel=axis_label(label, unit), ylim=_around([h["value"] for h in known]))
     ax.legend(loc="best")
     return ax
+
+
+def _around(values: Sequence[float]) -> tuple[float | None, float | None]:
+    """Ends of an axis that holds true values, and bars as far as they say something beside these."""
+    if not values or min(values) == max(values):
+        return None, None
+    span = max(values) - min(values)
+    return min(values) - BARS_BEYOND * span, max(values) + BARS_BEYOND * span
 
 
 @any_label

@@ -201,7 +201,7 @@ def surprise_figure(
         alt=f"Predicted and true {response} of {len(known)} proposed runs; {inside} inside the 95 % bar.",
         read_off=f"{inside} of {len(known)} true runs lie in the bar that was predicted before they were "
         "made. A search goes where the Kriging is unsure, so some surprise early on is right; late surprise "
-        "is not.",
+        "is not. Bars may go on beyond the frame.",
         panels=(
             Panel(
                 draw=lambda ax: plot_surprise(history, label=response, unit=unit, ax=ax),

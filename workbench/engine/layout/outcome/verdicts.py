@@ -107,6 +107,7 @@ def _contradicted(proof: Contradiction) -> str:
 
 def _budgets(problem: LayoutProblem, density: Array, value: float, prices: Array) -> list[str]:
     said = []
+    unit = "" if problem.unit == "1" else f" {problem.unit}"
     usage = problem.usage(density)
     for name, used, price, limit in zip(problem.names, usage, prices, problem.limits, strict=True):
         if used < 0.999 and price * abs(limit) <= 1e-6 * abs(value):
@@ -117,7 +118,7 @@ def _budgets(problem: LayoutProblem, density: Array, value: float, prices: Array
         else:
             said.append(
                 f"'{name}' is {100 * used:.4g} % used; 1 % more of it would lower the value by about "
-                f"{price * 0.01 * abs(limit):.3g}."
+                f"{price * 0.01 * abs(limit):.3g}{unit}."
             )
     return said
 
