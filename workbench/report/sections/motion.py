@@ -81,8 +81,9 @@ def _viewer(document: Any) -> Html:
 
 def _storyboard(motion: Motion) -> Html:
     times = motion.storyboard or tuple(np.linspace(motion.times[0], motion.times[-1], 4).tolist())
-    cells = []
+    rows = []
     for run, label in enumerate(r.label for r in motion.runs if r.case == motion.cases[0]):
+        cells = []
         for time in times[:MOST_STILLS]:
             camera = camera_on_occupant(motion, frame_at(motion.times, time), run=run, preset=_view(motion))
             image = png(still(motion, run=run, time=time, camera=camera, width=WIDTH, height=HEIGHT))
@@ -91,10 +92,11 @@ def _storyboard(motion: Motion) -> Html:
                 f'<figure><img width="{WIDTH}" height="{HEIGHT}" alt="The scene {words}" '
                 f'src="data:image/png;base64,{b64encode(image).decode()}"><figcaption>{words}</figcaption></figure>'
             )
+        rows.append(f'<div class="stills">{"".join(cells)}</div>')
     return Html(
         id="storyboard",
-        markup=f'<div class="stills">{"".join(cells)}</div>',
-        text=f"{len(cells)} stills stand in `report.html`.",
+        markup="".join(rows),
+        text=f"{len(rows) * len(times[:MOST_STILLS])} stills stand in `report.html`.",
     )
 
 

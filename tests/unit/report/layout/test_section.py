@@ -103,7 +103,8 @@ def test_motion_in_the_page_is_the_motion_of_the_folder(page, folder):
     assert motion.runs[0].poses.shape == (76, 10, 7)
     kept = Motion.from_dict(json.loads((folder / "motion.json").read_text()))
     np.testing.assert_array_equal(motion.runs[1].poses, kept.runs[1].poses)
-    assert len(re.findall(r'src="data:image/png;base64,', page)) == 8
+    stills = re.findall(r'<div class="stills">(.*?)</div>', page, re.S)
+    assert [row.count('src="data:image/png;base64,') for row in stills] == [4, 4]  # a row for each run
 
 
 def test_a_study_without_a_layout_does_not_miss_one(tmp_path, monkeypatch):
