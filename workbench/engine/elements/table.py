@@ -11,12 +11,12 @@ __all__ = ["ELEMENTS", "LAWS", "PARAMETERS", "USER", "code_of"]
 LAWS = {
     "Spring": "spring", "Contact": "contact", "Impulse": "impulse", "Belt": "belt", "Airbag": "airbag",
     "Timed": "timed", "Webbing": "webbing", "LockingRetractor": "locking_retractor",
-    "VentedAirbag": "vented_airbag",
+    "VentedAirbag": "vented_airbag", "Curve": "curve",
 }  # fmt: skip
 # record -> file; the place in the table is the code of the element
 ELEMENTS = {"JointSpring": "joint_spring", "Bushing": "bushing"}
 USER = 99  # code of laws written in Python, behind all others
-PARAMETERS = 13  # most parameters of a law: nine, and the window around it
+PARAMETERS = 30  # most parameters of a law: those of a curve of fourteen points
 
 
 def code_of(name: str) -> int:

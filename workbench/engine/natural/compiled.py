@@ -255,7 +255,10 @@ def _members(
     count = len(system.members)
     for i, member in enumerate(system.members):
         if isinstance(member.law, UserLaw):
-            raise InvalidSystem(f"members[{i}]: spatial systems take the engine's own laws, not a UserLaw")
+            raise InvalidSystem(
+                f"members[{i}]: spatial systems take the engine's own laws, such as Curve(points=...), not a "
+                "UserLaw"
+            )
     order = np.array(sorted(range(count), key=lambda i: (system.members[i].law.code, i)), np.int64)
     ends, length, law = np.zeros((count, 2), np.int64), np.zeros(count), np.zeros((PARAMETERS, count))
     codes = []

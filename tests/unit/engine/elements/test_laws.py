@@ -1,5 +1,7 @@
 """Member laws against plain formulas: printed numbers, slopes, energies, smooth corners."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +13,7 @@ from workbench.engine import (
     Body,
     Bushing,
     Contact,
+    Curve,
     Impulse,
     Load,
     LockingRetractor,
@@ -75,6 +78,38 @@ def test_printed_numbers():
     assert look(Spring(k=5.0, c=3.0), 0.2, rate=-1.0)[0] == pytest.approx(-2.0)
 
 
+def test_a_curve_goes_through_its_points_and_on_beyond_them():
+    points = ((-0.2, -50.0), (-0.1, -10.0), (0.0, 0.0), (0.05, 80.0), (0.1, 90.0))
+    law = Curve(points=points, width=0.02)
+    for (x, f), (y, g) in pairwise(points):
+        assert look(law, 0.5 * (x + y))[0] == pytest.approx(0.5 * (f + g))
+    assert look(law, -0.3)[0] == pytest.approx(-90.0)
+    assert look(law, 0.2)[0] == pytest.approx(110.0)
+    assert look(law, 0.0)[0] == pytest.approx(3.0 / 32.0 * 0.02 * (1600.0 - 100.0))  # rounded: 3 w/32 a kink
+    assert look(Curve(points=points, c=4.0, scale=0.5), 0.075, rate=2.0)[0] == pytest.approx(50.5)
+    assert look(law, 0.0)[3] == 0.0
+    spring = Curve(points=((0.0, 1.0), (1.0, 6.0)))
+    assert look(spring, 0.3)[0] == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize(
+    ("settings_", "said"),
+    [
+        ({"points": ((0.0, 0.0),)}, "a curve needs 2 to 14 points"),
+        ({"points": tuple((float(k), 0.0) for k in range(15))}, "a curve needs 2 to 14 points"),
+        ({"points": ((0.0, 0.0), (1.0, float("nan")))}, "a curve needs numbers, got .* as point 1"),
+        (
+            {"points": ((0.0, 0.0), (0.2, 1.0), (0.1, 2.0))},
+            "elongations that ascend, got 0.2 m and then 0.1 m",
+        ),
+        ({"points": ((0.0, 0.0), (0.1, 2.0)), "width": 0.2}, "0 < width <= 0.1 m"),
+    ],
+)
+def test_curves_that_cannot_be_are_refused(settings_, said):
+    with pytest.raises(ValueError, match=said):
+        Curve(**settings_)
+
+
 def test_airbag_stiffens_on_and_on_past_its_cap():
     forces = [look(Airbag(), -x)[0] for x in np.linspace(0.0, 0.5, 60)]
     assert np.isfinite(forces).all()
@@ -93,6 +128,12 @@ LAWS = (
     Webbing(k=300.0, slack=0.02, limit=20.0, pull=0.05, fires=0.15, rise=0.1, speed=0.5, width=0.02),
     LockingRetractor(k=300.0, locks=0.15, paid=-0.02, limit=20.0, rise=0.1, speed=0.5, width=0.02),
     VentedAirbag(width=0.01, deploy=0.15, rise=0.09, returned=0.2, speed=0.5),
+    Curve(
+        points=((-0.1, -9.0), (-0.05, -2.0), (0.0, 0.5), (0.08, 4.0), (0.12, 3.0)),
+        c=0.7,
+        scale=1.3,
+        width=0.03,
+    ),
 )
 STEP = 1e-6
 
