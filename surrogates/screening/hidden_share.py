@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HiddenShare", "RoughSide", "hidden_share", "rough_side"]
+__all__ = ["HiddenShare", "RoughSide", "hidden_share", "percent", "rough_side"]
 
 Array = NDArray[np.float64]
 
@@ -120,3 +120,13 @@ def rough_side(
         bound=bound,
         share=float(squares[masks[best]].sum() / squares.sum()),
     )
+
+
+def percent(share: float) -> str:
+    """A share as it is said: never below a tenth of a percent.
+
+    >>> percent(0.034), percent(0.0042), percent(1e-5)
+    ('3.4 %', '0.4 %', '0.1 %')
+    """
+    said = max(100.0 * share, 0.1)
+    return f"{said:.0f} %" if said >= 9.95 else f"{said:.1f} %"

@@ -12,7 +12,7 @@ that was screened on another scale they are indices of the response itself, see
 `surrogates.screening.response_scale.response_shares`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ..analysis.measure import Measure, uniform
 from ..analysis.sobol import sobol_indices
 from ..kriging.estimator import Kriging
+from .hidden_share import percent
 from .partitions.anova import AnovaOptimum
 from .partitions.anova_shares import drawn_total_indices
 from .partitions.canonical import CanonicalRuns
@@ -30,6 +31,9 @@ __all__ = [
     "MINOR_SHARE",
     "SelectedShare",
     "anova_shares",
+    "apart_in_words",
+    "at_the_border",
+    "border_in_words",
     "minor_inputs",
     "selected_shares",
     "shares_of",
@@ -40,6 +44,7 @@ Array = NDArray[np.float64]
 
 MINOR_SHARE = 0.01  # of the variance: a weaker input is no driver
 MOST_TOGETHER = 0.05  # of it, that a list of drivers may leave out
+BORDER = 0.5  # of a half of a 95 % band: one standard deviation
 DRAWS, FEATURES = 20, 64
 MOST_RUNS = 300  # a share of the variance needs no more
 LEAST_THETA = 1e-8  # on the ranges of the runs
@@ -153,6 +158,39 @@ def shares_of_units(runs: CanonicalRuns, units: Sequence[int], drawn: Array) -> 
         for k in runs.given(unit)
     ]
     return tuple(sorted(found, key=lambda share: share.column))
+
+
+def at_the_border(shares: Sequence[SelectedShare]) -> tuple[int, ...]:
+    """The columns of which the runs do not tell whether they have more than 1 %: it lies within a standard
+    deviation of their share.
+
+    >>> one, two = ((0, 0.0095), (1, 0.012))
+    >>> found = [SelectedShare(column=k, mean=m, lower=0.8 * m, upper=1.2 * m) for k, m in (one, two)]
+    >>> at_the_border(found)
+    (0,)
+    """
+    return tuple(
+        share.column
+        for share in shares
+        if share.mean - BORDER * (share.mean - share.lower)
+        < MINOR_SHARE
+        < share.mean + BORDER * (share.upper - share.mean)
+    )
+
+
+def apart_in_words(minor: Sequence[int], name: Callable[[int], str]) -> list[str]:
+    """The inputs that act and hardly matter; [] where there is none."""
+    if not minor:
+        return []
+    return [f"listed apart, estimated below {percent(MINOR_SHARE)} each: {', '.join(map(name, minor))}"]
+
+
+def border_in_words(border: Sequence[int], name: Callable[[int], str]) -> list[str]:
+    """The inputs that another design would list, or list apart, as soon as not; [] where there is none."""
+    if not border:
+        return []
+    lies = f"{'lie' if len(border) > 1 else 'lies'} at the border of {percent(MINOR_SHARE)}"
+    return [f"{' and '.join(map(name, border))} {lies}: listed, or listed apart, by chance"]
 
 
 def _measure(values: Array, given: Measure | None, is_label: bool) -> Measure | None:

@@ -301,6 +301,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             hidden_share=float("nan") if seen is None else float(self._evidence.hidden_share or 0.0),
             shares=shares,
             minor=apart,
+            border=tuple(self._evidence.border),
             confirmed=tuple(self._evidence.confirmed),
             disputed=tuple(self._evidence.disputed),
             open=tuple(self._evidence.open),

@@ -5,7 +5,8 @@ which no selected input is open (`surrogates.screening.hidden_share`). A selecte
 without it is nearly as likely; what that set leaves unexplained bounds what the input does, so y is reckoned
 as x is, from that set.
 
-    resolved          x and y are at most 1 %, and no doubt below stands
+    resolved          x and y are at most 1 %, no input lies at the border of 1 % (`listed_apart`), and no
+                      doubt below stands
     partly resolved   others below x may hide, and whether the open inputs act, each below y, is not known
     not resolved      the runs are too few, or one start alone led here, or x or y is above 30 %
 
@@ -19,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from .hidden_share import HiddenShare, RoughSide
-from .listed_apart import MINOR_SHARE, SelectedShare
+from .hidden_share import HiddenShare, RoughSide, percent
+from .listed_apart import MINOR_SHARE, SelectedShare, apart_in_words, at_the_border, border_in_words
 from .sets.rival_sets import CLEAR_MARGIN
 
 __all__ = ["Evidence", "Judgement", "ScreeningDiagnosis", "fewest_runs", "judge"]
@@ -55,6 +56,7 @@ class ScreeningDiagnosis:
             is missing.
         shares: total indices of the inputs that the likelihood selects (method "default").
         minor: of them those below 1 %, which stand apart from the selection.
+        border: of them those of which the runs do not tell on which side of 1 % they lie.
         confirmed, disputed: inputs that the second witness named and the likelihood confirmed, and did not.
         open: selected inputs that a nearly as likely set does without.
         open_share: y, the upper 95 % bound: no open input is above it; 0 without one.
@@ -88,6 +90,7 @@ class ScreeningDiagnosis:
     hidden_share: float
     shares: tuple[SelectedShare, ...]
     minor: tuple[int, ...]
+    border: tuple[int, ...]
     confirmed: tuple[int, ...]
     disputed: tuple[int, ...]
     open: tuple[int, ...]
@@ -102,8 +105,9 @@ class ScreeningDiagnosis:
         """The same screening with other evidence, and what else has changed."""
         return replace(
             self, hidden_share=float(evidence.hidden_share or 0.0), q2=evidence.q2,
-            minor=tuple(evidence.minor), open_share=evidence.open_share, state=judged.state,
-            resolved=judged.state == "resolved", verdict=judged.verdict, advice=judged.advice, **changed,
+            minor=tuple(evidence.minor), border=tuple(evidence.border), open_share=evidence.open_share,
+            state=judged.state, resolved=judged.state == "resolved", verdict=judged.verdict,
+            advice=judged.advice, **changed,
         )  # fmt: skip
 
 
@@ -127,8 +131,8 @@ class Evidence:
             methods).
         margin: see `ScreeningDiagnosis`; None for a greedy method, which knows no rival sets and therefore
             cannot be resolved.
-        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, open, open_share, rough_side, minor: see
-            `ScreeningDiagnosis`.
+        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, open, open_share, rough_side, minor,
+            border: see `ScreeningDiagnosis`.
         hidden_share: x; None for 1 - q2.
         is_rough, is_anova: whether the correlation is the rough one, or has a weight for each input.
     """
@@ -150,6 +154,7 @@ class Evidence:
     open_share: float = 0.0
     rough_side: RoughSide | None = None
     minor: Sequence[int] = ()
+    border: Sequence[int] = ()
     is_rough: bool = False
     is_anova: bool = False
 
@@ -165,12 +170,16 @@ class Evidence:
         return replace(self, open_share=max(self.open_share, *found)) if found else self
 
     def with_minor(self, minor: Sequence[int], shares: Sequence[SelectedShare]) -> "Evidence":
-        """The same with `minor` listed apart: the selection lacks them, so x is no less than they may be."""
+        """The same with `minor` listed apart: the selection lacks them, so x is no less than they may be.
+
+        What lies at the border is listed, or listed apart, by chance.
+        """
+        border = at_the_border(shares)
         if not minor or self.hidden_share is None:
-            return self
+            return replace(self, border=border)
         largest = max(share.upper for share in shares if share.column in minor)
         lacking = max(self.hidden_share, min(largest, MINOR_SHARE))
-        return replace(self, minor=tuple(minor), hidden_share=lacking)
+        return replace(self, minor=tuple(minor), border=border, hidden_share=lacking)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -217,7 +226,7 @@ def judge(
     assert e.margin is not None
     x = 1.0 - e.q2 if e.hidden_share is None else e.hidden_share
     doubts = _doubts(e, x, name)
-    missing = f"no input above {_percent(x)} of the variance is missing"
+    missing = f"no input above {percent(x)} of the variance is missing"
     where = _where(e.rough_side, name, place or (lambda column, bound: f"{bound:.3g}"))
     known = ""
     if e.repeated:
@@ -225,24 +234,26 @@ def judge(
         known = f"inputs {pairs} cannot be told apart from these runs"
     if doubts.reasons:
         advice = "; ".join(part for part in (*dict.fromkeys(doubts.cures), where, known) if part)
-        bound = [*([missing] if x <= PARTLY_SHARE else []), *_apart(e, name)]
+        bound = [*([missing] if x <= PARTLY_SHARE else []), *apart_in_words(e.minor, name)]
         return Judgement(
             state="not resolved",
             verdict="; ".join(["not resolved: " + doubts.reasons[0], *doubts.reasons[1:], *bound]),
             advice=advice,
         )
     certain = _certainty(e, name)
-    if max(x, e.open_share) <= RESOLVED_SHARE and not (e.disputed or e.confirmed or e.is_rough or e.is_anova):
-        verdict = "; ".join([f"resolved: {missing}", certain, *_apart(e, name)])
+    doubtful = e.disputed or e.confirmed or e.border or e.is_rough or e.is_anova
+    if max(x, e.open_share) <= RESOLVED_SHARE and not doubtful:
+        verdict = "; ".join([f"resolved: {missing}", certain, *apart_in_words(e.minor, name)])
         return Judgement(state="resolved", verdict=verdict, advice=known)
-    hide = f"{_percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
+    hide = f"{percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
     said = [
         hide,
         *([ANOVA_RUNS] if e.is_anova else [ROUGH_RUNS] if e.is_rough else []),
         *_rest(e),
         *_testimony(e, name),
         certain,
-        *_apart(e, name),
+        *apart_in_words(e.minor, name),
+        *border_in_words(e.border, name),
     ]
     settle = f" and to settle {', '.join(map(name, e.open))}" if e.open_share > RESOLVED_SHARE else ""
     cures = [f"add about {_more_runs(e.n_runs)} runs to see weaker inputs{settle}", where, known]
@@ -263,16 +274,6 @@ ROUGH_ADVICE = "the response is rough for so many runs: elementary effects (Morr
 def _more_runs(n: int) -> int:
     """Half as many again."""
     return max(8, n // 2)
-
-
-def _percent(share: float) -> str:
-    """A share as it is said: never below a tenth of a percent.
-
-    >>> _percent(0.034), _percent(0.0042), _percent(1e-5)
-    ('3.4 %', '0.4 %', '0.1 %')
-    """
-    percent = max(100.0 * share, 0.1)
-    return f"{percent:.0f} %" if percent >= 9.95 else f"{percent:.1f} %"
 
 
 def _unjudged(e: Evidence) -> Judgement | None:
@@ -324,7 +325,7 @@ def _doubts(e: Evidence, x: float, name: Callable[[int], str]) -> _Doubts:
     if e.open_share > PARTLY_SHARE:
         doubts.add(
             f"a set without {', '.join(map(name, e.open))} is only {max(e.margin, 0.0):.1f} lower in l, and "
-            f"leaves up to {_percent(e.open_share)} of the variance unexplained",
+            f"leaves up to {percent(e.open_share)} of the variance unexplained",
             "" if doubts.cures else f"add about {max(8, n // 4)} runs to the design",
         )
     needed = fewest_runs(e.n_inputs)
@@ -350,7 +351,7 @@ def _certainty(e: Evidence, name: Callable[[int], str]) -> str:
     names, many = ", ".join(map(name, e.open)), len(e.open) > 1
     return (
         f"whether {names} act{'' if many else 's'} is open, {'each ' if many else ''}with at most "
-        f"{_percent(e.open_share)} of the variance: a set without is only {max(e.margin, 0.0):.1f} lower in "
+        f"{percent(e.open_share)} of the variance: a set without is only {max(e.margin, 0.0):.1f} lower in "
         "log-likelihood"
     )
 
@@ -372,13 +373,6 @@ def _testimony(e: Evidence, name: Callable[[int], str]) -> list[str]:
             f"a regression on the same runs names {', '.join(map(name, e.disputed))}, the likelihood does not"
         )
     return said
-
-
-def _apart(e: Evidence, name: Callable[[int], str]) -> list[str]:
-    """The inputs that act and hardly matter."""
-    if not e.minor:
-        return []
-    return [f"listed apart, estimated below {_percent(MINOR_SHARE)} each: {', '.join(map(name, e.minor))}"]
 
 
 def _where(side: RoughSide | None, name: Callable[[int], str], place: Callable[[int, float], str]) -> str:

@@ -59,6 +59,7 @@ def diagnosis_in_names(
         "disputed": [names[k] for k in facts.disputed],
         "open": [names[k] for k in facts.open],
         "minor": [names[k] for k in facts.minor],
+        "border": [names[k] for k in facts.border],
         "shares": {names[one.column]: [one.mean, one.lower, one.upper] for one in facts.shares},
         "constant": [names[k] for k in facts.constant],
         "repeated": [[names[i], names[j]] for i, j in facts.repeated],

@@ -5,7 +5,7 @@ import pytest
 
 from surrogates import KrigingScreener, selected_kriging
 from surrogates.analysis.measure import uniform
-from surrogates.screening.listed_apart import SelectedShare, minor_inputs
+from surrogates.screening.listed_apart import SelectedShare, at_the_border, minor_inputs
 
 WEAK = 0.11  # slope of an input beside slopes of 1 and 2: 0.24 % of the variance
 
@@ -45,6 +45,26 @@ def test_a_stronger_one_stays_and_a_number_asked_for_is_given():
     screener = KrigingScreener(n_features=3).fit(x, y)
     assert set(screener.selected_) == {0, 3, 5}
     assert len(screener.minor_) == 0
+
+
+def test_what_lies_at_the_border_of_one_percent_keeps_a_screening_from_being_resolved():
+    # slopes such that input 5 has 1 % of the variance: its band holds the border
+    x = np.random.default_rng(4).random((36, 6))
+    noise = 0.02 * np.random.default_rng(5).standard_normal(36)
+    weak = (0.01 / 0.99 * (4 / 12 + 4 / 45) * 12) ** 0.5
+    screener = KrigingScreener().fit(x, 2 * x[:, 0] + x[:, 3] ** 2 + weak * x[:, 5] + noise)
+    facts = screener.diagnosis_
+    assert facts.border == (5,)
+    assert facts.state == "partly resolved"
+    assert "5 lies at the border of 1.0 %: listed, or listed apart, by chance" in facts.verdict
+    assert {5} == {*screener.selected_, *screener.minor_} - {0, 3}
+    clear = KrigingScreener().fit(x, 2 * x[:, 0] + x[:, 3] ** 2 + 2 * weak * x[:, 5] + noise)
+    assert (clear.diagnosis_.border, set(clear.selected_)) == ((), {0, 3, 5})
+
+
+def test_the_border_is_a_standard_deviation_wide():
+    for mean, is_border in ((0.0089, False), (0.0092, True), (0.0109, True), (0.0113, False)):
+        assert bool(at_the_border(shares(mean, width=0.2))) == is_border
 
 
 def test_shares_are_averaged_over_the_measures_given():
