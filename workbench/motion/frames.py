@@ -116,13 +116,12 @@ class History:
 
     @property
     def drawn_to(self) -> float:
-        """Where a drawing ends: the largest value of all, or, where one run leaves the others far behind, a
-        height at which these can still be told apart."""
+        """Where a drawing ends: the largest value of all and of the limit, or, where one run leaves these far
+        behind, a height at which they can still be told apart."""
         *others, largest = sorted(float(np.max(values)) for values in self.series.values())
-        height = BESIDE * others[-1] if others else largest
-        if self.limit is not None:
-            height = max(height, self.limit)
-        return height if largest > FAR_BEHIND * height > 0.0 else largest
+        least = -np.inf if self.limit is None else self.limit
+        height = max(BESIDE * others[-1] if others else largest, least)
+        return height if largest > FAR_BEHIND * height > 0.0 else max(largest, least)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

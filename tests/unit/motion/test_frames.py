@@ -276,6 +276,7 @@ def test_cameras_see_the_whole_motion():
         ({"without": [0.0, 11.5], "nominal": [0.2, 0.1], "robust": [0.0, 0.13]}, None, 0.3),
         ({"without": [0.0, 11.5], "robust": [0.0, 0.13]}, 1.0, 1.0),
         ({"without": [0.0, 0.5], "robust": [0.0, 0.13]}, None, 0.5),
+        ({"without": [0.0, 0.5], "robust": [0.0, 0.13]}, 0.8, 0.8),  # the limit is drawn, too
         ({"alone": [0.0, 11.5]}, None, 11.5),
         ({"still": [0.0, 0.0], "moves": [0.0, 2.0]}, None, 2.0),
     ],
