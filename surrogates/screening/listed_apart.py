@@ -12,7 +12,7 @@ that was screened on another scale they are indices of the response itself, see
 `surrogates.screening.response_scale.response_shares`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -160,22 +160,30 @@ def shares_of_units(runs: CanonicalRuns, units: Sequence[int], drawn: Array) -> 
     return tuple(sorted(found, key=lambda share: share.column))
 
 
-def at_the_border(shares: Sequence[SelectedShare]) -> tuple[int, ...]:
+def _sets(columns: Iterable[int], together: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
+    """The columns that stand or fall together: sets of `together`, and each of the others by itself."""
+    at = set(columns)
+    sets = [tuple(k for k in group if k in at) for group in together]
+    grouped = {k for group in sets for k in group}
+    return [group for group in sets if group] + [(k,) for k in columns if k not in grouped]
+
+
+def at_the_border(shares: Sequence[SelectedShare], together: Sequence[Sequence[int]] = ()) -> tuple[int, ...]:
     """The columns of which the runs do not tell whether they have more than 1 %: it lies within a standard
-    deviation of their share.
+    deviation of their share, of a set in `together` of the sum.
 
     >>> one, two = ((0, 0.0095), (1, 0.012))
     >>> found = [SelectedShare(column=k, mean=m, lower=0.8 * m, upper=1.2 * m) for k, m in (one, two)]
     >>> at_the_border(found)
     (0,)
     """
-    return tuple(
-        share.column
-        for share in shares
-        if share.mean - BORDER * (share.mean - share.lower)
-        < MINOR_SHARE
-        < share.mean + BORDER * (share.upper - share.mean)
-    )
+    at = {share.column: share for share in shares}
+    found: list[int] = []
+    for group in _sets(at, together):
+        mean, lower, upper = (sum(getattr(at[k], end) for k in group) for end in ("mean", "lower", "upper"))
+        if mean - BORDER * (mean - lower) < MINOR_SHARE < mean + BORDER * (upper - mean):
+            found += group
+    return tuple(sorted(found))
 
 
 def apart_in_words(minor: Sequence[int], name: Callable[[int], str]) -> list[str]:
@@ -210,9 +218,7 @@ def minor_inputs(
     ((1,), ())
     """
     at = {share.column: share for share in shares}
-    sets = [tuple(k for k in group if k in at) for group in together]
-    grouped = {k for group in sets for k in group}
-    sets = [group for group in sets if group] + [(k,) for k in at if k not in grouped]
+    sets = _sets(at, together)
     size = [sum(at[k].mean if resolved else at[k].upper for k in group) for group in sets]
     # a Kriging that takes the response for noise has no shares
     if not sets or sum(share.mean for share in shares) < 0.5:

@@ -270,7 +270,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             is_anova=seen is not None and seen.anova is not None,
         )
         apart = minor_inputs(shares, self.groups, resolved=judge(self._plain).state == "resolved")
-        self._evidence = self._plain.with_minor(apart, shares)
+        self._evidence = self._plain.with_shares(shares, apart, self.groups)
         judged = judge(self._evidence)
         price = anova_price(threshold) if self._evidence.is_anova else threshold
         low, high = x.min(axis=0), x.max(axis=0)
@@ -340,7 +340,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             return self
         plain = self._plain.with_open(shares)
         apart = minor_inputs(shares, self.groups, resolved=judge(plain).state == "resolved")
-        self._evidence = plain.with_minor(apart, shares)
+        self._evidence = plain.with_shares(shares, apart, self.groups)
         self.diagnosis_ = self.diagnosis_.judged_anew(
             self._evidence, judge(self._evidence), shares=tuple(shares)
         )

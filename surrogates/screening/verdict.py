@@ -169,12 +169,12 @@ class Evidence:
         found = [one.upper for one in shares if one.column in self.open and one.mean >= MINOR_SHARE]
         return replace(self, open_share=max(self.open_share, *found)) if found else self
 
-    def with_minor(self, minor: Sequence[int], shares: Sequence[SelectedShare]) -> "Evidence":
-        """The same with `minor` listed apart: the selection lacks them, so x is no less than they may be.
-
-        What lies at the border is listed, or listed apart, by chance.
-        """
-        border = at_the_border(shares)
+    def with_shares(
+        self, shares: Sequence[SelectedShare], minor: Sequence[int], together: Sequence[Sequence[int]]
+    ) -> "Evidence":
+        """The same with what total indices say: which inputs lie at the border of the list, and that `minor`
+        are listed apart. The selection lacks these, so x is no less than they may be."""
+        border = at_the_border(shares, together)
         if not minor or self.hidden_share is None:
             return replace(self, border=border)
         largest = max(share.upper for share in shares if share.column in minor)
@@ -241,8 +241,10 @@ def judge(
             advice=advice,
         )
     certain = _certainty(e, name)
-    doubtful = e.disputed or e.confirmed or e.border or e.is_rough or e.is_anova
-    if max(x, e.open_share) <= RESOLVED_SHARE and not doubtful:
+    is_certain = max(x, e.open_share) <= RESOLVED_SHARE and not (
+        e.disputed or e.confirmed or e.is_rough or e.is_anova
+    )
+    if is_certain and not e.border:
         verdict = "; ".join([f"resolved: {missing}", certain, *apart_in_words(e.minor, name)])
         return Judgement(state="resolved", verdict=verdict, advice=known)
     hide = f"{percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
@@ -257,6 +259,9 @@ def judge(
     ]
     settle = f" and to settle {', '.join(map(name, e.open))}" if e.open_share > RESOLVED_SHARE else ""
     cures = [f"add about {_more_runs(e.n_runs)} runs to see weaker inputs{settle}", where, known]
+    if is_certain:  # but for the border: a list of drivers need not be better than that
+        keep = f"keep {', '.join(map(name, e.border))} or not: about {percent(MINOR_SHARE)} of the variance"
+        cures = [keep, known]
     if x > ROUGH_SHARE:
         cures.insert(1, ROUGH_ADVICE)
     return Judgement(

@@ -57,6 +57,7 @@ def test_what_lies_at_the_border_of_one_percent_keeps_a_screening_from_being_res
     assert facts.border == (5,)
     assert facts.state == "partly resolved"
     assert "5 lies at the border of 1.0 %: listed, or listed apart, by chance" in facts.verdict
+    assert facts.advice == "keep 5 or not: about 1.0 % of the variance"
     assert {5} == {*screener.selected_, *screener.minor_} - {0, 3}
     clear = KrigingScreener().fit(x, 2 * x[:, 0] + x[:, 3] ** 2 + 2 * weak * x[:, 5] + noise)
     assert (clear.diagnosis_.border, set(clear.selected_)) == ((), {0, 3, 5})
@@ -65,6 +66,13 @@ def test_what_lies_at_the_border_of_one_percent_keeps_a_screening_from_being_res
 def test_the_border_is_a_standard_deviation_wide():
     for mean, is_border in ((0.0089, False), (0.0092, True), (0.0109, True), (0.0113, False)):
         assert bool(at_the_border(shares(mean, width=0.2))) == is_border
+
+
+def test_of_inputs_that_stand_together_the_sum_counts():
+    two = shares(0.0095, 0.010, width=0.2)
+    assert at_the_border(two) == (0, 1)
+    assert at_the_border(two, [(0, 1)]) == ()
+    assert at_the_border(shares(0.005, 0.005, width=0.2), [(0, 1)]) == (0, 1)
 
 
 def test_shares_are_averaged_over_the_measures_given():
