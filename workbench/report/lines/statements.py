@@ -6,6 +6,7 @@ from typing import Any
 from workbench.report.lines.tables import format_number, unit_suffix
 
 __all__ = [
+    "border_text",
     "limits_text",
     "minor_text",
     "open_text",
@@ -66,6 +67,19 @@ def open_text(screening: Mapping[str, Any]) -> str:
     act, each = ("act", "each ") if len(names) > 1 else ("acts", "")
     share = f"{max(100.0 * float(diagnosis['open_share']), 0.1):.2g} %"
     return f"Whether {' and '.join(names)} {act} is open: {each}at most {share} of the variance."
+
+
+def border_text(screening: Mapping[str, Any]) -> str:
+    """Which parameters lie at the border of the list; "" where none does.
+
+    >>> border_text({"diagnosis": {"border": ["grip"]}})
+    'grip lies at the border of 1 % of the variance: listed, or not, by chance.'
+    """
+    names = (screening.get("diagnosis") or {}).get("border") or []
+    if not names:
+        return ""
+    lies = "lie" if len(names) > 1 else "lies"
+    return f"{' and '.join(names)} {lies} at the border of 1 % of the variance: listed, or not, by chance."
 
 
 def minor_text(screening: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from workbench.models.stored.evaluation import FAILED
 from workbench.models.table import ignored_sentence
 from workbench.report.layout.section import improvement_sentence
 from workbench.report.lines.statements import (
+    border_text,
     minor_text,
     open_text,
     regime_text,
@@ -242,6 +243,7 @@ def _screening(screening: Mapping[str, Any]) -> Card:
                 *(sentence(said) for said in regime_text(screening)[:1]),
                 minor_text(screening),
                 open_text(screening),
+                border_text(screening),
                 rest,
                 f"Judged on {screening['n_runs']} runs.",
                 _first_advice(screening),

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.report.lines.statements import (
+    border_text,
     minor_text,
     open_text,
     regime_name,
@@ -126,6 +127,7 @@ def _drivers(folder: CampaignFolder) -> list[str]:
         said,
         minor_text(screening),
         open_text(screening),
+        border_text(screening),
         _of_the_others(screening, rest) if rest else "",
     )
     regimes = " ".join(sentence(said) for said in regime_text(screening))

@@ -85,6 +85,19 @@ def test_an_open_parameter_is_named_beside_the_drivers_with_the_most_it_can_do(j
     assert "is open" not in _drivers(folder)[0]
 
 
+def test_a_parameter_at_the_border_of_the_list_is_named_beside_the_drivers(judged):
+    _, folder, document = judged
+    name = document["selected"][-1]
+    diagnosis = {**document["diagnosis"], "border": [name]}
+    (folder.path / "screening.json").write_text(json.dumps({**document, "diagnosis": diagnosis}))
+    again = CampaignFolder.opened(folder.path, documents=folder.documents)
+    said = f"{name} lies at the border of 1 % of the variance: listed, or not, by chance."
+    (card,) = [c for c in answer_cards(again) if c.section == "screening"]
+    assert said in card.detail
+    assert said in _drivers(again)[0]
+    assert "at the border" not in _drivers(folder)[0]
+
+
 def test_parameters_listed_apart_are_neither_drivers_nor_denied(judged):
     _, folder, document = judged
     rest = [name for name in document["ranking"] if name not in document["selected"]]
