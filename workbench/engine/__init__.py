@@ -26,6 +26,7 @@ _PUBLIC: dict[str, str] = {
             "RevoluteJoint",
         ),
         "elements.impulse": ("Retractor",),
+        "elements.compiled_law": ("CompiledLaw",),
         "elements.laws": ("UserLaw",),
         "elements.prescribed_motion": ("Motion", "motion_from_acceleration"),
         "natural.system": (

@@ -11,7 +11,7 @@ __all__ = ["ELEMENTS", "LAWS", "PARAMETERS", "USER", "code_of"]
 LAWS = {
     "Spring": "spring", "Contact": "contact", "Impulse": "impulse", "Belt": "belt", "Airbag": "airbag",
     "Timed": "timed", "Webbing": "webbing", "LockingRetractor": "locking_retractor",
-    "VentedAirbag": "vented_airbag", "Curve": "curve",
+    "VentedAirbag": "vented_airbag", "Curve": "curve", "CompiledLaw": "compiled_law",
 }  # fmt: skip
 # record -> file; the place in the table is the code of the element
 ELEMENTS = {"JointSpring": "joint_spring", "Bushing": "bushing"}

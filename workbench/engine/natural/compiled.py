@@ -256,8 +256,8 @@ def _members(
     for i, member in enumerate(system.members):
         if isinstance(member.law, UserLaw):
             raise InvalidSystem(
-                f"members[{i}]: spatial systems take the engine's own laws, such as Curve(points=...), not a "
-                "UserLaw"
+                f"members[{i}] has a UserLaw, which spatial systems do not take; use CompiledLaw for a "
+                "function of your own, or Curve for points of a test"
             )
     order = np.array(sorted(range(count), key=lambda i: (system.members[i].law.code, i)), np.int64)
     ends, length, law = np.zeros((count, 2), np.int64), np.zeros(count), np.zeros((PARAMETERS, count))

@@ -124,8 +124,8 @@ class TreeSystem:
                 raise InvalidSystem(f"members[{i}] joins body '{member.a}' to itself")
             if isinstance(member.law, UserLaw):
                 raise NotSupported(
-                    f"members[{i}] has a UserLaw, which trees do not take; use the engine's own laws, such "
-                    "as Curve(points=...), or a planar System"
+                    f"members[{i}] has a UserLaw, which trees do not take; use CompiledLaw for a function of "
+                    "your own, Curve for points of a test, or a planar System"
                 )
         for i, bushing in enumerate(self.bushings):
             _known(f"bushings[{i}]", (bushing.a, bushing.b), by_name)

@@ -90,7 +90,7 @@ class LawVariable:
     def moved(self, law: Any, value: float) -> Any:
         """The law with another value."""
         change = {self.of(law): float(value)}
-        return law.changed(**change) if isinstance(law, Timed) else replace(law, **change)
+        return law.changed(**change) if hasattr(law, "changed") else replace(law, **change)
 
 
 def with_values(system: Any, variables: Sequence[LawVariable], values: Sequence[float]) -> Any:

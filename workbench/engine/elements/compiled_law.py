@@ -1,0 +1,192 @@
+"""A law of the user's, written as a function of Python numbers and compiled with numba."""
+
+from collections.abc import Callable, Mapping
+from ctypes import POINTER, c_double
+from dataclasses import dataclass, field, replace
+from inspect import Parameter, signature
+from math import isfinite
+from types import FunctionType, MappingProxyType
+from typing import Any, ClassVar
+
+import numpy as np
+from numba.core.errors import NumbaError
+
+from ..compiler.options import inner
+from ._kernels_called import FIRST, entries, force_at, slopes_at
+from .law_check import check_slopes
+from .table import PARAMETERS, code_of
+
+__all__ = ["CompiledLaw", "energies", "forces", "parameter_slopes"]
+
+_ENTRIES: Any = entries
+_FORCE_AT: Any = force_at
+_SLOPES_AT: Any = slopes_at
+_DOUBLES = POINTER(c_double)
+MOST = PARAMETERS - FIRST  # constants
+# compiled entries by what they were made from, kept as long as the process lives: tables hold their addresses
+_MADE: dict[Any, tuple[Any, ...]] = {}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompiledLaw:
+    """A member law of your own: `force(delta, rate, t, **constants)` of single numbers, compiled.
+
+    delta: elongation, m.  rate: m/s.  t: s.  It returns the tension, N, at density 1, and runs in planar
+    systems, trees and natural coordinates as the engine's own laws do, in every scheme, with all gradients,
+    those by its constants among them.
+
+    numba compiles the function in nopython mode, once a process. Slopes are taken by complex step, so it must
+    be analytic in its arguments: numpy's functions instead of those of `math`, no `abs`, branches by
+    `delta.real`, kinks rounded. Or give `slopes`, which returns (df/ddelta, df/drate) and is called, as
+    `force` is then, with real numbers; slopes by the constants are not known then.  What the functions read
+    from their module is taken as it stands when they are compiled: numbers that change belong in `constants`.
+
+    Its energy is not known: `StoredEnergy` does not count its members.
+
+    Raises ValueError for more than 26 constants or such as are no numbers, for functions that take other
+    arguments, hold variables of a function around them or do not compile, and where slopes differ from
+    differences of the force.
+
+    >>> def stiffening(delta, rate, t, k, c):
+    ...     return k * delta**3 + c * rate
+    >>> law = CompiledLaw(force=stiffening, constants={"k": 1e4, "c": 2.0})
+    >>> law.changed(k=2e4).parameters[-2:]
+    (20000.0, 2.0)
+    """
+
+    force: Callable[..., Any]
+    constants: Mapping[str, float] = field(default_factory=dict)
+    slopes: Callable[..., tuple[Any, Any]] | None = None
+
+    code: ClassVar[int] = code_of("CompiledLaw")
+    smooth: ClassVar[bool] = True  # for all we know
+    elastic: ClassVar[bool] = False  # its energy is not known
+
+    def __post_init__(self) -> None:
+        constants = {str(name): float(value) for name, value in self.constants.items()}
+        if len(constants) > MOST:
+            raise ValueError(f"a compiled law takes at most {MOST} constants, got {len(constants)}")
+        for name, value in constants.items():
+            if not isfinite(value):
+                raise ValueError(f"a compiled law needs numbers, got {name}={value}")
+        order = _arguments(self.force, "force", constants)
+        if self.slopes is not None and _arguments(self.slopes, "slopes", constants) != order:
+            raise ValueError("force and slopes of a compiled law need their arguments in one order")
+        object.__setattr__(self, "constants", MappingProxyType({name: constants[name] for name in order}))
+        check_slopes(_python(self.force).__name__, self._look, self.slopes is not None)
+
+    def __reduce__(self) -> Any:  # mapping proxies are not pickled
+        return _law, (self.force, dict(self.constants), self.slopes)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters: of the constants, where slopes by them are known."""
+        own = tuple(self.constants) if self.slopes is None else ("",) * len(self.constants)
+        return ("",) * FIRST + own
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Column of the parameter table: addresses of this process's compiled entries, then constants."""
+        return (*(float(entry.address) for entry in self._entries()), *self.constants.values())
+
+    def _entries(self) -> tuple[Any, ...]:
+        functions = [self.force] if self.slopes is None else [self.force, self.slopes]
+        key = (len(self.constants), *(_identity(_python(function)) for function in functions))
+        if key not in _MADE:
+            try:
+                _MADE[key] = _ENTRIES(self.force, self.slopes, len(self.constants))
+            except (NumbaError, NotImplementedError) as error:
+                numbers = "complex" if self.slopes is None else "real"
+                other = ", or give slopes if it takes real numbers only" if self.slopes is None else ""
+                raise ValueError(
+                    f"numba does not compile the law '{_python(self.force).__name__}' for {numbers} numbers: "
+                    f"{_brief(error)}\nWrite it with operators and numpy's functions of single numbers{other}"
+                ) from error
+        return _MADE[key]
+
+    def _look(self, delta: float, rate: float, t: float) -> tuple[float, float, float]:
+        """Force and its slopes by elongation and rate at one place."""
+        column, out = np.array(self.parameters), np.zeros(5)
+        out[:2] = delta, rate
+        places = [out[k:].ctypes.data_as(_DOUBLES) for k in range(5)]
+        self._entries()[0].ctypes(*places[:2], t, column.ctypes.data_as(_DOUBLES), 1, *places[2:])
+        f, by_delta, by_rate = out[2:].tolist()
+        return f, by_delta, by_rate
+
+    def changed(self, **values: float) -> "CompiledLaw":
+        """With other values of some constants. Raises ValueError for names that are none."""
+        for name in values:
+            if name not in self.constants:
+                raise ValueError(f"no constant is called '{name}': {', '.join(self.constants)}")
+        return replace(self, constants={**self.constants, **values})
+
+
+def _law(force: Any, constants: Any, slopes: Any) -> CompiledLaw:
+    return CompiledLaw(force=force, constants=constants, slopes=slopes)
+
+
+def _python(function: Any) -> FunctionType:
+    """The function of Python behind one that is compiled already."""
+    return getattr(function, "py_func", function)
+
+
+def _identity(function: FunctionType) -> Any:
+    """What makes the code of a function: two that are made by one line of one module are one."""
+    held = tuple(id(cell.cell_contents) for cell in function.__closure__ or ())
+    return function.__code__, id(function.__globals__), held
+
+
+def _arguments(function: Any, what: str, constants: Mapping[str, float]) -> tuple[str, ...]:
+    """The constants in the order in which a function takes them, behind delta, rate and t."""
+    own = _python(function)
+    if not isinstance(own, FunctionType):
+        raise ValueError(f"a compiled law needs a function of Python as {what}, got {type(own).__name__}")
+    taken = list(signature(own).parameters.values())
+    named = tuple(one.name for one in taken[3:])
+    plain = all(one.kind is Parameter.POSITIONAL_OR_KEYWORD for one in taken)
+    if len(taken) < 3 or not plain or set(named) != set(constants):
+        raise ValueError(
+            f"a compiled law needs {what}({', '.join(('delta', 'rate', 't', *constants))}), got "
+            f"{own.__name__}({', '.join(str(one) for one in taken)})"
+        )
+    for name, cell in zip(own.__code__.co_freevars, own.__closure__ or (), strict=True):
+        if not callable(cell.cell_contents):
+            raise ValueError(
+                f"{own.__name__} reads '{name}' of the function around it, which compiled code would keep as "
+                "it is now; give it among the constants"
+            )
+    return named
+
+
+def _brief(error: Exception) -> str:
+    """What numba says of the function itself, without where it was in its own work."""
+    said = [line.strip() for line in str(error).splitlines()]
+    own = [line for line in said if line and not line.startswith(_ASIDE)]
+    place = next((line.rstrip(":") for line in said if line.startswith('File "') and "<" not in line), "")
+    return " ".join(own[:2]) + (f" ({place})" if place else "")
+
+
+_ASIDE = (
+    "Failed in", "During:", 'File "', "<source", "There are", "Overload", "- Of which", "With argument",
+    "def ", "^", ">>>",
+)  # fmt: skip
+
+
+@inner
+def forces(p: Any, first: int, last: int, delta: Any, rate: Any, t: Any, f: Any, fd: Any, fv: Any) -> None:
+    """Fill f, df/ddelta, df/drate of members first..last-1 at unit density."""
+    for i in range(first, last):
+        _FORCE_AT(p, i, delta[i], rate[i], t.real, f, fd, fv)
+
+
+@inner
+def energies(p: Any, first: int, last: int, delta: Any, t: Any, energy: Any) -> None:
+    """Fill the stored energy of members first..last-1, which is not known, with 0."""
+    for i in range(first, last):
+        energy[i] = 0.0 * delta[i]
+
+
+@inner
+def parameter_slopes(p: Any, i: int, delta: Any, rate: Any, t: Any, dp: Any) -> None:
+    """Slopes of the unit force of member i by its parameters, rows of `dp` that are not 0."""
+    _SLOPES_AT(p, i, delta, rate, t, dp)
