@@ -3,10 +3,11 @@
     python -m studies.surrogate_counts kriging 4100 10    intervals and errors of `Kriging()`, 11 functions
     python -m studies.surrogate_counts bands 8100 10      95 % bands of main and total indices, 3 functions
     python -m studies.surrogate_counts decades 61000 12   screenings of drawn functions over three decades
+    python -m studies.surrogate_counts carried 71000 8    bands of these, as they are and carried back
 
 The first number is the seed of all designs, the second how many samples, or functions, are counted. No rule
 was chosen on these functions. The last counts are in
-docs/decisions/0198-three-counts-that-move-no-rule.md.
+docs/decisions/0198-three-counts-that-move-no-rule.md and 0250-indices-are-carried-back.md.
 """
 
 import sys
@@ -20,9 +21,17 @@ import doe
 from studies.held_out_functions import held_out
 from studies.screening_lists import jansen_indices
 from studies.screening_scales import over_decades
-from surrogates import Kriging, KrigingScreener, choose_scale, judged_on_response, on_scale, sobol_indices
+from surrogates import (
+    Kriging,
+    KrigingScreener,
+    ScaledKriging,
+    choose_scale,
+    judged_on_response,
+    on_scale,
+    sobol_indices,
+)
 
-__all__ = ["BANDS", "FUNCTIONS", "bands", "decades", "kriging", "main"]
+__all__ = ["BANDS", "FUNCTIONS", "bands", "carried", "decades", "kriging", "main"]
 
 Array = NDArray[np.float64]
 Function = Callable[[Array], Array]
@@ -30,7 +39,7 @@ Function = Callable[[Array], Array]
 FRESH = 1000  # points at which predictions are judged
 QUANTILE = 1.959964  # of the normal law: 95 %
 RIVALS = ("gaussian", "matern52")
-BASE = 2**15  # of the Sobol' points of true indices
+BASE, BASE_OF_DECADES = 2**15, 2**13  # of the Sobol' points of true indices
 ROUNDING = 1e-3  # of true indices
 LARGE = 0.05  # a total index that a list should hold
 
@@ -171,6 +180,55 @@ def bands(seed: int, samples: int, names: Sequence[str] = tuple(BANDS)) -> dict[
     return found
 
 
+def averaged_indices(f: Function, d: int) -> tuple[Array, Array]:
+    """The same of a response over decades: a Gauss rule along each input, from Sobol' points of the others.
+
+    Both variances of a quotient come from the same points, so that it bears few large values.
+    """
+    points = doe.sobol(BASE_OF_DECADES, d, rng=np.random.default_rng(0))
+    at, weights = np.polynomial.legendre.leggauss(16)
+    main, total = np.empty(d), np.empty(d)
+    for j in range(d):
+        along = np.repeat(points[:, None, :], len(at), axis=1)
+        along[:, :, j] = 0.5 + 0.5 * at
+        y = f(along.reshape(-1, d)).reshape(len(points), -1)
+        within, squares = y @ weights / 2, float((y**2 @ weights).mean() / 2)
+        variance = squares - within.mean() ** 2
+        main[j] = (y.mean(axis=0) - within.mean()) ** 2 @ weights / 2 / variance
+        total[j] = (squares - np.mean(within**2)) / variance
+    return main, total
+
+
+def carried(seed: int, functions: int) -> Iterator[dict[str, Any]]:
+    """Bands of functions over two and three decades: held, of how many, mean width and error of the mean.
+
+    Of a Kriging of the response itself, and of one on the scale that predicts best, carried back.
+    """
+    for k in range(functions):
+        for span in (2, 3):
+            f = over_decades(seed + 13 * k, span)
+            true = averaged_indices(f.evaluate, f.d)
+            rng = np.random.default_rng([seed, k, span])
+            u = doe.optimised_lhs(5 * f.d + 6, f.d, swaps=20_000, rng=rng)
+            y = f.evaluate(u)
+            row: dict[str, Any] = {"function": k, "decades": span, "inputs": f.d}
+            for name in ("none", "auto"):
+                model = ScaledKriging(scale=name).fit(u, y)
+                found = sobol_indices(model.kriging_, carried=model.map_, rng=np.random.default_rng(k))
+                bands = tuple(zip(true, (found.main, found.total), strict=True))
+                row[name] = {
+                    "scale": model.map_.scale,
+                    "q2": model.q2_,
+                    "held": sum(
+                        int(((exact >= b.lower - ROUNDING) & (exact <= b.upper + ROUNDING)).sum())
+                        for exact, b in bands
+                    ),
+                    "width": float(np.mean([b.upper - b.lower for _, b in bands])),
+                    "error": float(np.max([np.abs(exact - b.mean).max() for exact, b in bands])),
+                }
+            yield row
+
+
 def decades(seed: int, functions: int) -> Iterator[dict[str, Any]]:
     """A row for each screening: state, x, true total indices above 5 % and above x that it lacks."""
     for k in range(functions):
@@ -206,6 +264,26 @@ def main(what: str, seed: int, number: int) -> None:
         for name in BANDS:
             inside, of, width = bands(seed, number, [name])[name]
             print(f"{name:18s} {inside} of {of} held, mean width {width:.3f}", flush=True)
+    elif what == "carried":
+        rows = []
+        for row in carried(seed, number):
+            rows.append(row)
+            print(
+                f"{row['function']:3d}  {row['decades']} decades  "
+                + "   ".join(
+                    f"{one['scale']:8s} Q2 {one['q2']:.3f}  {one['held']} of {2 * row['inputs']} held, width "
+                    f"{one['width']:.3f}, largest error {one['error']:.3f}"
+                    for one in (row["none"], row["auto"])
+                ),
+                flush=True,
+            )
+        all_of = 2 * sum(row["inputs"] for row in rows)
+        for name in ("none", "auto"):
+            print(
+                f"{name}: {sum(row[name]['held'] for row in rows)} of {all_of} held, mean width "
+                f"{np.mean([row[name]['width'] for row in rows]):.3f}, median of the largest errors "
+                f"{np.median([row[name]['error'] for row in rows]):.3f}"
+            )
     elif what == "decades":
         rows = []
         for row in decades(seed, number):
@@ -222,7 +300,7 @@ def main(what: str, seed: int, number: int) -> None:
             f"median x {np.median([r['x'] for r in rows]):.1%}"
         )
     else:
-        raise SystemExit(f"counts are kriging, bands, decades, got {what}")
+        raise SystemExit(f"counts are kriging, bands, carried, decades, got {what}")
 
 
 if __name__ == "__main__":

@@ -20,11 +20,17 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..kriging.estimator import Kriging
 from ..kriging.posterior import Posterior
+from .averages import Averages
+from .carried_effects import carried_curves
 from .measure import Measure, resolve
+from .paths import Paths
+from .response_map import ResponseMap
 
 __all__ = ["Effect", "accumulated_local_effect", "main_effects", "partial_dependence"]
 
 Array = NDArray[np.float64]
+
+PATHS, FEATURES = 100, 200  # drawn where effects are carried back from another scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,14 +54,18 @@ class Effect:
 
 def _effect(posterior: Posterior, k: int, x: Array, c: Array, g: Array, rho: Array, level: float) -> Effect:
     """The record from cross correlations c (m, n), trend g (m, p) and prior variances rho (m,)."""
-    if not 0.0 < level < 1.0:
-        raise ValueError(f"level needs a probability between 0 and 1, got {level}")
+    _check_level(level)
     a, h = posterior._reduce(c, g)
     variance = rho - np.einsum("ij,ij->j", a, a) + np.einsum("ij,ij->j", h, h)
     std = posterior.scale * np.sqrt(posterior.sigma2 * np.maximum(variance, 0.0))
     mean = posterior.scale * (g @ posterior.coefficients + c @ posterior.weights)
     half = float(ndtri(0.5 + level / 2)) * std
     return Effect(input=k, x=x, mean=mean, std=std, lower=mean - half, upper=mean + half, level=level)
+
+
+def _check_level(level: float) -> None:
+    if not 0.0 < level < 1.0:
+        raise ValueError(f"level needs a probability between 0 and 1, got {level}")
 
 
 def _shifted(effect: Effect, by: float) -> Effect:
@@ -68,43 +78,6 @@ def _shifted(effect: Effect, by: float) -> Effect:
         upper=effect.upper + by,
         level=effect.level,
     )
-
-
-class _Averages:
-    """Sums of the correlation and the trend over each input's measure, for products over the inputs."""
-
-    def __init__(self, posterior: Posterior, measures: Sequence[Measure]) -> None:
-        if posterior.trend.function is not None:
-            raise ValueError(
-                "effects need a polynomial trend: a function of the user is no product over inputs"
-            )
-        self.posterior = posterior
-        d = posterior.u.shape[1]
-        self.points = [
-            (m.points - low) / width - 0.5
-            for m, low, width in zip(measures, posterior.scaling.low, posterior.scaling.width, strict=True)
-        ]
-        self.weights = [m.weights for m in measures]
-        self.to_runs = [self.weights[k] @ self.along(k, self.points[k]) for k in range(d)]
-        self.within = [
-            float(self.weights[k] @ self.between(k, self.points[k]) @ self.weights[k]) for k in range(d)
-        ]
-        self.trend = [self.weights[k] @ self.powers(k, self.points[k]) for k in range(d)]
-
-    def along(self, k: int, u: Array) -> Array:
-        """r_k between values u (q,) of input k and the runs, (q, n)."""
-        p = self.posterior
-        return p.correlation.along(u[:, None] - p.u[None, :, k], float(p.theta[k]), column=k)
-
-    def between(self, k: int, u: Array, v: Array | None = None) -> Array:
-        """r_k between values of input k."""
-        p = self.posterior
-        other = u if v is None else v
-        return p.correlation.along(u[:, None] - other[None, :], float(p.theta[k]), column=k)
-
-    def powers(self, k: int, u: Array) -> Array:
-        """The factor of input k in every trend term, (q, p)."""
-        return np.stack([u ** term.count(k) for term in self.posterior.trend.terms], axis=1)
 
 
 def _product(arrays: Sequence[Array], *, without: int | None = None) -> Array:
@@ -131,6 +104,7 @@ def main_effects(
     measures: Sequence[Measure | None] | None = None,
     level: float = 0.95,
     centred: bool = False,
+    carried: ResponseMap | None = None,
 ) -> tuple[Effect, ...]:
     """Main effects E[y | x_k] over the other inputs, with the posterior band of the effect.
 
@@ -139,6 +113,8 @@ def main_effects(
             label).
         measures: weights of the inputs, see `surrogates.analysis.measure`; None is uniform.
         centred: subtract the mean over all inputs, in the effect and in its band.
+        carried: the map of a response y that `kriging` is a model of, `carried.forward(y)`: effects are of y,
+            from 100 drawn paths, not centred.
 
     >>> x = np.random.default_rng(0).random((30, 2))
     >>> effects = main_effects(Kriging().fit(x, 3 * x[:, 0]), points=3)
@@ -148,9 +124,13 @@ def main_effects(
     check_is_fitted(kriging)
     posterior = kriging.posterior_
     resolved = resolve(posterior, measures)
-    averages = _Averages(posterior, resolved)
+    averages = Averages(posterior, resolved)
     d = posterior.u.shape[1]
     chosen = range(d) if inputs is None else [column(k, d, "inputs") for k in inputs]
+    if carried is not None and carried.scale != "none":
+        if centred:
+            raise ValueError("effects that are carried back to the response are not centred: leave one out")
+        return _carried_effects(kriging, averages, resolved, chosen, points, level, carried)
     overall_c, overall_g = _product(averages.to_runs), _product(averages.trend)
     effects = []
     for k in chosen:
@@ -168,6 +148,53 @@ def main_effects(
         effect = _effect(posterior, k, x, c, g, rho, level)
         effects.append(effect if centred else _shifted(effect, posterior.shift))
     return tuple(effects)
+
+
+def _carried_effects(
+    kriging: Kriging,
+    averages: Averages,
+    measures: Sequence[Measure],
+    chosen: Sequence[int],
+    points: int,
+    level: float,
+    carried: ResponseMap,
+) -> tuple[Effect, ...]:
+    """Main effects of what a map carries paths back to: mean and quantiles of drawn ones."""
+    _check_level(level)
+    p = averages.posterior
+    paths = Paths(
+        p,
+        averages,
+        kriging._diagonal,
+        draws=PATHS,
+        features=FEATURES,
+        rng=np.random.default_rng(kriging.seed),
+    )
+    x = {
+        k: _places(measures[k], points if k not in p.correlation.labels else len(measures[k].points))
+        for k in chosen
+    }
+    scaled = [
+        (x[k] - p.scaling.low[k]) / p.scaling.width[k] - 0.5 if k in x else None for k in range(len(p.theta))
+    ]
+    curves = carried_curves(paths, scaled, lambda values: carried.inverse(p.shift + p.scale * values))
+    found = []
+    for k in chosen:
+        drawn = np.asarray(curves[k])[:, 1:]
+        ends = 0.5 - 0.5 * level, 0.5 + 0.5 * level
+        lower, upper = np.quantile(drawn, ends, axis=1, method="weibull")  # of one more draw
+        found.append(
+            Effect(
+                input=k,
+                x=x[k],
+                mean=drawn.mean(axis=1),
+                std=drawn.std(axis=1),
+                lower=lower,
+                upper=upper,
+                level=level,
+            )
+        )
+    return tuple(found)
 
 
 def _places(measure: Measure, points: int) -> Array:

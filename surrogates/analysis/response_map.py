@@ -77,6 +77,12 @@ class ResponseMap:
             t = _box_cox_back(values, self._power)
         return np.asarray(self.centre + self.unit * t)
 
+    def q2(self, observed: ArrayLike, predicted: ArrayLike) -> float:
+        """1 - squared error / squared deviations from the mean, of responses whose w are given."""
+        y = self.inverse(observed)
+        spread = float(((y - y.mean()) ** 2).sum())
+        return 1.0 - float(((y - self.inverse(predicted)) ** 2).sum()) / spread if spread > 0.0 else np.nan
+
     @property
     def _power(self) -> float:
         return 0.0 if self.scale == "log" else self.power

@@ -39,6 +39,7 @@ class ScaledKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     Attributes:
         map_: a `ResponseMap`.   kriging_: the fitted model of the mapped response.
         unexplained_: scale -> squared error of left-out runs over the variance of y; {} for a named one.
+        q2_: 1 - that of the scale taken.
 
     >>> x = np.random.default_rng(0).random((30, 2))
     >>> model = ScaledKriging().fit(x, np.exp(6 * x[:, 0] + np.sin(5 * x[:, 1])))
@@ -50,6 +51,7 @@ class ScaledKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     map_: ResponseMap
     kriging_: Kriging
     unexplained_: dict[str, float]
+    q2_: float
 
     def __init__(self, *, scale: str = "auto", kriging: Kriging | None = None) -> None:
         self.scale = scale
@@ -76,6 +78,7 @@ class ScaledKriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             best = min(found, key=lambda scale: self.unexplained_[scale])
             clearly = self.unexplained_[best] < CLEARLY * self.unexplained_["none"]
             self.map_, self.kriging_ = found[best if clearly else "none"]
+        self.q2_ = 1.0 - _unexplained(self.map_, self.kriging_)
         self.n_features_in_ = self.kriging_.n_features_in_
         if hasattr(self.kriging_, "feature_names_in_"):
             self.feature_names_in_ = self.kriging_.feature_names_in_
@@ -125,8 +128,5 @@ def _other_scales(y: Array) -> list[str]:
 def _unexplained(mapped: ResponseMap, kriging: Kriging) -> float:
     left = kriging.leave_one_out()
     usable = np.isfinite(left.std)
-    y = mapped.inverse(left.observed)
-    spread = float(((y - y.mean()) ** 2).mean())
-    if spread <= 0.0 or not usable.any():
-        return 1.0
-    return float(((y[usable] - mapped.inverse(left.prediction[usable])) ** 2).mean()) / spread
+    q2 = mapped.q2(left.observed[usable], left.prediction[usable]) if usable.any() else 0.0
+    return 1.0 - q2 if np.isfinite(q2) else 1.0

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from surrogates import Kriging, hsic_indices, regression_coefficients, sobol_indices
+from surrogates import Kriging, ScaledKriging, hsic_indices, regression_coefficients, sobol_indices
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.screening.named_methods import INDICES, named
 from workbench.space.box import Space
@@ -20,9 +20,19 @@ PERMUTATIONS = 1000
 
 
 def indices_document(
-    method: str, x: np.ndarray, y: np.ndarray, space: Space, response: Response, *, seed: int = 0
+    method: str,
+    x: np.ndarray,
+    y: np.ndarray,
+    space: Space,
+    response: Response,
+    *,
+    transform: str | None = None,
+    seed: int = 0,
 ) -> dict[str, Any]:
     """Indices of the parameters of `space` from unit points x (n, d) and responses y (n,), by one of INDICES.
+
+    transform: the scale on which the Kriging of "sobol" predicts best, as in `[screen]`; None is "auto". Its
+        indices are of the response on any; ranks predict nothing beyond the runs and count as none.
 
     Raises:
         StudyError: an unknown method, or runs that it cannot use.
@@ -34,7 +44,7 @@ def indices_document(
     if len(y) < least:
         raise NotEnoughRuns(f"{method} needs at least {least} runs with {response.name!r}, got {len(y)}")
     try:
-        found = _found(method, x, y, space, seed)
+        found = _found(method, x, y, space, transform, seed)
     except ValueError as error:  # a response that does not vary, columns that repeat one another
         raise StudyError(f"{method} of {response.name!r}: {error}") from error
     about = named(method)
@@ -49,10 +59,12 @@ def indices_document(
     }
 
 
-def _found(method: str, x: np.ndarray, y: np.ndarray, space: Space, seed: int) -> dict[str, Any]:
+def _found(
+    method: str, x: np.ndarray, y: np.ndarray, space: Space, transform: str | None, seed: int
+) -> dict[str, Any]:
     rng = stream(seed, f"indices {method}")
     if method == "sobol":
-        return _sobol(x, y, space, seed, rng)
+        return _sobol(x, y, space, transform or "auto", seed, rng)
     if method == "hsic":
         hsic = hsic_indices(x, y, categorical=space.label_columns, permutations=PERMUTATIONS, rng=rng)
         columns = {"r2_hsic": hsic.r2, "p_value": hsic.p_value}
@@ -65,16 +77,22 @@ def _found(method: str, x: np.ndarray, y: np.ndarray, space: Space, seed: int) -
     return _table(names, found.ranking, columns) | {"r2": found.r2, "left_out": left_out}
 
 
-def _sobol(x: np.ndarray, y: np.ndarray, space: Space, seed: int, rng: np.random.Generator) -> dict[str, Any]:
+def _sobol(
+    x: np.ndarray, y: np.ndarray, space: Space, transform: str, seed: int, rng: np.random.Generator
+) -> dict[str, Any]:
     d, labels = len(space.names), list(space.label_columns)
-    kriging = Kriging(categorical=labels or None, seed=seed).fit(x, y)
+    scaled = ScaledKriging(
+        scale="none" if transform == "ranks" else transform,
+        kriging=Kriging(categorical=labels or None, seed=seed),
+    ).fit(x, y)
+    kriging, scale = scaled.kriging_, scaled.map_
     measures = [input_measure(parameter) for parameter in space.parameters]
     paired = np.arange(d)
     if d > MOST_PAIRED:
-        first = sobol_indices(kriging, measures=measures, draws=20, thetas=0, rng=rng)
+        first = sobol_indices(kriging, measures=measures, draws=20, thetas=0, carried=scale, rng=rng)
         paired = np.sort(np.argsort(-first.total.mean, kind="stable")[:MOST_PAIRED])
     pairs = [(int(i), int(j)) for at, i in enumerate(paired) for j in paired[at + 1 :]]
-    found = sobol_indices(kriging, measures=measures, pairs=pairs, rng=rng)
+    found = sobol_indices(kriging, measures=measures, pairs=pairs, carried=scale, rng=rng)
     columns = {
         f"{kind}{end}": getattr(part, which)
         for kind, part in (("main", found.main), ("total", found.total))
@@ -91,7 +109,8 @@ def _sobol(x: np.ndarray, y: np.ndarray, space: Space, seed: int, rng: np.random
         for at, (i, j) in enumerate(found.pairs)
     ]
     return _table(space.names, ranking, columns) | {
-        "q2": float(kriging.diagnosis_.q2),
+        "q2": float(scaled.q2_),
+        "scale": scale.scale,
         "correlation": kriging.correlation_,
         "trend": str(kriging.trend_),
         "interactions": sorted(interactions, key=lambda one: -float(str(one["mean"]))),

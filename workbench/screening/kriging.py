@@ -11,16 +11,15 @@ import numpy as np
 from surrogates import (
     RESPONSE_SCALES,
     KrigingScreener,
-    choose_scale,
     judged_on_response,
     on_scale,
     selection_stability,
 )
-from surrogates.analysis.response_map import admitted_scales
 from workbench.errors import StudyError
 from workbench.screening.in_names import diagnosis_in_names, step_in_names
 from workbench.screening.record import Screening
 from workbench.screening.regimes import screened_regimes
+from workbench.screening.scale import SCALES_IN_WORDS, chosen_scale
 from workbench.screening.selected import SelectedKriging
 from workbench.screening.usable_runs import Rows, usable_runs
 from workbench.space.box import Space
@@ -33,13 +32,6 @@ __all__ = ["METHODS", "screen"]
 
 METHODS = ("default", "forward", "welch")
 TRANSFORMS = ("none", "auto", *RESPONSE_SCALES[1:])
-SCALES_IN_WORDS = {
-    "none": "",
-    "log": "the logarithm of the response",
-    "ranks": "the ranks of the response",
-    "box-cox": "a power of the response (Box-Cox)",
-    "yeo-johnson": "a power of the response (Yeo-Johnson)",
-}
 STABILITY_RUNS = 130  # resamples for larger designs cost seconds each
 DECADES = 1.5  # of a positive response: where screened as it is, its other scales are worth a try
 RESAMPLES, RESAMPLES_OF_LARGE = 20, 4
@@ -77,10 +69,10 @@ def screen(
             positive response and "yeo-johnson" of any, or "auto" for the one of these that predicts left-out
             runs best on the response's own scale (`surrogates.choose_scale`). Left out: "auto" for the
             method "default", "none" for the published ones.
-            The Kriging of the selected parameters predicts on that scale (but ranks), with predictions and
-            intervals in the response's unit; main effects and Sobol' indices are of the response itself, the
-            share that may hide is one of the response's own variance, and of that of the scale: the larger;
-            of ranks it is one of their variance.
+            The Kriging of the selected parameters is of that scale (but ranks) and carried back: predictions,
+            intervals, main effects and Sobol' indices are of the response. The share that may hide is one
+            of the response's own variance, and of that of the scale: the larger; of ranks it is one of
+            their variance.
         regimes: "auto" looks for two regimes with nothing between, and screens the switch and the runs of
             each, beside all runs; "off" does not.
         seed: of the starts, the resamples and the draws.
@@ -113,7 +105,7 @@ def screen(
         measures=[input_measure(parameter) for parameter in space.parameters],
         seed=seed,
     )
-    scale, reason = _scale(screener, x, y, transform, response.name)
+    scale, reason = chosen_scale(screener, x, y, transform, response.name)
     screener.fit(x, on_scale(y, scale))
     judged_on_response(screener, x, y, scale)
     names, words = np.array(space.names), SCALES_IN_WORDS[scale]
@@ -156,21 +148,6 @@ def screen(
             screener, x, y, space, names=response.regimes, unit=response.unit, rng=stream(seed, "regimes")
         ),
     )
-
-
-def _scale(
-    screener: KrigingScreener, x: np.ndarray, y: np.ndarray, transform: str, response: str
-) -> tuple[str, str]:
-    """The scale to screen on, and why where it was chosen."""
-    if transform == "auto":
-        choice = choose_scale(screener, x, y)
-        return choice.scale, f" ({choice.reason})"
-    if transform not in admitted_scales(y):
-        raise StudyError(
-            f"screening transform {transform!r} needs {response!r} above 0 in all runs, got {y.min():g}: "
-            "take 'ranks'"
-        )
-    return transform, ""
 
 
 def _advised_scale(y: np.ndarray, transform: str, response: str) -> str:

@@ -22,12 +22,11 @@ SOBOL_DRAWS = 60
 class SelectedKriging:
     """The Kriging of the parameters that act, and what is read off it, in plain types.
 
-    fitted: of the response   predictor: of the response on `scale`, which predicts it best
+    predictor: of the response on `scale`, which predicts it best
     columns: those selected or listed apart, of x (n, d) in [0, 1]    seed: of the draws of Sobol' indices
     """
 
     columns: list[int]
-    fitted: Kriging
     predictor: Kriging
     scale: ResponseMap
     x: np.ndarray
@@ -45,16 +44,13 @@ class SelectedKriging:
     ) -> "SelectedKriging":
         """Fit it to the columns that a screening selected or lists apart; y (n,) in the response's unit.
 
-        Effects and indices are of the response itself; what predicts is fitted on `scale`, on which ranks
-        tell nothing beyond the runs and count as none.
+        It is fitted on `scale`, on which ranks tell nothing beyond the runs and count as none; predictions,
+        effects and indices are carried back: they are of the response.
         """
         columns = sorted([*screener.selected_.tolist(), *screener.minor_.tolist()])
-        fitted = selected_kriging(screener, x, y, minor=True, run_ids=ids)
         mapped = response_map(y, "none" if scale == "ranks" else scale)
-        if mapped.scale == "none":
-            return cls(columns, fitted, fitted, mapped, x, seed)
         predictor = selected_kriging(screener, x, mapped.forward(y), minor=True, run_ids=ids)
-        return cls(columns, fitted, predictor, mapped, x, seed)
+        return cls(columns, predictor, mapped, x, seed)
 
     def _by_name(self, values: np.ndarray, names: Sequence[str]) -> dict[str, float]:
         return {names[k]: float(v) for k, v in zip(self.columns, values, strict=True)}
@@ -95,20 +91,20 @@ class SelectedKriging:
         }
         if self.scale.scale == "none":
             return found
-        observed, predicted, usable = back(left.observed), back(left.prediction), np.isfinite(left.std)
-        spread = float(((observed - observed.mean())[usable] ** 2).sum())
-        squares = float(((observed - predicted)[usable] ** 2).sum())
+        usable = np.isfinite(left.std)
         return found | {
-            "observed": observed,
-            "predicted": predicted,
+            "observed": back(left.observed),
+            "predicted": back(left.prediction),
             "std": 0.5 * (back(left.prediction + left.std) - back(left.prediction - left.std)),
-            "q2": 1.0 - squares / spread if spread > 0.0 else float("nan"),
+            "q2": self.scale.q2(left.observed[usable], left.prediction[usable]),
         }
 
     def main_effects(self, space: Space) -> dict[str, Any]:
         """The mean response over each selected parameter, in its own unit, with a band of 95 %."""
         found = {}
-        effects = main_effects(self.fitted, points=CURVE_POINTS, measures=self._measures(space))
+        effects = main_effects(
+            self.predictor, points=CURVE_POINTS, measures=self._measures(space), carried=self.scale
+        )
         for k, effect in zip(self.columns, effects, strict=True):
             parameter = space.parameters[k]
             x = np.asarray(effect.x, dtype=float)
@@ -130,10 +126,11 @@ class SelectedKriging:
         names, k = space.names, len(self.columns)
         pairs = [(i, j) for i in range(k) for j in range(i + 1, k)] if k <= 12 else []
         indices = sobol_indices(
-            self.fitted,
+            self.predictor,
             draws=SOBOL_DRAWS,
             pairs=pairs,
             measures=self._measures(space),
+            carried=self.scale,
             rng=stream(self.seed, "sobol"),
         )
         found: dict[str, Any] = {

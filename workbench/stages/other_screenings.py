@@ -15,6 +15,7 @@ from surrogates import (
     hybrid_screening,
     morris_effects,
     morris_points,
+    on_scale,
 )
 from workbench.campaign.results.functionals import with_functionals
 from workbench.campaign.runs import CampaignRuns
@@ -23,6 +24,7 @@ from workbench.models.evaluator import Outcome, response_reader
 from workbench.screening.indices import indices_document
 from workbench.screening.kriging import METHODS, screen
 from workbench.screening.named_methods import INDICES, NAMED_METHODS, named
+from workbench.screening.scale import SCALES_IN_WORDS, chosen_scale
 from workbench.space.groups import chosen
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
@@ -78,11 +80,13 @@ def other_screening(
             **chosen(table),
         ).to_dict()
     if method == "rivals":
-        return _rivals(campaign, wanted)
+        return _rivals(campaign, wanted, str(table.get("transform", "auto")))
     if method in INDICES:
         x, y, left_out = _points(campaign, method, wanted.name)
         space = campaign.study.space
-        found = indices_document(method, x, y, space, wanted, seed=campaign.study.seed)
+        found = indices_document(
+            method, x, y, space, wanted, transform=table.get("transform"), seed=campaign.study.seed
+        )
         return _kept(campaign, found | {"n_left_out": left_out})
     found = _morris(campaign, wanted, trajectories, hybrid=method == "hybrid")
     return found if method == "hybrid" else _kept(campaign, found)
@@ -139,15 +143,16 @@ def _value(run: Outcome, response: str) -> float:
     return float(run.outputs.get(response, np.nan)) if run.status == "ok" else float("nan")
 
 
-def _rivals(campaign: CampaignRuns, response: Response) -> dict[str, Any]:
+def _rivals(campaign: CampaignRuns, response: Response, transform: str) -> dict[str, Any]:
     x, y, left_out = _usable(campaign, _thinned(campaign, response.name), response.name)
     if len(y) < 5:
         raise NotEnoughRuns(f"rivals need at least 5 runs with a value of {response.name!r}, got {len(y)}")
-    names = campaign.study.space.names
+    names, labels = campaign.study.space.names, campaign.study.space.label_columns
+    screener = KrigingScreener(categorical=labels, seed=campaign.study.seed)
     try:
-        found = compare_rankings(
-            x, y, categorical=campaign.study.space.label_columns, rng=stream(campaign.study.seed, "rivals")
-        )
+        scale, reason = chosen_scale(screener, x, y, transform, response.name)
+        rng = stream(campaign.study.seed, "rivals")
+        found = compare_rankings(x, on_scale(y, scale), categorical=labels, rng=rng)
     except ValueError as error:  # the same response in every run
         raise StudyError(f"rivals cannot rank {response.name!r}: {error}") from error
     return {
@@ -156,6 +161,7 @@ def _rivals(campaign: CampaignRuns, response: Response) -> dict[str, Any]:
         "unit": response.unit,
         "n_runs": len(y),
         "n_left_out": left_out,
+        "scale": SCALES_IN_WORDS[scale] + reason if scale != "none" else "",
         "rankings": [
             {
                 "method": one.method,

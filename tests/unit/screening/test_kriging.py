@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+import doe
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
 from workbench.screening.kriging import screen
@@ -301,6 +302,24 @@ def test_what_predicts_is_on_the_scale_screened_on_and_in_the_unit_of_the_respon
     assert (left["std"] > 0.0).all()
     # effects stay those of the response
     assert logged.main_effects["a"]["mean"][-1] > 100.0
+
+
+def test_effects_and_shares_are_those_of_what_predicts():
+    space = Space([Parameter(name, lower=0, upper=1) for name in ("a", "b", "c")])
+    x = doe.optimised_lhs(30, 3, swaps=5000, rng=np.random.default_rng(4))
+    y = np.exp(5 * x[:, 0] + 2 * x[:, 1])
+    rows = [{**row, "y": value} for row, value in zip(space.rows(x), y, strict=True)]
+    found = screen(rows, space, "y", transform="log")
+    assert found.kriging["scale"] == "log"
+    assert min(found.main_effects["a"]["lower"]) > 0.0
+    mean = np.expm1(2.0) / 2.0
+    at = np.array(found.main_effects["a"]["x"])
+    assert found.main_effects["a"]["mean"] == pytest.approx(np.exp(5 * at) * mean, rel=0.02)
+    r = [np.expm1(2 * k) / (2 * k) / (np.expm1(k) / k) ** 2 - 1 for k in (5.0, 2.0)]
+    whole = (1 + r[0]) * (1 + r[1]) - 1
+    assert found.sobol["main"]["a"] == pytest.approx(r[0] / whole, abs=0.01)
+    assert found.sobol["total"]["b"] == pytest.approx(r[1] * (1 + r[0]) / whole, abs=0.01)
+    assert found.sobol["interactions"][0]["mean"] == pytest.approx(r[0] * r[1] / whole, abs=0.01)
 
 
 def test_published_methods_keep_to_the_response_unless_told():

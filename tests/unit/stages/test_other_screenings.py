@@ -95,6 +95,32 @@ def test_every_method_gives_a_document_with_names(campaign, method):
     assert not (campaign.folder / "screening.json").exists()
 
 
+def test_a_response_over_decades_is_looked_at_on_its_scale(tmp_path):
+    (tmp_path / "bracket.py").write_text(
+        "import math\n"
+        "def deflection(force, length, paint, grease):\n"
+        "    return math.exp(4 * force / 20 + 2 * math.log(length) ** 2)\n"
+    )
+    (tmp_path / "study.toml").write_text(STUDY + 'transform = "log"\n')
+    with Campaign.from_file(tmp_path / "study.toml") as campaign:
+        run_stage(campaign, "design")
+        evaluate(campaign)
+        sobol, rivals = other_screening(campaign, "sobol"), other_screening(campaign, "rivals")
+    assert sobol["scale"] == "log"
+    words = " ".join(" ".join(other_screening_lines(sobol)).split())
+    assert "on another scale (log), carried back" in words
+    words = " ".join(" ".join(other_screening_lines(rivals)).split())
+    assert "all by the logarithm of the response" in words
+
+
+def test_bands_are_said_of_what_has_them(campaign):
+    said = {
+        name: other_screening_lines(other_screening(campaign, name))[1].strip() for name in ("hsic", "src")
+    }
+    assert said["hsic"].endswith("runs")
+    assert said["src"].endswith("runs; in brackets 95 % bands")
+
+
 STUDY_OF_TWO = STUDY.replace("[design]", '[[response]]\nname = "weight"\nunit = "kg"\n\n[design]')
 
 

@@ -1,4 +1,4 @@
-"""The counts of decision 0198: known indices are found, and each count counts."""
+"""The counts of decisions 0198 and 0250: known indices are found, and each count counts."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,9 @@ import pytest
 from studies.surrogate_counts import (
     BANDS,
     FUNCTIONS,
+    averaged_indices,
     bands,
+    carried,
     decades,
     ishigami,
     kriging,
@@ -32,6 +34,15 @@ def test_true_indices_are_those_of_closed_forms():
     assert alone == pytest.approx(variances / (np.prod(1 + variances) - 1), abs=5e-3)
 
 
+def test_true_indices_of_a_response_over_decades():
+    rates = np.array([4.0, -3.0, 1.0])
+    r = np.expm1(2 * rates) / (2 * rates) / (np.expm1(rates) / rates) ** 2 - 1
+    whole = np.prod(1 + r) - 1
+    alone, total = averaged_indices(lambda x: np.exp(x @ rates), 3)
+    assert alone == pytest.approx(r / whole, abs=1e-3)
+    assert total == pytest.approx(r * np.prod(1 + r) / (1 + r) / whole, abs=1e-3)
+
+
 def test_intervals_bands_and_lists_are_counted(capsys):
     held, error = kriging(1, 1, ["friedman"])["friedman"]
     assert 0.7 < held <= 1.0
@@ -45,6 +56,14 @@ def test_intervals_bands_and_lists_are_counted(capsys):
     assert all(0.0 <= row["x"] <= 1.0 and (row["beyond"] > row["x"]).all() for row in rows)
 
 
+@pytest.mark.slow
+def test_bands_over_decades_are_counted():
+    rows = list(carried(5, 1))
+    assert [row["decades"] for row in rows] == [2, 3]
+    assert all(0 <= row[name]["held"] <= 2 * row["inputs"] for row in rows for name in ("none", "auto"))
+    assert all(row["auto"]["error"] <= row["none"]["error"] for row in rows)
+
+
 def test_a_count_that_is_not_there_is_named():
-    with pytest.raises(SystemExit, match="counts are kriging, bands, decades, got errors"):
+    with pytest.raises(SystemExit, match="counts are kriging, bands, carried, decades, got errors"):
         main("errors", 1, 1)

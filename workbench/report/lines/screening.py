@@ -75,6 +75,8 @@ def _ranking_lines(document: Mapping[str, Any]) -> list[str]:
             first = one["ranking"][: len(kept) if kept else 6]
             what = "has no rule of its own; first" if kept is None else f"selects {len(kept)}:"
             lines.append(f"  {one['method']:<10} {what} {', '.join(first)}")
+        if document.get("scale"):
+            lines.append(f"all by {document['scale']}")
         return [*lines, "rankings of different methods are comparable, their scores are not"]
     if "indices" in document:
         return [*lines, *_index_lines(document)]
@@ -106,7 +108,8 @@ MOST_INTERACTIONS = 6
 def _index_lines(document: Mapping[str, Any]) -> list[str]:
     """A line per parameter, the largest first; then interactions, what it rests on and what it cannot see."""
     width = max(len(name) for name in document["ranking"])
-    lines = [f"  {document['n_runs']} runs; in brackets 95 % bands"]
+    bands = "" if "r2_hsic" in document["indices"][document["ranking"][0]] else "; in brackets 95 % bands"
+    lines = [f"  {document['n_runs']} runs{bands}"]
     for name in document["ranking"]:
         row = document["indices"][name]
         parts = [
@@ -119,8 +122,10 @@ def _index_lines(document: Mapping[str, Any]) -> list[str]:
         both = " and ".join(one["pair"])
         lines.append(f"  {both} together: {one['mean']:.3f} [{one['lower']:.3f}, {one['upper']:.3f}]")
     if "q2" in document:
+        scale = document.get("scale", "none")
+        of = "" if scale == "none" else f" of the response on another scale ({scale}), carried back,"
         lines.append(
-            f"of a Kriging ({document['correlation']}, {document['trend']} trend) with Q2 "
+            f"of a Kriging ({document['correlation']}, {document['trend']} trend){of} with Q2 "
             f"{document['q2']:.3f}"
         )
     if "r2" in document:

@@ -58,7 +58,9 @@ def _sentence(look: Mapping[str, Any]) -> str:
     first = names_of(look["ranking"][:FIRST])
     rests = f"{look['n_runs']} runs"
     if "q2" in look:
-        rests += f" through a Kriging with Q2 {number(look['q2'])}"
+        scale = look.get("scale", "none")
+        of = "" if scale == "none" else f" of the response on another scale ({scale}), carried back,"
+        rests += f" through a Kriging{of} with Q2 {number(look['q2'])}"
     if "r2" in look:
         rests += f" through a linear regression with R2 {number(look['r2'])}"
     return (
