@@ -28,6 +28,7 @@ _PUBLIC: dict[str, str] = {
         "elements.impulse": ("Retractor",),
         "elements.compiled_law": ("CompiledLaw",),
         "elements.laws": ("UserLaw",),
+        "elements.state_law": ("StateLaw",),
         "elements.prescribed_motion": ("Motion", "motion_from_acceleration"),
         "natural.system": (
             "Angle", "Distance", "NaturalPoint", "NaturalSystem", "PointMember", "PointOnLine3",
@@ -65,7 +66,7 @@ _PUBLIC: dict[str, str] = {
         "planar.trajectory": ("Trajectory",),
         "tree.elements": (
             "CoordinateDamper", "CoordinateSpring", "Coupling", "SpatialBushing", "SpatialLoad",
-            "SpatialMember", "SphericalSpring",
+            "SpatialMember", "SpatialStrut", "SphericalSpring",
         ),
         "tree.joints": (
             "Cylindrical", "Floating", "Planar", "Prescribed", "Prismatic", "Revolute", "SpatialMotion",

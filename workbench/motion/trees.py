@@ -121,7 +121,7 @@ def _tied_points(trajectory: TreeTrajectory) -> dict[str, Array]:
 
     for body in system.bodies:
         tie(body.parent, body.at)
-    for part in (*system.members, *system.bushings):
+    for part in (*system.members, *system.bushings, *system.struts):
         tie(part.a, part.point_a)
         tie(part.b, part.point_b)
     for contact in system.contacts:

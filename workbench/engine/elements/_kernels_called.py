@@ -20,7 +20,7 @@ from numba.core.ir_utils import build_definitions
 from numba.core.untyped_passes import IRProcessing
 from numba.extending import intrinsic, overload
 
-__all__ = ["FIRST", "entries", "force_at", "slopes_at"]
+__all__ = ["FIRST", "OPTIONS", "compiled", "entries", "force_at", "place_of", "slopes_at"]
 
 REAL, STATES, ALL, SLOPES = range(4)  # rows of the table with an address
 FIRST = 4  # first row with a parameter
@@ -35,13 +35,12 @@ def entries(force, slopes, count):
     scope = {"carray": carray, "STEP": STEP}
     for name, function in (("force", force), ("slopes", slopes)):
         if function is not None:
-            scope[name] = _users(function)
-            scope[name].compile((number, number, types.float64, *(number,) * count))
+            scope[name] = compiled(function, (number, number, types.float64, *(number,) * count))
     bodies = _stepped(count) if slopes is None else _given(count)
     return tuple(_entry(number, lines, count, scope) for number, lines in enumerate(bodies))
 
 
-_OPTIONS = {"error_model": "numpy", "nogil": True}
+OPTIONS = {"error_model": "numpy", "nogil": True}
 WHOLE = 64  # powers up to this one are products
 
 
@@ -111,9 +110,11 @@ class UsersCompiler(CompilerBase):
         return [manager]
 
 
-def _users(function):
-    """A user's function, or the one behind a function that is compiled already."""
-    return njit(pipeline_class=UsersCompiler, **_OPTIONS)(getattr(function, "py_func", function))
+def compiled(function, taken):
+    """A user's function, or the one behind a function that is compiled already, for the types it will get."""
+    own = njit(pipeline_class=UsersCompiler, **OPTIONS)(getattr(function, "py_func", function))
+    own.compile(taken)
+    return own
 
 
 def _entry(number, lines, count, scope):
@@ -125,7 +126,7 @@ def _entry(number, lines, count, scope):
     )
     own = dict(scope)
     exec("\n    ".join((*begin, *lines)), own)
-    return cfunc(_signature(number), **_OPTIONS)(own["law"])
+    return cfunc(_signature(number), **OPTIONS)(own["law"])
 
 
 def _stepped(count):
@@ -189,7 +190,7 @@ def force_at(typingctx, p, i, delta, rate, t, f, fd, fv):
 
     def lines(context, builder, signature, given):
         arrays = zip(signature.args[5:], given[5:], strict=True)
-        out = [_place(context, builder, *array, given[1]) for array in arrays]
+        out = [place_of(context, builder, *array, given[1]) for array in arrays]
         return _jump(context, builder, signature, given, number, out)
 
     return signature, lines
@@ -202,13 +203,13 @@ def slopes_at(typingctx, p, i, delta, rate, t, dp):
 
     def lines(context, builder, signature, given):
         zero = context.get_constant(types.intp, 0)
-        out = [_place(context, builder, signature.args[5], given[5], zero)] * 3
+        out = [place_of(context, builder, signature.args[5], given[5], zero)] * 3
         return _jump(context, builder, signature, given, SLOPES, out)
 
     return signature, lines
 
 
-def _place(context, builder, kind, array, *at):
+def place_of(context, builder, kind, array, *at):
     """Where an item of an array is kept."""
     own = context.make_array(kind)(context, builder, array)
     return cgutils.get_item_pointer(context, builder, kind, own, at)
@@ -220,7 +221,7 @@ def _jump(context, builder, signature, given, number, out):
     table, _, *kinds, _ = signature.args[:5]
 
     def row(number):
-        return _place(context, builder, table, p, context.get_constant(types.intp, number), i)
+        return place_of(context, builder, table, p, context.get_constant(types.intp, number), i)
 
     address = builder.load(row(number))
     if isinstance(table.dtype, types.Complex):

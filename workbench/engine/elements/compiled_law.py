@@ -3,9 +3,8 @@
 from collections.abc import Callable, Mapping
 from ctypes import POINTER, c_double
 from dataclasses import dataclass, field, replace
-from inspect import Parameter, signature
 from math import isfinite
-from types import FunctionType, MappingProxyType
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +14,7 @@ from ..compiler.options import inner
 from ._kernels_called import FIRST, entries, force_at, slopes_at
 from .law_check import check_slopes
 from .table import PARAMETERS, code_of
+from .user_function import arguments, brief, identity, python_of
 
 __all__ = ["CompiledLaw", "energies", "forces", "parameter_slopes"]
 
@@ -22,6 +22,7 @@ _ENTRIES: Any = entries
 _FORCE_AT: Any = force_at
 _SLOPES_AT: Any = slopes_at
 _DOUBLES = POINTER(c_double)
+_STATES = ("delta", "rate", "t")
 MOST = PARAMETERS - FIRST  # constants
 # compiled entries by what they were made from, kept as long as the process lives: tables hold their addresses
 _MADE: dict[Any, tuple[Any, ...]] = {}
@@ -69,11 +70,11 @@ class CompiledLaw:
         for name, value in constants.items():
             if not isfinite(value):
                 raise ValueError(f"a compiled law needs numbers, got {name}={value}")
-        order = _arguments(self.force, "force", constants)
-        if self.slopes is not None and _arguments(self.slopes, "slopes", constants) != order:
+        order = arguments(self.force, "force", _STATES, constants)
+        if self.slopes is not None and arguments(self.slopes, "slopes", _STATES, constants) != order:
             raise ValueError("force and slopes of a compiled law need their arguments in one order")
         object.__setattr__(self, "constants", MappingProxyType({name: constants[name] for name in order}))
-        check_slopes(_python(self.force).__name__, self._look, self.slopes is not None)
+        check_slopes(python_of(self.force).__name__, self._look, given=self.slopes is not None)
 
     def __reduce__(self) -> Any:  # mapping proxies are not pickled
         return _law, (self.force, dict(self.constants), self.slopes)
@@ -91,7 +92,7 @@ class CompiledLaw:
 
     def _entries(self) -> tuple[Any, ...]:
         functions = [self.force] if self.slopes is None else [self.force, self.slopes]
-        key = (len(self.constants), *(_identity(_python(function)) for function in functions))
+        key = (len(self.constants), *(identity(python_of(function)) for function in functions))
         if key not in _MADE:
             try:
                 _MADE[key] = _ENTRIES(self.force, self.slopes, len(self.constants))
@@ -99,8 +100,9 @@ class CompiledLaw:
                 numbers = "complex" if self.slopes is None else "real"
                 other = ", or give slopes if it takes real numbers only" if self.slopes is None else ""
                 raise ValueError(
-                    f"numba does not compile the law '{_python(self.force).__name__}' for {numbers} numbers: "
-                    f"{_brief(error)}\nWrite it with operators and numpy's functions of single numbers{other}"
+                    f"numba does not compile the law '{python_of(self.force).__name__}' for {numbers} "
+                    f"numbers: {brief(error)}\nWrite it with operators and numpy's functions of single "
+                    f"numbers{other}"
                 ) from error
         return _MADE[key]
 
@@ -123,53 +125,6 @@ class CompiledLaw:
 
 def _law(force: Any, constants: Any, slopes: Any) -> CompiledLaw:
     return CompiledLaw(force=force, constants=constants, slopes=slopes)
-
-
-def _python(function: Any) -> FunctionType:
-    """The function of Python behind one that is compiled already."""
-    return getattr(function, "py_func", function)
-
-
-def _identity(function: FunctionType) -> Any:
-    """What makes the code of a function: two that are made by one line of one module are one."""
-    held = tuple(id(cell.cell_contents) for cell in function.__closure__ or ())
-    return function.__code__, id(function.__globals__), held
-
-
-def _arguments(function: Any, what: str, constants: Mapping[str, float]) -> tuple[str, ...]:
-    """The constants in the order in which a function takes them, behind delta, rate and t."""
-    own = _python(function)
-    if not isinstance(own, FunctionType):
-        raise ValueError(f"a compiled law needs a function of Python as {what}, got {type(own).__name__}")
-    taken = list(signature(own).parameters.values())
-    named = tuple(one.name for one in taken[3:])
-    plain = all(one.kind is Parameter.POSITIONAL_OR_KEYWORD for one in taken)
-    if len(taken) < 3 or not plain or set(named) != set(constants):
-        raise ValueError(
-            f"a compiled law needs {what}({', '.join(('delta', 'rate', 't', *constants))}), got "
-            f"{own.__name__}({', '.join(str(one) for one in taken)})"
-        )
-    for name, cell in zip(own.__code__.co_freevars, own.__closure__ or (), strict=True):
-        if not callable(cell.cell_contents):
-            raise ValueError(
-                f"{own.__name__} reads '{name}' of the function around it, which compiled code would keep as "
-                "it is now; give it among the constants"
-            )
-    return named
-
-
-def _brief(error: Exception) -> str:
-    """What numba says of the function itself, without where it was in its own work."""
-    said = [line.strip() for line in str(error).splitlines()]
-    own = [line for line in said if line and not line.startswith(_ASIDE)]
-    place = next((line.rstrip(":") for line in said if line.startswith('File "') and "<" not in line), "")
-    return " ".join(own[:2]) + (f" ({place})" if place else "")
-
-
-_ASIDE = (
-    "Failed in", "During:", 'File "', "<source", "There are", "Overload", "- Of which", "With argument",
-    "def ", "^", ">>>",
-)  # fmt: skip
 
 
 @inner

@@ -46,8 +46,8 @@ Array = np.ndarray[Any, Any]
 
 # what kernels are compiled without where a system holds none of it
 MAY_BE_ABSENT = (
-    "pair", "other_law", "bushing_pair", "surface", "contact", "tyre", "spring_column", "damper_column",
-    "ball_column", "coupling_column", "cut", "load", "drive",
+    "pair", "other_law", "bushing_pair", "surface", "contact", "tyre", "strut", "spring_column",
+    "damper_column", "ball_column", "coupling_column", "cut", "load", "drive",
 )  # fmt: skip
 
 
@@ -322,8 +322,8 @@ def tree_opened(system: TreeSystem) -> TreeCompiled:
     pairs = _Pairs(links=links)
     members, order = _members(system, links, pairs)
     bushings, states = _bushings(system, links, pairs)
-    surfaces, slips = surface_tables(system.contacts, system.tyres, links.places, pairs.of, len(states))
-    states += slips
+    surfaces, more, begun = surface_tables(system, links.places, pairs.of, len(states))
+    begun, states = (*np.zeros(len(states)), *begun), states + more
     loads = _loads(system, links, pairs)
     frames = start_frames(system.bodies) if system.cuts else {}
     cuts = tuple(resolved_cut(cut, frames) for cut in system.cuts)
@@ -351,7 +351,7 @@ def tree_opened(system: TreeSystem) -> TreeCompiled:
         },
         columns=links.columns, coordinates=links.coordinates, drives=tuple(links.drives), states=states,
         order=order, power=np.array([m.power for m in system.members], float),
-        start=(np.array(links.q), np.array([*links.v, *np.zeros(len(states) + len(rows.table))])),
+        start=(np.array(links.q), np.array([*links.v, *begun, *np.zeros(len(rows.table))])),
         pattern=elimination(arrays, len(states)), cuts=cuts, cut_rows=rows,
         kept=np.ones(len(rows.table), bool),
     )  # fmt: skip

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..elements.laws import Law
+from ..elements.state_law import StateLaw
 from ..errors import InvalidSystem
 from .joints import ZERO, Quaternion, Triple
 
 __all__ = [
     "CoordinateDamper", "CoordinateSpring", "Coupling", "SpatialBushing", "SpatialLoad", "SpatialMember",
-    "SphericalSpring",
+    "SpatialStrut", "SphericalSpring",
 ]  # fmt: skip
 
 GROUND = "ground"
@@ -34,6 +35,29 @@ class SpatialMember:
     natural_length: float | None = None
     power: float = 1.0
     name: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpatialStrut:
+    """A force along the line from a point of body `a` to a point of body `b` by a law with states of its own,
+    which the scheme integrates; it has no density.
+
+    natural_length: m, None for the length at the start.  name: its states are called "x of strut 'name'",
+    or 'a-b' without one.
+    """
+
+    a: str
+    b: str = GROUND
+    point_a: Triple = ZERO
+    point_b: Triple = ZERO
+    law: StateLaw
+    natural_length: float | None = None
+    name: str = ""
+
+    @property
+    def called(self) -> str:
+        """Its name, or those of its bodies."""
+        return self.name or f"{self.a}-{self.b}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

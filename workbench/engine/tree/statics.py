@@ -99,10 +99,14 @@ def _tables(parts: TreeCompiled, density: Array) -> TreeTables:
     return tree_on_grid(parts, np.asarray(density, float), np.zeros(1), closing=np.array([max(weight, 1.0)]))
 
 
-def _forces(tables: TreeTables, work: TreeWork, q: Array, pull: Array) -> tuple[Array, float]:
+def _forces(
+    parts: TreeCompiled, tables: TreeTables, work: TreeWork, q: Array, pull: Array
+) -> tuple[Array, float]:
     """Joint forces at rest under the forces of cut joints in `pull`, and their level: weight times the lever
-    of each coordinate, in one number."""
-    look_linearised(tables, work, 0, q, np.zeros(len(pull)), pull)
+    of each coordinate, in one number. States stand as they start."""
+    rest = parts.start[1].copy()
+    rest[: len(tables.column)] = 0.0
+    look_linearised(tables, work, 0, q, rest, pull)
     return work.force.copy(), float(np.abs(work.force).max())
 
 
@@ -110,7 +114,7 @@ def _start_pull(parts: TreeCompiled, tables: TreeTables, work: TreeWork, q: Arra
     """(n,) zeros, and the forces of cut joints that balance the loose coordinates best."""
     pull, first = np.zeros(parts.size), parts.size - len(tables.cut)
     if first < parts.size:
-        force, _ = _forces(tables, work, q, pull)
+        force, _ = _forces(parts, tables, work, q, pull)
         rows = loose[loose < first]
         pull[first:] = -np.linalg.lstsq(work.m[rows, first:], force[rows], rcond=FLAT)[0]
     return pull
@@ -125,7 +129,7 @@ def _settle(
     weight = float(tables.inertia[:, 0].sum()) * float(np.linalg.norm(tables.gravity))
     unit = tables.closing[0]  # of forces of cut joints, so that stiff and unit entries do not mix
     q, free = start.copy(), 0
-    force, level = _forces(tables, work, q, pull)
+    force, level = _forces(parts, tables, work, q, pull)
     level = max(level, weight, 1e-12)
     size = np.linalg.norm(force[loose]) / level
     count = 0
@@ -146,7 +150,7 @@ def _settle(
             there = np.empty_like(q)
             look_moved(tables, q, share * move, there)
             pulled = _pulled(pull, share * unit * move, first)
-            tried, _ = _forces(tables, work, there, pulled)
+            tried, _ = _forces(parts, tables, work, there, pulled)
             now = np.linalg.norm(tried[loose]) / level
             if now < size * (1.0 - 1e-4 * share):
                 better = True
@@ -155,7 +159,7 @@ def _settle(
         if not better:  # over the hill: a step of full length, once more uphill, may find another valley
             look_moved(tables, q, 0.5 * move, there)
             pulled = _pulled(pull, 0.5 * unit * move, first)
-            tried, _ = _forces(tables, work, there, pulled)
+            tried, _ = _forces(parts, tables, work, there, pulled)
             now = np.linalg.norm(tried[loose]) / level
         q, pull, force, size = there, pulled, tried, now
     worst = float(np.abs(force[loose]).max(initial=0.0)) / level
@@ -207,7 +211,9 @@ def modes(system: TreeSystem, density: Array, *, slowest: float = 1e-3) -> Modes
     tables = _tables(parts, density)
     work = tree_work(tables, len(parts.states))
     n, full = len(tables.column), parts.size - len(tables.cut)
-    _forces(tables, work, parts.start[0], _start_pull(parts, tables, work, parts.start[0], np.arange(n)))
+    _forces(
+        parts, tables, work, parts.start[0], _start_pull(parts, tables, work, parts.start[0], np.arange(n))
+    )
     # motions that the cut joints leave: q = free y
     free = null_space(work.k[full:, :n]) if len(tables.cut) else np.eye(n)
     k = free.shape[1]

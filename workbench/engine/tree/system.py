@@ -20,6 +20,7 @@ from .elements import (
     SpatialBushing,
     SpatialLoad,
     SpatialMember,
+    SpatialStrut,
     SphericalSpring,
 )
 from .joints import (
@@ -95,6 +96,7 @@ class TreeSystem:
     bushings: tuple[SpatialBushing, ...] = ()
     contacts: tuple[SpatialContact, ...] = ()
     tyres: tuple[Tyre, ...] = ()
+    struts: tuple[SpatialStrut, ...] = ()
     springs: tuple[CoordinateSpring, ...] = ()
     dampers: tuple[CoordinateDamper, ...] = ()
     spherical_springs: tuple[SphericalSpring, ...] = ()
@@ -105,8 +107,8 @@ class TreeSystem:
 
     def __post_init__(self) -> None:
         for name in (
-            "bodies", "members", "bushings", "contacts", "tyres", "springs", "dampers", "spherical_springs",
-            "couplings", "cuts", "loads",
+            "bodies", "members", "bushings", "contacts", "tyres", "struts", "springs", "dampers",
+            "spherical_springs", "couplings", "cuts", "loads",
         ):  # fmt: skip
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [body.name for body in self.bodies]
@@ -131,6 +133,16 @@ class TreeSystem:
             _known(f"bushings[{i}]", (bushing.a, bushing.b), by_name)
             if bushing.a == bushing.b:
                 raise InvalidSystem(f"bushings[{i}] joins body '{bushing.a}' to itself")
+        for i, strut in enumerate(self.struts):
+            _known(f"struts[{i}]", (strut.a, strut.b), by_name)
+            if strut.a == strut.b:
+                raise InvalidSystem(f"struts[{i}] joins body '{strut.a}' to itself")
+            first = [other.called for other in self.struts].index(strut.called)
+            if first < i:
+                raise InvalidSystem(
+                    f"struts[{i}] is called '{strut.called}' as struts[{first}] is; give them "
+                    "names, by which their states are told apart"
+                )
         for i, contact in enumerate(self.contacts):
             _known(f"contacts[{i}]", (contact.a, contact.b), by_name)
         for i, tyre in enumerate(self.tyres):

@@ -240,7 +240,18 @@ class TreeTrajectory(GoesOn):
         """Forces of the road on the tyres, in the order of the tyres; rolling resistance is a moment
         besides."""
         count = len(self.system.contacts)
-        return SurfaceForces(*(x[:, count:] for x in self._surfaces()))
+        return SurfaceForces(*(x[:, count : count + len(self.system.tyres)] for x in self._surfaces()))
+
+    def strut_force(self, name: str) -> Array:
+        """(steps + 1,) tension of a strut by its name, or "a-b" without one, N; raises ValueError."""
+        called = [strut.called for strut in self.system.struts]
+        if name not in called:
+            raise ValueError(f"system has no strut '{name}'; it has {', '.join(called) or 'none'}")
+        at = len(self.tables.surface) - len(called) + called.index(name)  # struts stand last
+        own, pair = self.system.struts[called.index(name)], self.tables.pair[self.tables.surface[at, 0]]
+        apart = self.of(own.a, own.point_a) - self.of(own.b, own.point_b)
+        sign = -1.0 if pair[0] == self.place(own.a).link else 1.0  # forces are those on the pair's first link
+        return sign * np.einsum("ij,ij->i", self._surfaces()[0][:, at], apart) / np.linalg.norm(apart, axis=1)
 
     def _surfaces(self) -> tuple[Array, Array]:
         if "surfaces" not in self.memo:

@@ -36,7 +36,7 @@ def pair_forces(T, W, step, x, w, never):
     measure_members(T, W, step)
     add_member_forces(T, W)
     bushings(T, W, x, never)
-    surface_forces(T, W, x)
+    surface_forces(T, W, step, x)
     loads(T, W, step, never)
     cut_forces(T, W, step, w)
     for pair in range(T.pair.shape[0]):
@@ -54,7 +54,7 @@ def pair_slopes(T, W, step, x, w, tangent):
             W.pair_c[pair, e] = 0.0
     add_member_slopes(T, W)
     bushings(T, W, x, tangent)
-    surface_slopes(T, W, x)
+    surface_slopes(T, W, step, x)
     loads(T, W, step, tangent)
     cut_slopes(T, W, step, w)
 

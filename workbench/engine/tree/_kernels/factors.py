@@ -51,9 +51,10 @@ def elimination(arrays: dict[str, Array], states: int) -> Pattern:
         join([int(c) for c, _ in path[first:last]])
     for i, j, _, _ in arrays["coupling_column"]:
         join([int(i), int(j)])
-    for name, count in (("bushing_pair", 1), ("surface", 2)):
-        for row, state, _ in arrays[name]:
+    for name in ("bushing_pair", "surface"):
+        for row, state, *more in arrays[name]:
             if state >= 0:
+                count = int(more[1]) if name == "surface" else 1
                 own = range(n + int(state), n + int(state) + count)
                 join([int(c) for c, _ in path[pair[row, 2] : pair[row, 3]]] + [*own])
     for own, (row, _) in zip(conditions, arrays["cut"], strict=True):

@@ -1,10 +1,12 @@
 # mypy: ignore-errors
-"""Contacts and tyres between links, compiled, with slopes by complex step.
+"""Contacts, tyres and struts between links, compiled, with slopes by complex step.
 
 A law gives the wrench on link a, and the rates of its states, from the places and twists of both links.
 The slopes of `members`, A by small motions of a and D by its twist, are the imaginary parts of the law at
 a place or twist moved by i 1e-30: exact, whatever the law, at the price of 12 evaluations and one per state.
 """
+
+from cmath import sqrt
 
 from numba import njit
 from numba.core import types
@@ -12,11 +14,13 @@ from numba.extending import overload
 
 from ...compiler.held import only_with
 from ...compiler.options import CAREFUL, INNER
+from ...elements._kernels_called_states import POINTS, strut_at
 from ...elements._kernels_contact import contact_force, distance
 from ...elements._kernels_tyre import tyre
+from .members import NEAR
 from .motion import columns, places, twists
 
-TYRE = 9
+TYRE, STRUT = 9, 10
 TINY = 1e-30
 
 
@@ -48,6 +52,38 @@ def tyre_law(T, i, origin, A, pa, ta, x, out, some):
     out[7] = rates[1]
 
 
+@only_with("strut")
+def strut_law(T, i, A, pa, ta, B, pb, tb, t, x, out, some):
+    """A strut: f and arm in some[3], some[4], no moment of its own, the rates of its states in out[6:]."""
+    row = T.surface_law[i]
+    f, arm, other, line, own, found = some[3], some[4], some[0], some[1], some[2], some[5]
+    for e in range(3):
+        arm[e] = pa[e]
+        other[e] = pb[e]
+        for j in range(3):
+            arm[e] += A[3 * e + j] * row[POINTS + j]
+            other[e] += B[3 * e + j] * row[POINTS + 3 + j]
+    square = 0.0 * arm[0] + NEAR
+    for e in range(3):
+        line[e] = arm[e] - other[e]
+        square += line[e] * line[e]
+    length = sqrt(square)
+    line[3] = ta[3] + ta[1] * arm[2] - ta[2] * arm[1] - (tb[3] + tb[1] * other[2] - tb[2] * other[1])
+    line[4] = ta[4] + ta[2] * arm[0] - ta[0] * arm[2] - (tb[4] + tb[2] * other[0] - tb[0] * other[2])
+    line[5] = ta[5] + ta[0] * arm[1] - ta[1] * arm[0] - (tb[5] + tb[0] * other[1] - tb[1] * other[0])
+    own[0] = length - row[POINTS + 6]
+    own[1] = (line[0] * line[3] + line[1] * line[4] + line[2] * line[5]) / length
+    for k in range(T.surface[i, 3]):
+        own[2 + k] = x[k]
+    strut_at(row, own, t.real, found)
+    for e in range(3):
+        f[e] = -found[0] * line[e] / length
+        out[e] = 0.0 * f[e]
+        out[3 + e] = f[e]
+    for k in range(T.surface[i, 3]):
+        out[6 + k] = found[1 + k]
+
+
 @only_with("contact")
 def contact_law(T, i, A, pa, ta, B, pb, tb, out, some):
     """A contact: f and arm in some[3], some[4], no moment of its own."""
@@ -74,10 +110,12 @@ def contact_law(T, i, A, pa, ta, B, pb, tb, out, some):
 
 
 @njit(**INNER)
-def surface_law(T, i, origin, A, pa, ta, B, pb, tb, x, out, some):
-    """out (8,) = wrench on a about the origin and two rates of states; some (6, 9) scratch."""
+def surface_law(T, i, origin, A, pa, ta, B, pb, tb, t, x, out, some):
+    """out (8,) = wrench on a about the origin and rates of up to two states; some (6, 9) scratch."""
     if T.surface[i, 2] == TYRE:
         tyre_law(T, i, origin, A, pa, ta, x, out, some)
+    elif T.surface[i, 2] == STRUT:
+        strut_law(T, i, A, pa, ta, B, pb, tb, t, x, out, some)
     else:
         contact_law(T, i, A, pa, ta, B, pb, tb, out, some)
     f, arm = some[3], some[4]
@@ -97,46 +135,46 @@ def surface_start(T, W, i, x, A, pa, ta, own):
         pa[e] = W.place[a, e]
     for e in range(6):
         ta[e] = W.twist[a, e]
-    if state >= 0:
-        own[0] = x[state]
-        own[1] = x[state + 1]
+    for k in range(T.surface[i, 3]):
+        own[k] = x[state + k]
 
 
 @only_with("surface")
-def surface_forces(T, W, x):
+def surface_forces(T, W, step, x):
     """Add every contact and tyre to W.pair_force; rates of states into W.force."""
     n = T.column.shape[0]
     Z = W.complex
     A, pa, ta, own, out, some = Z[0, 0], Z[0, 1], Z[0, 2], Z[0, 3], Z[0, 4], Z[1]
+    t = T.times[step]
     for i in range(T.surface.shape[0]):
         pair, state = T.surface[i, 0], T.surface[i, 1]
         b = T.pair[pair, 1]
         surface_start(T, W, i, x, A, pa, ta, own)
-        surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
+        surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], t, own, out, some)
         for e in range(6):
             W.pair_force[pair, e] += of_kind(out[e], W.origin[0])
-        if state >= 0:
-            W.force[n + state] = -of_kind(out[6], W.origin[0])
-            W.force[n + state + 1] = -of_kind(out[7], W.origin[0])
+        for k in range(T.surface[i, 3]):
+            W.force[n + state + k] = -of_kind(out[6 + k], W.origin[0])
 
 
 @only_with("surface")
-def surface_slopes(T, W, x):
+def surface_slopes(T, W, step, x):
     """Add the slopes of every contact and tyre to W.pair_k, W.pair_c, and those of their states to K and
     C."""
     n = T.column.shape[0]
     Z = W.complex
     A, pa, ta, own, out, some = Z[0, 0], Z[0, 1], Z[0, 2], Z[0, 3], Z[0, 4], Z[1]
+    t = T.times[step]
     for i in range(T.surface.shape[0]):
         pair, state = T.surface[i, 0], T.surface[i, 1]
         b = T.pair[pair, 1]
         if state < 0:
             surface_start(T, W, i, x, A, pa, ta, own)
-            surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
+            surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], t, own, out, some)
             if out[3].real == 0.0 and out[4].real == 0.0 and out[5].real == 0.0:
                 continue  # out of touch: the law is flat there
         R, p = W.turn[T.pair[pair, 0]], W.place[T.pair[pair, 0]]
-        for j in range(14 if state >= 0 else 12):
+        for j in range(12 + T.surface[i, 3]):
             surface_start(T, W, i, x, A, pa, ta, own)
             if j < 3:  # a turn about axis j
                 u, v = (j + 1) % 3, (j + 2) % 3
@@ -151,7 +189,7 @@ def surface_slopes(T, W, x):
                 ta[j - 6] += 1j * TINY
             else:
                 own[j - 12] += 1j * TINY
-            surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
+            surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], t, own, out, some)
             for e in range(6):
                 slope = out[e].imag / TINY
                 if j < 6:
@@ -164,17 +202,17 @@ def surface_slopes(T, W, x):
                 W.surface[4, j // 7, j % 7] = out[6].imag / TINY
                 W.surface[5, j // 7, j % 7] = out[7].imag / TINY
         if state >= 0:
-            state_rows(T, W, pair, n + state)
+            state_rows(T, W, pair, n + state, T.surface[i, 3])
 
 
-@only_with("tyre")
-def state_rows(T, W, pair, row):
-    """K and C of a tyre's two slips, from W.surface: wrench by slip (3), rates by place, twist and slips
+@only_with("tyre", "strut")
+def state_rows(T, W, pair, row, states):
+    """K and C of a surface's states, from W.surface: wrench by state (3), rates by place, twist and states
     (4, 5)."""
     va = W.twist[T.pair[pair, 0]]
-    for g in range(2):
+    for g in range(states):
         D = W.surface[4 + g]  # entry j of place, twist, slips stands at [j // 7, j % 7]
-        for h in range(2):
+        for h in range(states):
             W.c[row + g, row + h] = -D[(12 + h) // 7, (12 + h) % 7]
         for i in range(T.pair[pair, 2], T.pair[pair, 3]):
             j, sign = T.path[i, 0], T.path[i, 1]
@@ -206,18 +244,19 @@ def surface_histories(T, W, q, v, w, n, force, point):
         places(T, W, node, q[node])
         columns(T, W)
         twists(T, W, node, v[node], w[node])
-        at_node(T, W, v[node, n:], force[node], point[node])
+        at_node(T, W, node, v[node, n:], force[node], point[node])
 
 
 @only_with("surface")
-def at_node(T, W, x, force, point):
+def at_node(T, W, step, x, force, point):
     """Forces and places of all surfaces at one node."""
     Z = W.complex
     A, pa, ta, own, out, some = Z[0, 0], Z[0, 1], Z[0, 2], Z[0, 3], Z[0, 4], Z[1]
+    t = T.times[step]
     for i in range(T.surface.shape[0]):
         b = T.pair[T.surface[i, 0], 1]
         surface_start(T, W, i, x, A, pa, ta, own)
-        surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], own, out, some)
+        surface_law(T, i, W.origin, A, pa, ta, W.turn[b], W.place[b], W.twist[b], t, own, out, some)
         for e in range(3):
             force[i, e] = some[3, e].real
             point[i, e] = some[4, e].real + W.origin[e]

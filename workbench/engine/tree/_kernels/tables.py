@@ -53,9 +53,10 @@ class TreeTables(NamedTuple):
     coupling: Array  # (C, 3) k, c, difference at rest
     bushing_pair: Array  # (U, 3) pair, its damage among the states or -1, 0
     bushing: Array  # (26, U)
-    surface: Array  # (K, 3) pair, first state or -1, kind of shape or tyre
+    surface: Array  # (K, 4) pair, first state or -1, kind (of shape, tyre, strut), states
     contact: Array  # which of them are contacts
     tyre: Array  # which are tyres
+    strut: Array  # which are struts
     surface_law: Array  # (K, 31)
     surface_shape: Array  # (K, 11 or more) shape on b, or road
     cut: Array  # (m, 2) pair, kind of condition

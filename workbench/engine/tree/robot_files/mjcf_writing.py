@@ -63,7 +63,7 @@ def write_mjcf(system: TreeSystem, path: str | Path, *, name: str = "tree") -> t
     frames = ElementTree.SubElement(root, "keyframe")
     ElementTree.SubElement(frames, "key", name="start", qpos=text_of(positions), qvel=text_of(speeds))
     left_out["cut joint"] += len(system.cuts)
-    for field in ("members", "bushings", "contacts", "tyres", "couplings", "loads"):
+    for field in ("members", "bushings", "contacts", "tyres", "struts", "couplings", "loads"):
         left_out[field.replace("_", " ").rstrip("s")] += len(getattr(system, field))
     ElementTree.indent(root)
     Path(path).write_bytes(ElementTree.tostring(root, encoding="utf-8") + b"\n")

@@ -199,7 +199,16 @@ def write_urdf(system: TreeSystem, path: str | Path, *, name: str = "tree") -> t
         _write_link(root, body)
         _write_joint(root, body, dampers.get(body.name, 0.0))
     left_out["cut joint"] += len(system.cuts)
-    for field in ("members", "bushings", "contacts", "tyres", "spherical_springs", "couplings", "loads"):
+    for field in (
+        "members",
+        "bushings",
+        "contacts",
+        "tyres",
+        "struts",
+        "spherical_springs",
+        "couplings",
+        "loads",
+    ):
         left_out[field.replace("_", " ").rstrip("s")] += len(getattr(system, field))
     left_out["start other than zero coordinates"] += any(_moved(body.joint) for body in system.bodies)
     ElementTree.indent(root)
