@@ -8,6 +8,7 @@ import pytest
 from workbench.engine import (
     BDF2,
     Body,
+    Bushing,
     Coordinate,
     DistanceJoint,
     GeneralisedAlpha,
@@ -146,6 +147,38 @@ def test_slopes_by_parameters_of_a_users_law(scheme):
         return changed_member(changed_member(base, 0, law=law), 5, law=law)
 
     check(system(90.0), scheme, END, {"k": (90.0, system)}, EXACT)
+
+
+BREAKING = {
+    "k": 800.0, "c": 3.0, "cap": 60.0, "slip": 0.02, "release": 0.06, "tau": 0.03, "width": 0.01, "hold": 1.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("joints", [True, False])
+def test_slopes_across_the_damage_of_bushings(joints):
+    """Through the force and through the growth of the damage, to an end after one of two has let go."""
+    base = sprung_bodies(11, joints=joints)
+    if not joints:
+        base = replace(base, bodies=tuple(replace(b, velocity=(0.9, -0.5, 0.4)) for b in base.bodies))
+
+    def system(**changed):
+        breaking = Bushing(
+            a="0", b="ground", point_a=(0.1, 0.2), point_b=base.bodies[0].position[:2], **BREAKING | changed
+        )
+        other = Bushing(a="2", b="1", k=400.0, c=1.0, slip=0.1, release=0.3)
+        return replace(base, bushings=(breaking, other))
+
+    chosen = {name: (value, lambda x, name=name: system(**{name: x})) for name, value in BREAKING.items()}
+    made = system()
+    chosen["mass"] = (made.bodies[0].mass, lambda x: changed_body(made, mass=x))
+    chosen["stiffness"] = (
+        made.members[3].law.k, lambda x: changed_member(made, 3, law=replace(made.members[3].law, k=x))
+    )  # fmt: skip
+    run, found = check(made, GeneralisedAlpha(), END, chosen, 1e-6, steps=150)
+    assert run.states[-1, 0] > 0.5  # it does let go
+    own = parameter_gradient(run, END)
+    assert own.bushing[0, 0] == pytest.approx(found["k"], rel=SAME)
+    assert own.law[0, 3] == pytest.approx(found["stiffness"], rel=SAME)
 
 
 def test_systems_of_another_structure_are_refused():

@@ -16,9 +16,16 @@ from .independent import IndependentEquations, Pulled
 from .kinds import Change
 from .seeds import Seeds
 
-__all__ = ["Multipliers", "lagrangian_of", "moved_start", "multipliers", "slopes_by_change"]
+__all__ = ["Multipliers", "OfStates", "lagrangian_of", "moved_start", "multipliers", "slopes_by_change"]
 
 Array = np.ndarray[Any, Any]
+
+
+class OfStates(NamedTuple):
+    """First-order states at the points, and the adjoint of their trapezoidal step that ends there."""
+
+    z: Array  # (points, Z)
+    eta: Array  # (points, Z), 0 at point 0
 
 
 class Multipliers(NamedTuple):
@@ -37,6 +44,7 @@ class Multipliers(NamedTuple):
     by_q: Array  # (n,) slopes by the place at the start
     by_v: Array
     whole: bool  # whether they hold what the equations at point 0 feel of the start
+    states: OfStates | None = None
 
 
 def multipliers(found: Pulled, times: Array, q: Array, v: Array) -> Multipliers:

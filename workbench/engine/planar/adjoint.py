@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..integration.changes import Multipliers
+from ..integration.changes import Multipliers, OfStates
 from ..integration.grids import step_changes
 from ..integration.loops import Pulled, alpha_adjoint_loop, bdf2_adjoint_loop
 from ..integration.schemes import BDF2, GeneralisedAlpha, VelocityVerlet
@@ -54,12 +54,13 @@ def _swept(trajectory: Trajectory, seeds: NodeSeeds) -> Array:
 
 def _told(trajectory: Trajectory, seeds: NodeSeeds) -> tuple[Array, Multipliers]:
     """Slopes by scale and multipliers of one row of seeds from the compiled sweep."""
-    gradient, (mu, nu, costate) = _sweep(trajectory, seeds)
+    gradient, (mu, nu, costate, eta) = _sweep(trajectory, seeds)
     r, count = trajectory.nodes, len(mu)
     return gradient[0], Multipliers(
         times=r.times[:count], q=r.position[:count], v=r.velocity[:count], w=r.acceleration[:count],
         lam=r.multiplier[:count], mu=np.ascontiguousarray(mu[:, 0]), nu=_of_index_3(nu[:, 0]),
         by_q=costate[0, 0], by_v=costate[0, 1], whole=False,
+        states=None if eta is None else OfStates(z=r.states[:count], eta=eta[:, 0]),
     )  # fmt: skip
 
 
@@ -150,16 +151,19 @@ def _stretches(trajectory: Trajectory, last: int) -> Iterator[tuple[int, tuple[A
 def _state_sweep(trajectory: Trajectory, start: NodeSeeds) -> DamageSweep:
     """The states' part of a sweep, before its first stretch."""
     r, tables, work = trajectory.nodes, trajectory.tables, trajectory.work
+    rows, states = len(start.starts), r.states.shape[1]
     return DamageSweep(
         state_pair=tables.state_pair, pair=tables.pair, motion=tables.motion,
         q=work.q, v=work.v, big=work.big, row_g=work.row_g,
-        rates=r.velocity, seed=start.states, slopes=np.empty((0, r.states.shape[1], 10)),
-        costate=np.zeros((len(start.starts), 2, r.states.shape[1])),
+        rates=r.velocity, seed=start.states, slopes=np.empty((0, states, 10)),
+        costate=np.zeros((rows, 2, states)), eta=np.zeros((int(start.starts[0]) + 1, rows, states)),
     )  # fmt: skip
 
 
-def _sweep(trajectory: Trajectory, start: NodeSeeds) -> tuple[Array, tuple[Array, Array, Array]]:
-    """(R, N) by scale in segment order; mu, nu and the costates at the start."""
+def _sweep(
+    trajectory: Trajectory, start: NodeSeeds
+) -> tuple[Array, tuple[Array, Array, Array, Array | None]]:
+    """(R, N) by scale in segment order; mu, nu, the costates at the start and the states' adjoints."""
     scheme = trajectory.scheme
     assert isinstance(scheme, GeneralisedAlpha | VelocityVerlet)
     r, tables, work = trajectory.nodes, trajectory.tables, trajectory.work
@@ -188,4 +192,4 @@ def _sweep(trajectory: Trajectory, start: NodeSeeds) -> tuple[Array, tuple[Array
         tables, work, start.starts, r.position, r.velocity, mu, np.empty((nodes, pairs, 8)),
         np.empty((pairs, nodes, rows, 3)), None if plain else np.empty((3, count)), gradient,
     )  # fmt: skip
-    return gradient, (mu, nu, costate)
+    return gradient, (mu, nu, costate, None if sweep is None else sweep.eta)

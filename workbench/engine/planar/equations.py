@@ -26,7 +26,7 @@ TURNING = 0.1  # angles become dependent only where ten times as well determined
 
 
 class SampledEquations:
-    """`Equations` of a planar system on a sampled grid; states of force elements stay 0 here."""
+    """`Equations` of a planar system on a sampled grid; states of force elements are 0 unless given."""
 
     def __init__(self, parts: Compiled, tables: Tables) -> None:
         self.tables = tables
@@ -38,9 +38,10 @@ class SampledEquations:
         self.constraint, self.jacobian = self.work.phi, self.work.phi_q
         self._z = np.zeros(len(tables.state_pair))
 
-    def look(self, node: int, q: Array, v: Array, lam: Array) -> None:
-        """Evaluate everything at a state."""
-        evaluate(self.tables, self.work, node, q, v, lam, self._z, self._z, 0.0, True)
+    def look(self, node: int, q: Array, v: Array, lam: Array, z: Array | None = None) -> None:
+        """Evaluate everything at a state; z: of the force elements."""
+        given = self._z if z is None else z
+        evaluate(self.tables, self.work, node, q, v, lam, given, self._z, 0.0, True)
         for segment in self.parts.user:
             self._apply(segment, float(self.tables.times[node]))
             add_segment(self.tables, self.work, segment.pair, segment.first, segment.last, True)

@@ -137,17 +137,12 @@ def _by_change(
     found: Multipliers,
 ) -> Array:
     r = trajectory
-    if r.system.has_states:
-        raise NotSupported(
-            "parameter_slopes does not follow states of force elements in the plane, as the damage of "
-            "bushings; take parameter_gradient, or differences"
-        )
 
     def total(system: System) -> float:
         parts = compiled(system)
         _same(parts, compiled(r.system))
         tables = on_grid(parts, r.density, found.times)
-        if parts.user:
+        if parts.user or found.states is not None:
             return _total_in_python(parts, tables, found, _begin(r, parts))
         equations = IndependentEquations(
             tables=tables, work=work_space(tables), rates=rates_of(parts, found.times),
@@ -193,12 +188,22 @@ def _held(trajectory: Trajectory, system: System) -> Trajectory:
 def _total_in_python(
     parts: Compiled, tables: Tables, found: Multipliers, start: tuple[Array, Array]
 ) -> float:
-    """L of index-3 runs with laws that users wrote in Python."""
+    """L of index-3 runs with laws that users wrote in Python, or with states of force elements:
+
+    eta . (z1 - z0 - h/2 (z0' + z1')) of every step stands beside the rest, z held and z' by the numbers.
+    """
     q, v = moved_start(found, start)
     equations, out = SampledEquations(parts, tables), 0.0
+    z, eta = (None, None) if found.states is None else found.states
+    before = np.zeros(0)
     for at in range(len(q)):
-        equations.look(at, q[at], v[at], found.lam[at])
+        equations.look(at, q[at], v[at], found.lam[at], None if z is None else z[at])
         work = equations.work
+        if eta is not None:
+            if at:
+                half = 0.5 * (found.times[at] - found.times[at - 1])
+                out -= float(half * eta[at] @ (before + work.zdot))
+            before = work.zdot.copy()
         out += float(found.mu[at] @ (tables.mass * found.w[at] + work.force) + found.nu[at, 0] @ work.phi)
         if at == 0 and found.nu[0, 2].any():
             _, bend = rates_of_joints(parts, work, float(found.times[0]))

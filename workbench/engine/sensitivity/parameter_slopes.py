@@ -22,7 +22,7 @@ def parameter_slopes(
 ) -> dict[str, float]:
     """Slopes of an objective by parameters of whatever kind: points, frames, laws, loads, joints, the start.
 
-    For trees, natural coordinates, and planar systems without damage, under every scheme.
+    For trees, natural coordinates and planar systems, under every scheme.
 
         dG/dp = dG/dp at the computed states + dG/d(start) . d(start)/dp + sum over steps of mu^T dr/dp
 

@@ -31,7 +31,6 @@ from workbench.engine import (
     gradient,
     locate_peak,
     parameter_gradient,
-    parameter_slopes,
     simulate,
 )
 
@@ -137,12 +136,6 @@ def test_schemes_refuse_what_they_cannot_treat():
     for method in ("direct", "time_integration"):
         with pytest.raises(NotSupported, match="not IndependentAlpha"):
             gradient(p.system, p.density, run, p.objective, method=method)
-    gripped = free_mass(bushings=(Bushing(a="mass", b="ground", k=1e3, slip=0.01, release=0.02),))
-    held = simulate(gripped, [1.0], 0.1, 10)
-    with pytest.raises(NotSupported, match="does not follow states of force elements in the plane"):
-        parameter_slopes(
-            held, Terminal(quantity=Deviation(bodies=("mass",))), {"k": (1.0, lambda k: gripped)}
-        )
     with pytest.raises(ValueError, match="independent alpha needs 0 <= rho <= 1, got rho=2"):
         IndependentAlpha(rho=2)
     free = simulate(free_mass(), [1.0], 0.1, 10, scheme=IndependentAlpha(rho=0.5))

@@ -59,7 +59,7 @@ def states_to_motion(D, at, row, out):
 
 
 @njit(**INNER)
-def motion_to_states(D, at, row, mu, half):
+def motion_to_states(D, step, at, row, mu, half):
     """eta: the costate of the states at the start of the step, from the adjoint mu (n,) of its forces."""
     eta, lz, w, free = D.costate[row, 0], D.costate[row, 1], D.row_g, mu.shape[0] // 3
     for e in range(eta.shape[0]):
@@ -67,6 +67,7 @@ def motion_to_states(D, at, row, mu, half):
         pair_covector(D.q, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
         b = D.slopes[at, e]
         eta[e] = -(lz[e] + b[1] * w[0] + b[2] * w[1] + b[3] * w[2]) / (1.0 - half * b[0])
+        D.eta[step, row, e] = eta[e]
 
 
 @njit(**INNER)
@@ -243,7 +244,7 @@ def alpha_adjoint(
             if first:
                 continue
             if D is not None:
-                motion_to_states(D, here, row, m_row, 0.5 * h)
+                motion_to_states(D, step, here, row, m_row, 0.5 * h)
             add_products(S, k, damper, j, x, nu[step, row], lq, lv)
             for i in range(n):
                 tq, tv = lq[i], lv[i]

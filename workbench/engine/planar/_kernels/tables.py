@@ -92,6 +92,7 @@ class DamageSweep(NamedTuple):
     rates: Array  # (nodes, n) velocities of the run
     seed: Array  # (E, Z) dG/d(state)
     costate: Array  # (R, 2, Z)
+    eta: Array  # (nodes, R, Z) adjoint of the step that ends at a node, as equation of its states
     slopes: Array  # (., Z, 10) as from `linearise`
 
 
