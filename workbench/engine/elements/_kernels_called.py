@@ -9,6 +9,7 @@ the equations). The fourth gives slopes by its parameters.
 
 import operator
 from functools import cache
+from types import CellType, FunctionType
 
 from numba import carray, cfunc, njit, types
 from numba.core import cgutils
@@ -19,6 +20,8 @@ from numba.core.ir import Assign, Expr, Global
 from numba.core.ir_utils import build_definitions
 from numba.core.untyped_passes import IRProcessing
 from numba.extending import intrinsic, overload
+
+from .user_function import is_helper
 
 __all__ = ["FIRST", "OPTIONS", "compiled", "entries", "force_at", "place_of", "slopes_at"]
 
@@ -112,9 +115,28 @@ class UsersCompiler(CompilerBase):
 
 def compiled(function, taken):
     """A user's function, or the one behind a function that is compiled already, for the types it will get."""
-    own = njit(pipeline_class=UsersCompiler, **OPTIONS)(getattr(function, "py_func", function))
+    own = _with_helpers(getattr(function, "py_func", function), {})
     own.compile(taken)
     return own
+
+
+def _with_helpers(function, done):
+    """The function and plain functions that it calls by name, theirs among them, each as numba needs it."""
+    names = dict(function.__globals__)
+    cells = tuple(CellType(_helper(cell.cell_contents, done)) for cell in function.__closure__ or ())
+    code = function.__code__
+    same = FunctionType(code, names, function.__name__, function.__defaults__, cells or None)
+    done[function] = njit(pipeline_class=UsersCompiler, **OPTIONS)(same)
+    for name in code.co_names:
+        if name in names:
+            names[name] = _helper(names[name], done)
+    return done[function]
+
+
+def _helper(value, done):
+    if not is_helper(value):
+        return value
+    return done[value] if value in done else _with_helpers(value, done)
 
 
 def _entry(number, lines, count, scope):

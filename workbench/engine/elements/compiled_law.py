@@ -40,7 +40,8 @@ class CompiledLaw:
     be analytic in its arguments: numpy's functions instead of those of `math`, no `abs`, branches by
     `delta.real`, kinks rounded. Or give `slopes`, which returns (df/ddelta, df/drate) and is called, as
     `force` is then, with real numbers; slopes by the constants are not known then.  What the functions read
-    from their module is taken as it stands when they are compiled: numbers that change belong in `constants`.
+    from their module, functions that they call among it, is compiled in, anew where it has changed when a
+    system is made; numbers that change belong in `constants`.
 
     Its energy is not known: `StoredEnergy` does not count its members.
 
@@ -92,7 +93,7 @@ class CompiledLaw:
 
     def _entries(self) -> tuple[Any, ...]:
         functions = [self.force] if self.slopes is None else [self.force, self.slopes]
-        key = (len(self.constants), *(identity(python_of(function)) for function in functions))
+        key = (len(self.constants), *(identity(function) for function in functions))
         if key not in _MADE:
             try:
                 _MADE[key] = _ENTRIES(self.force, self.slopes, len(self.constants))

@@ -100,7 +100,7 @@ class StateLaw:
     def _entries(self) -> tuple[Any, ...]:
         functions = (self.force, self.growth)
         sizes = len(self.states), len(self.constants)
-        key = (sizes, *(identity(python_of(function)) for function in functions))
+        key = (sizes, *(identity(function) for function in functions))
         if key not in _MADE:
             try:
                 _MADE[key] = _STRUT_ENTRIES(*functions, *sizes)

@@ -5,7 +5,9 @@ from inspect import Parameter, signature
 from types import FunctionType
 from typing import Any
 
-__all__ = ["arguments", "brief", "identity", "python_of"]
+import numpy as np
+
+__all__ = ["arguments", "brief", "identity", "is_helper", "python_of"]
 
 
 def python_of(function: Any) -> FunctionType:
@@ -13,10 +15,35 @@ def python_of(function: Any) -> FunctionType:
     return getattr(function, "py_func", function)
 
 
-def identity(function: FunctionType) -> Any:
-    """What makes the code of a function: two that are made by one line of one module are one."""
-    held = tuple(id(cell.cell_contents) for cell in function.__closure__ or ())
-    return function.__code__, id(function.__globals__), held
+def is_helper(value: Any) -> bool:
+    """Whether it is a plain function, not one that numba has its own of."""
+    home = str(getattr(value, "__module__", "")).partition(".")[0]
+    return isinstance(value, FunctionType) and home not in ("numpy", "numba", "math", "cmath")
+
+
+def identity(function: Any, around: tuple[Any, ...] = ()) -> Any:
+    """What makes the code of a function: its own, and what it reads of its module and of functions around it,
+    functions and numbers as they are now. Two that are made by one line of one module are one."""
+    own = python_of(function)
+    code = own.__code__
+    if code in around:  # calls itself
+        return code
+    held = [cell.cell_contents for cell in own.__closure__ or ()]
+    read = [own.__globals__[name] for name in code.co_names if name in own.__globals__]
+    return code, tuple(_kept(value, (*around, code)) for value in (*held, *read))
+
+
+def _kept(value: Any, around: tuple[Any, ...]) -> Any:
+    """Something that differs where compiled code would."""
+    if is_helper(python_of(value)):
+        return identity(value, around)
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    try:
+        hash(value)
+    except TypeError:
+        return repr(value)
+    return value
 
 
 def arguments(

@@ -70,6 +70,22 @@ def test_functions_made_again_are_compiled_once():
     assert made().parameters == made().parameters
 
 
+def test_what_a_function_reads_of_its_module_is_never_stale():
+    module = {"k": 2.0, "table": np.array([1.0, 5.0])}
+    exec("def half(x): return 0.5 * k * x\ndef force(delta, rate, t): return half(delta) + table[1]", module)
+
+    def at_one():
+        return look(CompiledLaw(force=module["force"]), 1.0)[0]
+
+    assert at_one() == 6.0
+    module["k"] = 4.0
+    assert at_one() == 7.0
+    module["table"][1] = 6.0
+    assert at_one() == 8.0
+    exec("def half(x): return k * x", module)
+    assert at_one() == 10.0
+
+
 def test_one_law_survives_pickling():
     again = pickle.loads(pickle.dumps(LAW))
     assert again == LAW
