@@ -46,32 +46,50 @@ def closure_of(starts: Sequence[Path], study: Path, cache: ContentCache) -> Clos
     found = Closure()
     waiting = [_absolute(path) for path in starts]
     seen: set[Path] = set()
+    put_on_path: list[Path] = []  # by the code, which imports from there, too
+    unfound: list[tuple[str, Path]] = []
     while waiting:
         path = waiting.pop()
-        if path in seen or not path.is_file():
-            continue
-        seen.add(path)
-        folders = list(dict.fromkeys([study, path.parent, path.resolve().parent]))
-        found.places[_name(path, study)] = path.resolve()
-        try:
-            content = cache.of(path, parsed)
-        except (OSError, SyntaxError, ValueError):
-            found.code[_name(path, study)] = digest_of(path)
-            continue
-        found.code[_name(path, study)] = content["digest"]
-        for module in content["imports"]:
-            files = _module_files(module, path, folders)
-            waiting += files
-            top = module.lstrip(".").partition(".")[0]
-            if not files and top and not module.startswith(".") and top not in sys.stdlib_module_names:
-                found.packages.add(top)
-        files = [name for name in content["names"] if FILE.search(name)]
-        places = [f / d for f in folders for d in content["names"] if PLACE.match(d)] if files else []
-        for folder in (*folders, *(place for place in places if place.is_dir())):
-            for file in (folder / name for name in files):
-                if file.is_file() and not (file.suffix == ".toml" and cache.of(file, is_study)):
-                    found.data[_name(_absolute(file), study)] = cache.of(file, digest_of)
+        if path not in seen and path.is_file():
+            seen.add(path)
+            content = _read_into(found, path, study, cache)
+            if content.get("puts_on_path"):
+                put_on_path += _named_folders(content["names"], _folders(path, study))
+            unfound += [(module, path) for module in content.get("imports", ())]
+        if not waiting:  # what is put on the path anywhere serves what is imported anywhere
+            modules, unfound = unfound, []
+            for module, importer in modules:
+                files = _module_files(module, importer, _folders(importer, study), put_on_path)
+                waiting += [file for file in files if file not in seen]
+                if not files:
+                    unfound.append((module, importer))
+    found.packages |= {top for module, _ in unfound for top in _package_of(module)}
     return found
+
+
+def _read_into(found: Closure, path: Path, study: Path, cache: ContentCache) -> dict[str, Any]:
+    """What a file of code holds, {} where it is no Python; `found` gets it and its data."""
+    name = _name(path, study)
+    found.places[name] = path.resolve()
+    try:
+        content: dict[str, Any] = cache.of(path, read_code)
+    except (OSError, SyntaxError, ValueError):
+        found.code[name] = digest_of(path)
+        return {}
+    found.code[name] = content["digest"]
+    folders = _folders(path, study)
+    files = [text for text in content["names"] if FILE.search(text)]
+    places = [f / d for f in folders for d in content["names"] if PLACE.match(d)] if files else []
+    for folder in (*folders, *(place for place in places if place.is_dir())):
+        for file in (folder / text for text in files):
+            if file.is_file() and not (file.suffix == ".toml" and cache.of(file, is_study)):
+                found.data[_name(_absolute(file), study)] = cache.of(file, digest_of)
+    return content
+
+
+def _folders(path: Path, study: Path) -> list[Path]:
+    """Where the code of a file finds modules and data."""
+    return list(dict.fromkeys([study, path.parent, path.resolve().parent]))
 
 
 def file_of(place: str, study: Path) -> Path | None:
@@ -87,8 +105,9 @@ def is_study(path: Path) -> bool:
     return STUDY.search(path.read_text(encoding="utf-8", errors="replace")) is not None
 
 
-def parsed(path: Path) -> dict[str, Any]:
-    """Digest of the code, modules that it imports (relative ones with dots), and texts that may name data.
+def read_code(path: Path) -> dict[str, Any]:
+    """Digest of the code, modules that it imports (relative ones with dots), texts that may name data, and
+    whether it changes where modules are imported from.
 
     Raises:
         SyntaxError, ValueError: it is no Python.
@@ -97,6 +116,7 @@ def parsed(path: Path) -> dict[str, Any]:
     imports: set[str] = set()
     names: set[str] = set()
     written: set[str] = set()  # what the code writes is no input
+    puts_on_path = False
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             imports.update(alias.name for alias in node.names)
@@ -105,6 +125,8 @@ def parsed(path: Path) -> dict[str, Any]:
             imports.add(base)
             joint = "" if base.endswith(".") else "."
             imports.update(f"{base}{joint}{alias.name}" for alias in node.names if alias.name != "*")
+        elif isinstance(node, ast.Attribute) and _is_path_of_imports(node):
+            puts_on_path = True
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             text = node.value
             if text and len(text) <= LONGEST_NAME and "\n" not in text and "\0" not in text:
@@ -118,7 +140,12 @@ def parsed(path: Path) -> dict[str, Any]:
     digest = blake2b(
         ast.dump(without_docstrings(tree)).encode("utf-8", "surrogatepass"), digest_size=16
     ).hexdigest()
-    return {"digest": digest, "imports": sorted(imports), "names": sorted(names)}
+    return {
+        "digest": digest,
+        "imports": sorted(imports),
+        "names": sorted(names),
+        "puts_on_path": puts_on_path,
+    }
 
 
 def without_docstrings(tree: ast.Module) -> ast.Module:
@@ -139,6 +166,29 @@ def _is_import_call(node: ast.Call) -> bool:
     return name in ("import_module", "__import__") and isinstance(getattr(given, "value", None), str)
 
 
+def _is_path_of_imports(node: ast.Attribute) -> bool:
+    """Whether it is `sys.path` or `site.addsitedir`."""
+    of = getattr(node.value, "id", "")
+    return (of, node.attr) in (("sys", "path"), ("site", "addsitedir"))
+
+
+def _named_folders(names: Sequence[str], folders: Sequence[Path]) -> list[Path]:
+    """Folders that texts of code name, in one part or two, seen from `folders` and from the two above each;
+    and these themselves.
+    """
+    above = list(dict.fromkeys(up for folder in folders for up in (folder, *folder.parents[:2])))
+    texts = [name for name in names if PLACE.match(name)]
+    named = [place for up in above for name in texts if (place := up / name).is_dir()]
+    inside = [place for folder in named for name in texts if (place := folder / name).is_dir()]
+    return [*named, *inside, *above]
+
+
+def _package_of(module: str) -> set[str]:
+    """The package that a module belongs to, where it is neither Python's own nor a relative one."""
+    top = module.partition(".")[0]
+    return {top} if top and top not in sys.stdlib_module_names else set()
+
+
 def _writes(node: ast.Call) -> bool:
     """Whether a call writes a file: open(..., "w"), save(...), to_csv(...), path.write_text(...)."""
     name = getattr(node.func, "attr", getattr(node.func, "id", ""))
@@ -148,8 +198,13 @@ def _writes(node: ast.Call) -> bool:
     return any(isinstance(getattr(m, "value", None), str) and set("wax+") & set(m.value) for m in mode)  # type: ignore[attr-defined]
 
 
-def _module_files(module: str, importer: Path, folders: Sequence[Path]) -> list[Path]:
-    """Files that importing `module` runs: its packages and itself; none where it is not the user's own."""
+def _module_files(
+    module: str, importer: Path, folders: Sequence[Path], put_on_path: Sequence[Path] = ()
+) -> list[Path]:
+    """Files that importing `module` runs: its packages and itself; none where it is not the user's own.
+
+    put_on_path: folders in which it is looked for where it is neither in `folders` nor installed.
+    """
     dots = len(module) - len(module.lstrip("."))
     parts = [part for part in module.lstrip(".").split(".") if part]
     if dots:
@@ -167,7 +222,9 @@ def _module_files(module: str, importer: Path, folders: Sequence[Path]) -> list[
         spec = PathFinder.find_spec(parts[0])
     except (ImportError, ValueError, OSError):
         return []
-    origin = None if spec is None else spec.origin
+    if spec is None:
+        return next((files for folder in put_on_path if (files := _below(folder, parts))), [])
+    origin = spec.origin
     if origin is None or not origin.endswith(".py") or any(word in Path(origin).parts for word in INSTALLED):
         return []
     place = Path(origin)

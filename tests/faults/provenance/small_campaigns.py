@@ -15,7 +15,8 @@ PARAMETERS = (
 END = '[evaluate]\nengine = "inline"\nworkers = 1\n'
 STATE = '[model.state]\ninclude = ["maps/*"]\nenvironment = ["GAIN_OF_TEST"]\n'
 PYTHON = {
-    "m.py": "import pathlib\nimport helper\nfrom pkg.inner import scale\nimport numpy\nimport extra\n"
+    "m.py": "import pathlib, sys\nsys.path.insert(0, str(pathlib.Path(__file__).parent / 'shared' / 'lib'))\n"
+    "import on_path\nimport helper\nfrom pkg.inner import scale\nimport numpy\nimport extra\n"
     'HERE = pathlib.Path(__file__).parent\ntable = open(HERE / "table.csv").read()\n'
     'gains = (HERE / "data" / "gain.toml").read_text()\n'
     "def f(a, b):\n    return helper.twice(a) + scale(b)\n",
@@ -25,6 +26,9 @@ PYTHON = {
     "pkg/__init__.py": "",
     "pkg/inner.py": "from . import constants\ndef scale(b):\n    return constants.SCALE * b\n",
     "pkg/constants.py": "SCALE = 3.0\n",
+    "shared/lib/on_path.py": "import on_path_too\n",
+    "shared/lib/on_path_too.py": "x = 1\n",
+    "shared/lib/unrelated.py": "x = 1\n",
     "table.csv": "1,2\n",
     "data/gain.toml": "gain = 1.5\n",
     "maps/road.dat": "0 0\n",

@@ -71,6 +71,18 @@ CHANGES = {
     ),
     "module of a package": ("python", edit("pkg/constants.py", "3.0", "4.0"), "refused", "pkg/constants.py"),
     "code of a package": ("python", write("pkg/__init__.py", "import os\n"), "refused", "pkg/__init__.py"),
+    "module in a folder on the path": (
+        "python",
+        edit("shared/lib/on_path.py", "too", "too as t"),
+        "refused",
+        CODE.format("shared/lib/on_path.py"),
+    ),
+    "what such a module imports": (
+        "python",
+        edit("shared/lib/on_path_too.py", "1", "2"),
+        "refused",
+        CODE.format("shared/lib/on_path_too.py"),
+    ),
     "gradient": ("python", edit("slope.py", "2.0", "2.5"), "refused", CODE.format("slope.py")),
     "data file opened": ("python", edit("table.csv", "1,2", "1,3"), "refused", DATA.format("table.csv")),
     "data file named by parts": ("python", edit("data/gain.toml", "1.5", "1.6"), "refused", "data/gain.toml"),

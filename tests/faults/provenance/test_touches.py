@@ -108,6 +108,7 @@ TOUCHES = {
     "line ends": ("python", edit("helper.py", "\n", "\r\n")),
     "quotes": ("python", edit("slope.py", "'a'", '"a"')),
     "unrelated code": ("python", edit("unrelated.py", "1", "2")),
+    "unrelated code in a folder on the path": ("python", edit("shared/lib/unrelated.py", "1", "2")),
     "comment in unrelated code": ("python", write("unrelated.py", "# new\nx = 1\n")),
     "README": ("python", write("README.md", "m.py and table.csv\n")),
     "another study": ("python", write("t.toml", '[study]\nname = "t"\n')),

@@ -120,8 +120,8 @@ def test_files_are_read_once(place, tmp_path, monkeypatch):
 
     from workbench.provenance import closure
 
-    read.__name__ = "parsed"
-    monkeypatch.setattr(closure, "parsed", read)
+    read.__name__ = "read_code"
+    monkeypatch.setattr(closure, "read_code", read)
     assert state(place, tmp_path / "cache.json").digest == before.digest
 
 
