@@ -56,6 +56,7 @@ _PUBLIC: dict[str, str] = {
         "sensitivity.check": ("gradient_check",),
         "sensitivity.discrete_adjoint": ("parameter_gradient",),
         "sensitivity.gradient": ("gradient", "gradients"),
+        "sensitivity.parameter_histories": ("parameter_histories",),
         "sensitivity.parameter_slopes": ("parameter_jacobian", "parameter_slopes"),
         "simulation.cases": ("Case", "CaseResult", "simulate_cases"),
         "simulation.exact_peak": ("locate_peak",),
