@@ -6,7 +6,7 @@ import numpy as np
 
 from ..integration.kinds import AnyTrajectory
 from ..objectives.quantities import Quantity
-from ..objectives.reductions import AtTime, Objective
+from ..objectives.reductions import AtTime
 from .parameter_slopes import Parameters, parameter_jacobian
 
 __all__ = ["parameter_histories"]
@@ -33,5 +33,5 @@ def parameter_histories(
         nodes = np.unique(np.linspace(0, last, min(INSTANTS, last + 1)).round().astype(int))
         times = trajectory.times[nodes]
     instants = np.array(times, float).ravel()
-    objectives: list[Objective] = [AtTime(quantity=quantity, time=float(t)) for t in instants]
+    objectives: list[Any] = [AtTime(quantity=quantity, time=float(t)) for t in instants]
     return instants, parameter_jacobian(trajectory, objectives, parameters)
