@@ -47,6 +47,8 @@ COARSEST = 1.3e-3  # s: the filter of the chest, class 180, ends at 1.34 ms
 class GunnerRestraint:
     """180 sites for every kind, densities kind by kind; a budget (sum of densities) for each kind.
 
+    steps: of a true run.  searched: of the runs of a search, 0 for as many; its peaks need no filter.
+
     See `workbench.robust_layout.model.LayoutModel`.
     """
 
@@ -58,6 +60,7 @@ class GunnerRestraint:
     title: str = "the gunner's restraints"
     response: str = "deviation"
     unit: str = "m"
+    searched: int = 0
 
     @property
     def members(self) -> int:
@@ -86,7 +89,7 @@ class GunnerRestraint:
         problem = transient_problem(
             [
                 Scenario(
-                    system=system, t_end=self.t_end, steps=self.steps,
+                    system=system, t_end=self.t_end, steps=self.searched or self.steps,
                     objective=Maximum(
                         quantity=Deviation(
                             bodies=FIGURE, shares=shares_of(system), reference="vehicle", weights=(1.0,) * 3
@@ -157,11 +160,12 @@ class GunnerRestraint:
 
 def restraint(
     *, on: str = "braking", belts: float = 6.0, airbags: float = 6.0, retractors: float = 0.0,
-    t_end: float | None = None, step: float = STEP,
+    t_end: float | None = None, step: float = STEP, search_step: float | None = None,
 ) -> GunnerRestraint:  # fmt: skip
     """Restraints with so many full members of each kind; a kind with none is left out.
 
     on: "braking", "step steer" or "rollover". t_end: s, None for the time of that proving ground. step: s.
+    search_step: s, of the runs of which a layout is made; it is judged by those of `step`. None: the same.
 
     Raises ValueError for another proving ground, a negative budget, no kind at all, or a step that is none or
     too long for the responses.
@@ -185,7 +189,9 @@ def restraint(
         raise ValueError(
             f"step needs at most {COARSEST:g} s, for the filter of the chest's acceleration, got {step}"
         )
+    if search_step is not None and not 0.0 < search_step <= last:
+        raise ValueError(f"search_step needs 0 < search_step <= t_end = {last:g} s, got {search_step}")
     return GunnerRestraint(
         on=on, kinds=kinds, limits={kind: float(wanted[kind]) for kind in kinds}, t_end=last,
-        steps=round(last / step),
+        steps=round(last / step), searched=0 if search_step is None else round(last / search_step),
     )  # fmt: skip

@@ -85,6 +85,8 @@ def test_slips_are_named():
         ValueError, match=r"step needs at most 0.0013 s, for the filter of the chest.*got 0.002"
     ):
         restraint(step=2e-3)
+    with pytest.raises(ValueError, match=r"search_step needs 0 < search_step <= t_end = 1.5 s, got 0"):
+        restraint(search_step=0.0)
     model = restraint()
     with pytest.raises(ValueError, match=r"density needs 360 values in \[0, 1\], got shape \(3,\)"):
         model.responses(np.zeros(3), {})
@@ -96,6 +98,17 @@ def test_slips_are_named():
     rows, columns, cells = model.places()
     assert (len(rows), len(columns), len(cells)) == (12, 40, 360)
     assert rows[0] == "1 upper front"
+
+
+def test_layouts_are_made_of_longer_steps_than_they_are_judged_by():
+    model = restraint(t_end=0.4, search_step=2e-3)
+    assert (model.steps, restraint(t_end=0.4).searched) == (400, 0)
+    longer, same = model.problem([{}]), restraint(t_end=0.4).problem([{}])
+    density = np.full(model.members, 0.03)
+    rows = [problem.evaluate(density).values for problem in (longer, same)]
+    assert [values.shape[-1] for values in rows] == [201, 401]
+    assert rows[0].max() == pytest.approx(rows[1].max(), rel=2e-3)
+    assert model.responses(density, {})["g1"] == pytest.approx(rows[1].max(), rel=1e-6)
 
 
 @pytest.mark.slow
