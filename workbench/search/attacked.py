@@ -5,8 +5,9 @@
                      itself, and none at all where too few are left for any claim
 
 The runs of an attack join those of the search. A Kriging of thousands of runs would cost more than the runs:
-it sees the worst of them and some of the independent ones, up to `JOINED`. Where the attack has found a
-noticeably worse case and the search has runs left, the search goes on from there.
+it sees the worst of them and some of the independent ones, up to `JOINED`. A search that had stopped by
+itself with runs left goes on where the attack has found a noticeably worse case, or where its runs have
+opened the gap again.
 """
 
 from dataclasses import dataclass
@@ -56,8 +57,9 @@ def attacked(search: Loop, status: Status) -> Attacked:
     unseen = _joined(ledger, made)
     if asked.attack is not None:
         search.searched += ledger.spent - before
-    if made.since < made.runs and status in OPEN and search.searched > ledger.spent:
-        search.quiet = 0
+    if status in OPEN and search.searched > ledger.spent:
+        if made.since < made.runs:
+            search.quiet = 0
         status = search.run()
     return Attacked(attack=made.raised_to(ledger.best_value), status=status, unseen=unseen)
 

@@ -62,7 +62,8 @@ def concluded(
     )
     gaps.note(gap, ledger, full=True)
     missed = gap.kind == "model-based" and gap.width > asked.tolerance * ledger.scale
-    if status is Status.CONVERGED and missed and ledger.spent >= asked.budget:
+    own = sum(run.number > 0 and not run.proposal.startswith("attack") for run in ledger.runs)
+    if status is Status.CONVERGED and missed and own >= asked.budget:
         status = Status.BUDGET  # the last runs, at corners, have widened the gap again
     best = ledger.best
     found = WorstCase(

@@ -304,7 +304,7 @@ def _listener(
     def tell(run: Any, best: float) -> None:
         campaign.progress.search(
             run.number,
-            table["budget"],
+            table["budget"] + table.get("attack", 0),
             proposal=run.proposal,
             value=run.value,
             best=best,

@@ -99,6 +99,29 @@ def test_a_search_that_the_attack_proved_wrong_goes_on_with_what_it_has_left():
     assert sorted(reached)[1] > 2.4
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_where_the_attack_opens_the_gap_again_the_search_goes_on(seed):
+    """A plane to all runs that are given; the attack comes upon a pit in it, no worse than its top."""
+
+    def f(a, b):
+        return a + 0.5 * b - (3.0 if max(abs(a - 0.3), abs(b - 0.6)) < 0.15 else 0.0)
+
+    space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
+    rows = [{"a": a, "b": b} for a in (0.0, 0.1, 0.5, 0.75, 1.0) for b in (0.0, 0.4, 0.8, 1.0)]
+    start = [{**row, "y": f(**row)} for row in rows]
+    found = worst_case(
+        f, space, budget=24, attack=60, seed=seed, noise=False, start=start, response="y", tolerance=1e-3
+    )
+    own = sum(run.number > 0 and not run.proposal.startswith("attack") for run in found.runs)
+    assert found.value == 1.5
+    if found.status is Status.BUDGET:  # not said before the budget of the search is spent
+        assert own == 24
+    else:
+        assert found.status is Status.CONVERGED
+        assert own < 24
+        assert found.gap.width < 1e-3
+
+
 def test_a_finite_space_that_was_run_whole_is_proved_and_not_attacked():
     space = Space([Parameter("n", kind="integer", lower=0, upper=5)])
     found = worst_case(lambda n: float(n), space, budget=20, attack=50)

@@ -41,7 +41,9 @@ def test_a_worse_known_run_is_the_worst_case(found):
     assert again.runs == (*found.runs, again.runs[-1])
     assert (again.evaluations, again.budget) == (found.evaluations, found.budget)
     assert again.attack.value == 3.3
-    assert again.grade is Grade.ATTACKED
+    # the attack had missed it, and no climb of it arrived there
+    assert (found.grade, found.attack.arrived >= 2) == (Grade.ATTACKED, True)
+    assert (again.grade, again.attack.arrived) == (Grade.SEARCHED, 0)
     assert [h["best"] for h in again.to_dict()["history"]][-1] == 3.3
 
 

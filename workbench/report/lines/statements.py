@@ -7,6 +7,7 @@ from workbench.report.lines.tables import format_number, unit_suffix
 
 __all__ = [
     "border_text",
+    "known_text",
     "limits_text",
     "minor_text",
     "open_text",
@@ -32,6 +33,20 @@ def limits_text(limits: Mapping[str, Sequence[float | None]]) -> str:
         left = "" if low is None else f"{format_number(low)} <= "
         parts.append(left + name + ("" if high is None else f" <= {format_number(high)}"))
     return " and ".join(parts)
+
+
+def known_text(worst: Mapping[str, Any]) -> str:
+    """The worst value that a run gave, beside a worst case that is predicted only; "" where one was run.
+
+    >>> given = {"the runs given": {"runs": 36, "value": 10.64, "run_key": "c3"}}
+    >>> known_text({"confirmed": False, "baselines": given, "unit": "kN"})
+    'the worst of the 36 runs given is 10.64 kN'
+    """
+    given = (worst.get("baselines") or {}).get("the runs given")
+    if worst.get("confirmed", True) or given is None:
+        return ""
+    unit = unit_suffix(str(worst.get("unit") or "1"))
+    return f"the worst of the {given['runs']} runs given is {format_number(given['value'], 6)}{unit}"
 
 
 def quantile_text(quantile: Mapping[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report.lines.statements import limits_text, quantile_text
+from workbench.report.lines.statements import known_text, limits_text, quantile_text
 from workbench.report.lines.tables import format_number, unit_suffix, wrapped
 
 __all__ = ["worst_case_lines"]
@@ -28,6 +28,8 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     text += [f"  {line}" for mode in document.get("modes") or () for line in wrapped(mode["sentence"], 77)]
     runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
     text.append(f"  {document['label']}{runs}")
+    if known := known_text(document):
+        text.append(f"  {known}")
     if document.get("status"):
         text.append(f"  stopped because {document['status']}")
     if document.get("grade_sentence"):

@@ -9,6 +9,7 @@ from workbench.models.table import ignored_sentence
 from workbench.report.layout.section import improvement_sentence
 from workbench.report.lines.statements import (
     border_text,
+    known_text,
     minor_text,
     open_text,
     regime_text,
@@ -158,7 +159,9 @@ def _worst(
     else:
         std = worst.get("predicted_std")
         bar = f" (standard deviation {quantity(std, unit, 3)})" if isinstance(std, (int, float)) else ""
+        known = known_text(worst)
         detail = f"Surrogate only, unconfirmed: no run was made there{bar}. Run the model at this point."
+        detail += f" {sentence(known)}" if known else ""
         level = "fair"
     kind = str(worst.get("regime_name") or "")
     value = f"{response} = {quantity(worst['value'], unit)}"

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from workbench.report.lines.statements import limits_text, quantile_text, sentence
+from workbench.report.lines.statements import known_text, limits_text, quantile_text, sentence
 from workbench.report.page.blocks import (
     Block,
     Figure,
@@ -123,6 +123,8 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
         f"The {side} {response} is {quantity(worst['value'], unit)}, {worst['label']}"
         + (f": {folder.run_name(worst.get('run_key'))}." if confirmed and not is_mean else ".")
     ]
+    if known := known_text(worst):
+        sentences.append(sentence(known))
     if is_mean:
         noise = quantity(worst["noise"], unit)
         sentences.append(
@@ -139,7 +141,7 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
     sentences += [typeset(f"{mode['sentence']}.") for mode in worst.get("modes") or ()]
     if confirmed:
         sentences += [typeset(worst["grade_sentence"])] if worst.get("grade_sentence") else []
-        sentences.append(gap_sentence(worst, later))
+    sentences.append(gap_sentence(worst, later))
     if worst.get("regime"):
         sentences.append(typeset(worst["regime"]))
     if worst.get("scale"):

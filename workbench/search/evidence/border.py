@@ -43,7 +43,8 @@ class Border:
 
     `borders`: whether the worst run does; `grows`: whether the Kriging expects more beyond the border.
     `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words ->
-    runs. `chance`: share of the box that fails; `counted` in the even runs. `is_answer`: a failed run counts
+    runs. `near`: runs within a tenth of the box of the worst one, itself among them.
+    `chance`: share of the box that fails; `counted` in the even runs. `is_answer`: a failed run counts
     as worse than any value, by `failures="worst"`.
     """
 
@@ -53,6 +54,7 @@ class Border:
     parameters: Mapping[str, Any]
     run_key: str
     kinds: Mapping[str, int]
+    near: int
     chance: float
     counted: Share
     is_answer: bool = False
@@ -66,7 +68,11 @@ class Border:
         if self.borders:
             more = ", and the Kriging expects worse beyond" if self.grows else ""
             return f"The worst case borders on failures of this kind: {quoted}{more}; {self._share}."
-        return f"Runs fail, {quoted}, but not near the worst case; {self._share}."
+        near = f"none of the {self.near} runs" if self.near > 1 else "not the only run"
+        return (
+            f"Runs fail, {quoted}, but {near} within a tenth of the box of the worst case in every input; "
+            f"{self._share}."
+        )
 
     @property
     def _share(self) -> str:
@@ -112,11 +118,12 @@ def border_of(
     worst = ledger.incumbent
     points = where.unit([dict(run.parameters) for run in lost])
     nearest = lost[int(np.argmin(np.abs(points - worst).max(axis=1)))]
+    others = where.unit([dict(run.parameters) for run in unseen]) if unseen else np.empty((0, len(worst)))
     signs = rng.choice([-1.0, 0.0, 1.0], (PROBES, where.dimension))
     around = where.snap(worst + NEAR * signs * rng.random((PROBES, 1)) ** 0.5)
     chance = success.probability(where.features(around))
     beyond = chance < UNLIKELY
-    near = np.abs(points - worst).max(axis=1) <= NEAR
+    near = _is_near(points, worst)
     borders = bool(beyond.any() or near.any())
     outside = np.vstack([around[beyond], points[near]])
     grows = model is not None and len(outside) > 0
@@ -135,10 +142,17 @@ def border_of(
         parameters=dict(nearest.parameters),
         run_key=nearest.key,
         kinds=dict(Counter(_words(run) for run in lost).most_common(5)),
+        near=int(_is_near(np.vstack([ledger.u, others]), worst).sum()),
         chance=float(np.clip(failing, counted.low, counted.high)),
         counted=counted,
         is_answer=is_answer,
     )
+
+
+def _is_near(points: np.ndarray, worst: np.ndarray) -> np.ndarray:
+    """Whether points (n, d) lie within a tenth of the box of the worst run (d,) in every input."""
+    near: np.ndarray = np.abs(points - worst).max(axis=1) <= NEAR
+    return near
 
 
 def _words(run: Run) -> str:

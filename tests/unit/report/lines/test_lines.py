@@ -87,6 +87,21 @@ def test_the_worst_case_says_what_it_rests_on():
     assert "  road = bump" in text
 
 
+def test_a_predicted_worst_case_stands_beside_the_worst_run_that_exists():
+    given = {"runs": 36, "value": 10.64334, "run_key": "c3"}
+    document = {
+        "response": "y", "unit": "mm", "sense": "max", "value": 38.0, "confirmed": False,
+        "label": "surrogate only, unconfirmed", "evaluations": 0, "budget": 0, "parameters": {"k": 2.0},
+        "baselines": {"the runs given": given},
+    }  # fmt: skip
+    text = worst_case_lines(document)
+    assert text[1:3] == [
+        "  surrogate only, unconfirmed",
+        "  the worst of the 36 runs given is 10.6433 mm",
+    ]
+    assert worst_case_lines({**document, "confirmed": True})[2] != text[2]
+
+
 def test_numbers_are_short():
     assert [format_number(x) for x in (13.3125, -1e-9, 123456.7, 0.0)] == [
         "13.312",

@@ -45,7 +45,11 @@ def test_failures_far_from_the_worst_case_are_told_apart():
     start += [{"a": 0.1, "b": b, "y": None} for b in (0.1, 0.5, 0.9)]
     border = worst_case(elsewhere, BOX, budget=5, seed=0, start=start).border
     assert not border.borders
-    assert "but not near the worst case" in border.sentence
+    near = sum(abs(run["a"] - 1.0) <= 0.1 and run["b"] >= 0.9 for run in start)  # of those that are given
+    assert border.near >= near + 1
+    assert (
+        f"but none of the {border.near} runs within a tenth of the box of the worst case" in border.sentence
+    )
 
 
 def test_without_failures_there_is_no_border():

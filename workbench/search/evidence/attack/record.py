@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from workbench.models.evaluator import Outcome
+from workbench.search.evidence.attack.ascents import NEAR
 from workbench.search.evidence.attack.share import Share, counted_share
 
 __all__ = ["Attack", "Attempt"]
@@ -61,9 +62,13 @@ class Attack:
         found, and may have gone on from there.
 
         The share beyond holds for that value, too: it is no less bad than the worst of the independent cases,
-        and that less than 3/N of all cases lie beyond the worst of N is true of any law.
+        and that less than 3/N of all cases lie beyond the worst of N is true of any law. Climbs arrived at
+        the worst that the attack knew: where the value has left that by more than they may be off, none did.
         """
         sign = 1.0 if self.sense == "max" else -1.0
+        met = [sign * a.value for a in self.attempts if a.value is not None]
+        known = np.array([*met, sign * self.value])
+        near = NEAR * min(float(np.ptp(known)), float(np.abs(known).max()))
         beyond = sum(v is not None and sign * v > sign * value for v in self.independent)
         share = counted_share(beyond, len(self.independent))
         first = self.value if self.is_beaten else None
@@ -71,6 +76,7 @@ class Attack:
             self,
             value=value,
             share=share,
+            arrived=self.arrived if sign * value <= known.max() + near else 0,
             raised_from=first if self.raised_from is None else self.raised_from,
         )
 

@@ -57,3 +57,15 @@ def test_a_value_that_was_raised_twice_was_raised_from_the_first():
     later = replace(_made(first.largest, seed=1), raised_from=None)
     assert raised.and_then(later).raised_from == 0.9
     assert "raised the worst from 0.9" in raised.and_then(later).sentence
+
+
+@pytest.mark.parametrize("sense", ["max", "min"])
+def test_climbs_have_not_arrived_at_a_value_that_the_attack_did_not_know(sense):
+    sign = 1.0 if sense == "max" else -1.0
+    made = _made(sign, seed=0, sense=sense)
+    assert made.arrived > 0
+    assert made.raised_to(sign * 1.001).arrived == made.arrived  # a few digits more
+    left = made.raised_to(sign * 1.3)
+    assert left.arrived == 0
+    assert "none of" in left.sentence
+    assert left.share.hits == 0
