@@ -15,6 +15,7 @@ from workbench.search.evidence.border import border_of
 from workbench.search.evidence.certificates import stated_gap
 from workbench.search.evidence.gap import Gap, modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
+from workbench.search.evidence.prediction_gap import prediction_gap
 from workbench.search.record import Status, WorstCase, profile_of
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, Run
 from workbench.search.surrogate.fitting import fit_search_model
@@ -23,6 +24,8 @@ from workbench.search.surrogate.scale import used_scale
 from workbench.space.streams import stream
 
 __all__ = ["concluded"]
+
+PREDICTED = (Status.SURROGATE, Status.KNOWN_RUN)  # of a table, where nothing can be run
 
 
 def concluded(
@@ -47,10 +50,14 @@ def concluded(
     def modelled() -> Gap:
         assert model is not None  # only an enumeration goes without
         loop_gap = modelled_gap(ledger, model, success, seed=seed, full=True)
-        if loop_gap.width <= asked.tolerance * ledger.scale:
+        is_predicted = status in PREDICTED
+        if loop_gap.width <= asked.tolerance * ledger.scale and not is_predicted:
             return loop_gap
         begun = sum(run.value is not None for run in ledger.runs if run.proposal in ("given", "start"))
-        return backtested_gap(loop_gap, ledger, success, begun=begun, seed=seed)
+        tested = backtested_gap(loop_gap, ledger, success, begun=begun, seed=seed)
+        if not is_predicted:
+            return tested
+        return prediction_gap(tested, ledger, model, success, scale=asked.transform, seed=seed)
 
     gap = stated_gap(
         ledger,

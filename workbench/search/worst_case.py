@@ -190,8 +190,8 @@ def surrogate_worst_case(
 
     The result is labelled as unconfirmed: `confirmed` is False, `value` and `parameters` are the
     *predicted* worst and `run_key` names the worst run that truly exists; `audit` as for a search, and the
-    bound of the `gap` is no better than the prediction. Where the Kriging predicts nothing beyond the worst
-    run, that run is the result, confirmed.
+    `gap` counts from the prediction (`workbench.search.evidence.prediction_gap`). Where the Kriging predicts
+    nothing beyond the worst run, that run is the result, confirmed.
 
     Raises:
         NotEnoughRuns: fewer than three runs gave a value.
