@@ -1,19 +1,22 @@
 """The documents of a robust loop: `robust_layout.json`, `layout.json` of its best layout, `motion.json`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from workbench.engine.errors import EngineError
 from workbench.engine.layout.outcome.purify import fractional_members
+from workbench.models.evaluator import Outcome
 from workbench.motion.frames import Motion, side_by_side
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.record import FIRST_ORDER, RobustLayout
+from workbench.search.evidence.attack.share import counted_share
 
 __all__ = [
-    "COMPARED", "best_layout_document", "loop_document", "response_slope", "shown_cases", "shown_motion",
+    "COMPARED", "best_layout_document", "loop_document", "requirement_documents", "response_slope",
+    "shown_cases", "shown_motion",
 ]  # fmt: skip
 
 COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would squeeze every figure
@@ -77,6 +80,51 @@ def loop_document(
             "starts": list(found.other_starts.starts),
         },
     }
+
+
+def requirement_documents(
+    required: Mapping[str, Sequence[float | None]],
+    found: RobustLayout,
+    outcomes: Mapping[str, Sequence[Outcome]],
+    *,
+    response: str,
+    units: Mapping[str, str],
+) -> list[dict[str, Any]]:
+    """Whether the robust layout keeps responses between what is required; a run that failed does not.
+
+    Args:
+        required: response -> low and high, None for an open side.
+        outcomes: true runs of the robust layout in the cases "found" for any layout, and "sampled".
+        response: the one that was attacked; of another nobody looked for the worst.
+    """
+    documents = []
+    for name, (low, high) in required.items():
+        held = {key: _held(name, low, high, runs) for key, runs in outcomes.items()}
+        share = counted_share(held["sampled"]["within"], held["sampled"]["runs"])
+        held["sampled"]["share"] = [share.low, share.high]
+        documents.append(
+            {
+                "response": name, "unit": units[name], "low": low, "high": high,
+                "met": all(part["within"] == part["runs"] for part in held.values()),
+                "grade": found.grade if name == response else "sampled",
+                **held,
+            }
+        )  # fmt: skip
+    return documents
+
+
+def _held(name: str, low: float | None, high: float | None, runs: Sequence[Outcome]) -> dict[str, Any]:
+    values = [run.outputs.get(name) for run in runs]
+    told = [value for value in values if value is not None]
+    kept = [
+        value is not None and (low is None or value >= low) and (high is None or value <= high)
+        for value in values
+    ]
+    broken = next((dict(run.parameters) for run, stays in zip(runs, kept, strict=True) if not stays), None)
+    return {
+        "runs": len(runs), "within": sum(kept), "case": broken,
+        "low": min(told, default=None), "high": max(told, default=None),
+    }  # fmt: skip
 
 
 def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, Any]:

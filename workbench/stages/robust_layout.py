@@ -30,6 +30,7 @@ from workbench.robust_layout.loop_documents import (
     COMPARED,
     best_layout_document,
     loop_document,
+    requirement_documents,
     shown_cases,
     shown_motion,
 )
@@ -106,6 +107,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
             "screening": screened,
             "variants": variants,
             "motion_case": moved,
+            "requirements": _required(study, table, model, found, compared, runs),
             "runs": runs.counts(),
             "broken_by_samples": broken is not None,
         }
@@ -220,6 +222,22 @@ def _screened(
         "verdict": after["verdict"],
         "q2": (after["leave_one_out"] or {}).get("q2"),
     }
+
+
+def _required(
+    study: Study, table: Mapping[str, Any], model: LayoutModel, found: RobustLayout, compared: ReEvaluation,
+    runs: LayoutRuns,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """What is required of the robust layout, held against its runs in the cases found and the samples."""
+    required = table.get("required", {})
+    if not required:
+        return []
+    evaluate, count = runs.of(found.layouts[found.robust]), len(compared.values) - len(found.cases)
+    rows = {"found": found.cases, "sampled": compared.scenarios[:count]}
+    return requirement_documents(
+        required, found, {key: evaluate(some, purpose="cases") for key, some in rows.items()},
+        response=model.response, units={response.name: response.unit for response in study.responses},
+    )  # fmt: skip
 
 
 def _variant(

@@ -4,6 +4,7 @@ Every refusal is a `StudyError` that names the file, the line, the key path, wha
 """
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,8 @@ def _check_stages(study: Study, text: str, where: str) -> None:
     if study.robust_layout is not None:
         with placed(text, where, ("robust_layout", "nominal")):
             _check_robust_layout(study)
+        with placed(text, where, ("robust_layout", "required")):
+            _check_required(study, study.robust_layout.get("required", {}))
     if study.robust is not None:
         check_robust(study.space, study.robust, kind=study.model["kind"], text=text, where=where)
     if study.screen is not None:
@@ -156,6 +159,16 @@ def _check_robust_layout(study: Study) -> None:
         raise StudyError(f"the uncertainty excludes the nominal case: {exc}") from None
     if study.space.violated(given) is not None:
         raise StudyError(f"the nominal case breaks the constraint {study.space.violated(given)}")
+
+
+def _check_required(study: Study, required: Mapping[str, Any]) -> None:
+    """What is required is required of responses, and can be met."""
+    for name, (low, high) in required.items():
+        study.response(name)
+        if low is None and high is None:
+            raise StudyError(f"[robust_layout] required.{name} leaves both sides open. Leave it out")
+        if low is not None and high is not None and low > high:
+            raise StudyError(f"[robust_layout] required.{name} needs [low, high], got [{low:g}, {high:g}]")
 
 
 def _reduction(table: Any) -> Reduction | None:

@@ -296,7 +296,8 @@ class LayoutVariantTable(Table):
 
 
 class RobustLayoutTable(Table):
-    """`[robust_layout]`: layout for the worst cases found, worst case of that layout, in turn."""
+    """`[robust_layout]`: layout for the worst cases found, worst case of that layout, in turn. `required`
+    says between which values responses of the layout have to stay, infinity leaves a side open."""
 
     model: Text
     options: dict[str, Any] = Field(default_factory=dict)
@@ -310,6 +311,7 @@ class RobustLayoutTable(Table):
     tolerance: Positive = 0.02
     samples: Annotated[int, Field(ge=10)] = 1000
     limit: float | None = None
+    required: Annotated[dict[str, Limits], Field(min_length=1)] | None = None
     variant: list[LayoutVariantTable] = Field(default_factory=list)
 
 

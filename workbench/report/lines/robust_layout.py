@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.report.lines.requirements import requirement_text
 from workbench.report.lines.tables import format_number, table_lines, unit_suffix, wrapped
 
 __all__ = ["robust_layout_lines"]
@@ -24,6 +25,8 @@ def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:
     text += wrapped(document["status"], 79)
     for reason in document["reasons"]:
         text += wrapped(f"amber: {reason}", 79)
+    for asked in document.get("requirements", ()):
+        text += ["", *wrapped(requirement_text(asked, attacked=document["response"]), 79)]
     beside = [
         (name, "", format_number(kept["worst"]), format_number(kept["nominal"]), str(kept["runs"]))
         for name, kept in document["layouts"].items()

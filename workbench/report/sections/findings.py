@@ -4,6 +4,7 @@ import html
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.report.lines.requirements import requirement_text
 from workbench.report.lines.statements import (
     border_text,
     minor_text,
@@ -36,6 +37,7 @@ def findings_section(folder: CampaignFolder) -> Section | None:
         return None
     unit = str(loop.get("unit") or "1")
     findings = [
+        *[requirement_text(asked, attacked=loop["response"]) for asked in loop.get("requirements", ())],
         *_unrestrained(folder, loop, unit),
         *_drivers(folder),
         *_layout(loop, unit),

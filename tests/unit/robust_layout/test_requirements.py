@@ -1,0 +1,93 @@
+"""What is required of a layout: held against its true runs, told first, refused where it asks for nothing."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from tests.sample_layout import ROBUST, STUDY
+from workbench.errors import StudyError
+from workbench.models.evaluator import Outcome
+from workbench.report.lines.requirements import requirement_text
+from workbench.report.writing import write_report
+from workbench.robust_layout.loop_documents import requirement_documents
+from workbench.stages.campaign import Campaign
+from workbench.study.loading import parse_study
+
+ATTACKED = SimpleNamespace(grade="attacked")
+
+
+def runs(*values):
+    return [
+        Outcome(parameters={"u": k}, status="failed" if v is None else "ok", outputs={} if v is None else v)
+        for k, v in enumerate(values)
+    ]
+
+
+def judged(required, found, sampled, response="rise"):
+    outcomes = {"found": runs(*found), "sampled": runs(*sampled)}
+    units = {"rise": "m", "chest": "1"}
+    return requirement_documents(required, ATTACKED, outcomes, response=response, units=units)
+
+
+def test_both_sides_are_held_and_the_first_case_beyond_is_named():
+    few = [{"rise": 0.1, "chest": 40.0}, {"rise": 0.3, "chest": 70.0}]
+    many = [{"rise": 0.2, "chest": 50.0}] * 20
+    rise, chest = judged({"rise": (None, 0.3), "chest": (45.0, 60.0)}, few, many)
+    assert (rise["met"], rise["grade"], rise["found"]["within"]) == (True, "attacked", 2)
+    assert (chest["met"], chest["grade"], chest["found"]["within"]) == (False, "sampled", 0)
+    assert (chest["found"]["case"], rise["found"]["case"]) == ({"u": 0}, None)
+    assert (chest["found"]["low"], chest["found"]["high"]) == (40.0, 70.0)
+    said = [requirement_text(asked, attacked="rise") for asked in (rise, chest)]
+    assert said[0].startswith("Required, rise at most 0.3 m: pass, 0.1 to 0.3 m in the cases found, as ")
+    assert (
+        "as required in 2 of 2 of them and in 20 of 20 samples (with 95 % confidence at least 86.1 %"
+        in said[0]
+    )
+    assert said[0].endswith("; attacked: an adversary looked for the worst.")
+    assert said[1].startswith("Required, chest from 45 to 60: fail, 40 to 70 in the cases found, as ")
+    assert said[1].endswith("sampled: the adversary looked for the worst of rise, not of this.")
+
+
+def test_one_sample_beyond_fails_and_so_does_a_run_without_a_value():
+    held = {"rise": 0.1}
+    for sampled in ([held] * 19 + [{"rise": 0.5}], [held] * 19 + [None]):
+        (asked,) = judged({"rise": (None, 0.3)}, [held], sampled)
+        assert not asked["met"]
+        assert asked["sampled"]["within"] == 19
+        assert asked["sampled"]["case"] == {"u": 19}
+        said = requirement_text(asked, attacked="rise")
+        assert "fail, 0.1 to 0.1 m in the cases found, as required in 1 of 1 of them and in 19 of 20" in said
+        assert "(with 95 % confidence 75.1 to 99.9 % of" in said
+    (asked,) = judged({"rise": (0.2, None)}, [None], [held] * 20)
+    said = requirement_text(asked, attacked="rise")
+    assert said.startswith("Required, rise at least 0.2 m: fail, no value in the cases found")
+    assert "confidence at most 13.9 % of" in said
+
+
+def test_a_loop_tells_what_is_required_first(tmp_path):
+    text = STUDY + f"required = {{ push = [-inf, {ROBUST + 0.1}] }}\n"
+    path = tmp_path / "two.toml"
+    path.write_text(text)
+    with Campaign(parse_study(text, path=path)) as campaign:
+        (asked,) = campaign.run()["robust_layout"]["requirements"]
+        folder = campaign.folder
+    assert (asked["met"], asked["grade"], asked["low"]) == (True, "attacked", None)
+    assert asked["found"]["high"] == pytest.approx(ROBUST, rel=0.02)
+    page = write_report(folder).read_text()
+    assert "<ol><li>Required, push at most 4.26" in page
+    kept = json.loads((folder / "robust_layout.json").read_text())["requirements"]
+    assert kept == [json.loads(json.dumps(asked))]
+
+
+@pytest.mark.parametrize(
+    ("required", "said"),
+    [
+        ("pull = [0, 1]", "no response 'pull'; the responses are push"),
+        ("push = [-inf, inf]", r"required.push leaves both sides open. Leave it out"),
+        ("push = [2, 1]", r"required.push needs \[low, high\], got \[2, 1\]"),
+    ],
+)
+def test_what_cannot_be_required_is_refused(required, said):
+    with pytest.raises(StudyError, match=said):
+        parse_study(STUDY + f"required = {{ {required} }}\n")

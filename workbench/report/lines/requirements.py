@@ -1,0 +1,57 @@
+"""What is required of a layout, whether it is met, and on what that rests: one sentence for each."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from workbench.report.lines.tables import format_number, unit_suffix
+
+__all__ = ["requirement_text"]
+
+RESTS_ON = {
+    "proved": "proved: all cases there are were run",
+    "attacked": "attacked: an adversary looked for the worst",
+    "searched": "searched: nobody but the search has looked for the worst",
+    "sampled": "sampled: the adversary looked for the worst of {attacked}, not of this",
+}
+
+
+def requirement_text(asked: Mapping[str, Any], *, attacked: str) -> str:
+    """A sentence of an entry of `requirements`.
+
+    attacked: the response that the loop attacked.
+
+    >>> found = {"runs": 9, "within": 9, "low": 0.1, "high": 0.3, "case": None}
+    >>> asked = {"response": "rise", "unit": "m", "low": None, "high": 0.4, "grade": "attacked"}
+    >>> sampled = {"runs": 20, "within": 20, "share": [0.861, 1.0]}
+    >>> asked |= {"met": True, "found": found, "sampled": {"runs": 20, "within": 20, "share": [0.861, 1.0]}}
+    >>> requirement_text(asked, attacked="rise").partition(", 0.1")[0]
+    'Required, rise at most 0.4 m: pass'
+    """
+    unit, cases, samples = unit_suffix(asked["unit"]), asked["found"], asked["sampled"]
+    ends = f"{format_number(cases['low'], 4)} to {format_number(cases['high'], 4)}{unit}"
+    if cases["low"] is None:
+        ends = "no value"
+    parts = (
+        f"Required, {asked['response']} {_asked(asked, unit)}: {'pass' if asked['met'] else 'fail'}, {ends} ",
+        f"in the cases found, as required in {cases['within']} of {cases['runs']} of them and in ",
+        f"{samples['within']} of {samples['runs']} samples (with 95 % confidence ",
+        f"{_share(samples['share'])} of the uncertainty); ",
+        RESTS_ON[asked["grade"]].format(attacked=attacked),
+    )
+    return "".join(parts) + "."
+
+
+def _asked(asked: Mapping[str, Any], unit: str) -> str:
+    low, high = asked["low"], asked["high"]
+    if low is None:
+        return f"at most {format_number(high)}{unit}"
+    if high is None:
+        return f"at least {format_number(low)}{unit}"
+    return f"from {format_number(low)} to {format_number(high)}{unit}"
+
+
+def _share(ends: tuple[float, float]) -> str:
+    low, high = (100.0 * end for end in ends)
+    if low <= 0.0:
+        return f"at most {high:.3g} %"
+    return f"at least {low:.3g} %" if high >= 100.0 else f"{low:.3g} to {high:.3g} %"
