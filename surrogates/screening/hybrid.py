@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .morris import MorrisEffects, morris_effects
+from .response_scale import judged_on_response, on_scale
 from .screener import KrigingScreener
 
 __all__ = ["HybridScreening", "hybrid_screening"]
@@ -42,6 +43,7 @@ def hybrid_screening(
     run_at: ArrayLike | None = None,
     more_points: ArrayLike | None = None,
     more_y: ArrayLike | None = None,
+    scale: str = "none",
 ) -> HybridScreening:
     """Screen runs on `morris_points`, and further runs if there are any.
 
@@ -50,6 +52,8 @@ def hybrid_screening(
         screener: what screens; say there which columns are `categorical`.
         run_at: (n, d) where the runs were made, where levels or labels move them away from `points`.
         more_points, more_y: further runs, in the coordinates of `run_at`.
+        scale: on which the likelihood screens all runs, one of RESPONSE_SCALES; the verdict is judged on the
+            response, and elementary effects are those of the response.
 
     >>> from surrogates.screening.morris import morris_points
     >>> x = morris_points(5, 4, rng=np.random.default_rng(0))
@@ -67,7 +71,8 @@ def hybrid_screening(
     if more_points is not None and more_y is not None:
         x = np.vstack([x, np.asarray(more_points, dtype=float)])
         y = np.concatenate([y, np.asarray(more_y, dtype=float)])
-    fitted = (KrigingScreener() if screener is None else screener).fit(x, y)
+    fitted = (KrigingScreener() if screener is None else screener).fit(x, on_scale(y, scale))
+    judged_on_response(fitted, x, y, scale)
     chosen = [int(k) for k in fitted.selected_]
     first = set(effects.ranking[: len(chosen)].tolist())
     return HybridScreening(

@@ -1,13 +1,16 @@
-"""Steps and diagnosis of a screening in plain types, with names for columns and runs."""
+"""Steps, diagnosis and verdict of a screening in plain types, with names for columns and runs."""
 
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from surrogates import KrigingScreener
 from surrogates.screening.path import ScreeningStep
 from surrogates.screening.verdict import Judgement, ScreeningDiagnosis
+from workbench.space.box import Space
 
-__all__ = ["diagnosis_in_names", "shares_in_names", "step_in_names"]
+__all__ = ["diagnosis_in_names", "judged_in_names", "shares_in_names", "step_in_names"]
 
 
 def step_in_names(step: ScreeningStep, names: Sequence[str]) -> dict[str, Any]:
@@ -67,3 +70,15 @@ def diagnosis_in_names(
         "near_duplicates": [[ids[i], ids[j]] for i, j in facts.near_duplicates],
         "rivals": [{"selected": [names[k] for k in s], "lower_by": gap} for s, gap in facts.rivals],
     }
+
+
+def judged_in_names(screener: KrigingScreener, space: Space) -> Judgement:
+    """The verdict of a screening with names for columns and values in their own units."""
+    return screener.judgement(space.names, lambda k, u: _placed(space, k, u))
+
+
+def _placed(space: Space, column: int, unit_value: float) -> str:
+    """A value of a column of the unit cube, as the parameter has it."""
+    parameter = space.parameters[column]
+    value = parameter.physical(np.array([min(max(unit_value, 0.0), 1.0)]))[0]
+    return f"{float(value):.4g}" + ("" if parameter.unit in ("", "1") else f" {parameter.unit}")

@@ -16,7 +16,7 @@ from surrogates import (
     selection_stability,
 )
 from workbench.errors import StudyError
-from workbench.screening.in_names import diagnosis_in_names, step_in_names
+from workbench.screening.in_names import diagnosis_in_names, judged_in_names, step_in_names
 from workbench.screening.record import Screening
 from workbench.screening.regimes import screened_regimes
 from workbench.screening.scale import SCALES_IN_WORDS, chosen_scale
@@ -115,7 +115,7 @@ def screen(
         share = selection_stability(screener, resamples=resamples, rng=stream(seed, "stability"))
         stability = dict(zip(space.names, share.tolist(), strict=True))
     facts = screener.diagnosis_
-    judged = screener.judgement(space.names, lambda k, u: _placed(space, k, u))
+    judged = judged_in_names(screener, space)
     wanted = effects and len(screener.selected_)
     model = SelectedKriging.fit(screener, x, y, ids, seed, scale) if wanted else None
     return Screening(
@@ -156,10 +156,3 @@ def _advised_scale(y: np.ndarray, transform: str, response: str) -> str:
         return ""
     decades = np.log10(y.max() / y.min())
     return f'{response} spans {decades:.2g} decades: transform = "auto" in [screen] tries other scales'
-
-
-def _placed(space: Space, column: int, unit_value: float) -> str:
-    """A value of a column of the unit cube, as the parameter has it."""
-    parameter = space.parameters[column]
-    value = parameter.physical(np.array([min(max(unit_value, 0.0), 1.0)]))[0]
-    return f"{float(value):.4g}" + ("" if parameter.unit in ("", "1") else f" {parameter.unit}")

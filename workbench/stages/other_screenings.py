@@ -21,11 +21,13 @@ from workbench.campaign.results.functionals import with_functionals
 from workbench.campaign.runs import CampaignRuns
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome, response_reader
+from workbench.screening.in_names import judged_in_names
 from workbench.screening.indices import indices_document
 from workbench.screening.kriging import METHODS, screen
 from workbench.screening.named_methods import INDICES, NAMED_METHODS, named
 from workbench.screening.scale import SCALES_IN_WORDS, chosen_scale
 from workbench.space.groups import chosen
+from workbench.space.laws import input_measure
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
 from workbench.stages.screen import MOST_RUNS
@@ -88,7 +90,8 @@ def other_screening(
             method, x, y, space, wanted, transform=table.get("transform"), seed=campaign.study.seed
         )
         return _kept(campaign, found | {"n_left_out": left_out})
-    found = _morris(campaign, wanted, trajectories, hybrid=method == "hybrid")
+    transform = str(table.get("transform", "auto"))
+    found = _morris(campaign, wanted, trajectories, transform if method == "hybrid" else None)
     return found if method == "hybrid" else _kept(campaign, found)
 
 
@@ -174,7 +177,10 @@ def _rivals(campaign: CampaignRuns, response: Response, transform: str) -> dict[
     }
 
 
-def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hybrid: bool) -> dict[str, Any]:
+def _morris(
+    campaign: CampaignRuns, response: Response, trajectories: int, transform: str | None
+) -> dict[str, Any]:
+    """Elementary effects; with a transform the hybrid of them and the likelihood, on that scale."""
     study = campaign.study
     if study.model["kind"] == "table":
         raise StudyError("Morris needs runs of its own, and a table cannot be run: take --method rivals")
@@ -189,7 +195,7 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
     rows = np.repeat(whole, d + 1)
     effects = morris_effects(points[rows], values[whole].ravel())
     document = {
-        "method": "hybrid" if hybrid else "morris",
+        "method": "morris" if transform is None else "hybrid",
         "response": response.name,
         "unit": response.unit,
         "n_runs": int(rows.sum()),
@@ -203,23 +209,32 @@ def _morris(campaign: CampaignRuns, response: Response, trajectories: int, *, hy
             n: None if np.isnan(s) else float(s) for n, s in zip(names, effects.sigma.tolist(), strict=True)
         },
     }
-    if not hybrid:
+    if transform is None:
         return document
     x, y, _ = _usable(campaign, _thinned(campaign, response.name), response.name)
+    run_at = study.space.unit([run.parameters for run, kept in zip(made, rows, strict=True) if kept])
+    screener = KrigingScreener(
+        categorical=study.space.label_columns,
+        measures=[input_measure(parameter) for parameter in study.space.parameters],
+    )
+    all_runs = np.concatenate([run_at, x.reshape(-1, d)]), np.concatenate([values[whole].ravel(), y])
+    scale, reason = chosen_scale(screener, *all_runs, transform, response.name)
     both = hybrid_screening(
         points[rows],
         values[whole].ravel(),
-        screener=KrigingScreener(categorical=study.space.label_columns),
-        run_at=study.space.unit([run.parameters for run, kept in zip(made, rows, strict=True) if kept]),
+        screener=screener,
+        run_at=run_at,
         more_points=x if len(y) else None,
         more_y=y if len(y) else None,
+        scale=scale,
     )
-    facts = both.screener.diagnosis_
+    judged = judged_in_names(both.screener, study.space)
     return document | {
         "stored_runs": len(y),
+        "scale": SCALES_IN_WORDS[scale] + reason if scale != "none" else "",
         "selected": [names[k] for k in both.screener.selected_],
         "agreed": [names[k] for k in both.agreed],
         "disputed": [names[k] for k in both.disputed],
-        "verdict": facts.verdict,
-        "advice": facts.advice,
+        "verdict": judged.verdict,
+        "advice": judged.advice,
     }

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener
-from workbench.screening.in_names import diagnosis_in_names, shares_in_names, step_in_names
+from workbench.screening.in_names import (
+    diagnosis_in_names,
+    judged_in_names,
+    shares_in_names,
+    step_in_names,
+)
+from workbench.space.box import Space
+from workbench.space.parameter import Parameter
 
 NAMES = ("grip", "mass", "seat")
 
@@ -32,3 +39,11 @@ def test_a_step_and_the_shares_of_a_part_name_what_was_selected(screener):
     step = step_in_names(last, NAMES)
     assert set(step["selected"]) == set(step["theta"]) == {"grip", "seat"}
     assert shares_in_names(screener, NAMES)["selected"] == [NAMES[k] for k in screener.selected_]
+
+
+def test_the_verdict_names_what_stands_apart():
+    x = np.random.default_rng(3).random((40, 3))
+    found = KrigingScreener().fit(x, np.sin(3 * x[:, 2]) + 2 * x[:, 0] + 0.08 * x[:, 1])
+    space = Space([Parameter(name, lower=0, upper=1) for name in NAMES])
+    assert "listed apart, estimated below 1.0 % each: mass" in judged_in_names(found, space).verdict
+    assert "listed apart, estimated below 1.0 % each: 1" in found.diagnosis_.verdict

@@ -106,11 +106,15 @@ def test_a_response_over_decades_is_looked_at_on_its_scale(tmp_path):
         run_stage(campaign, "design")
         evaluate(campaign)
         sobol, rivals = other_screening(campaign, "sobol"), other_screening(campaign, "rivals")
+        hybrid = other_screening(campaign, "hybrid")
     assert sobol["scale"] == "log"
     words = " ".join(" ".join(other_screening_lines(sobol)).split())
     assert "on another scale (log), carried back" in words
     words = " ".join(" ".join(other_screening_lines(rivals)).split())
     assert "all by the logarithm of the response" in words
+    assert hybrid["scale"] == "the logarithm of the response"
+    assert "screened by the logarithm of the response" in other_screening_lines(hybrid)
+    assert set(hybrid["agreed"]) == {"force", "length"}
 
 
 def test_bands_are_said_of_what_has_them(campaign):

@@ -91,6 +91,8 @@ def _ranking_lines(document: Mapping[str, Any]) -> list[str]:
     if document["method"] == "hybrid":
         lines.append(f"selected with {document['stored_runs']} stored runs: {_listed(document['selected'])}")
         lines.append(f"in one of the two rankings only: {_listed(document['disputed'])}")
+        if document.get("scale"):
+            lines.append(f"screened by {document['scale']}")
         lines += [str(document[key]) for key in ("verdict", "advice") if document[key]]
     return lines
 
