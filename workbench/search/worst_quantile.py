@@ -12,6 +12,10 @@ model where the sample's membership in the tail is least certain:
 (in the spirit of Echard, Gayton and Lemaire 2011 and Bichon et al. 2008). The interval is that of the order
 statistics of m - 2 kappa s and m + 2 kappa s over the sample, kappa from leave-one-out: it holds the
 prediction's error, taken as if all errors had one sign, and the sampling error of a quantile.
+
+Where runs fail the quantile is that of the cases that give a value, since a Kriging has a number for cases
+that have none: of those likelier to give one than not (`surrogates.analysis.success`). The interval holds
+what comes out when a case counts from a chance of 0.3 or of 0.7 on, too.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,6 +27,7 @@ from scipy.spatial.distance import cdist
 from scipy.stats import binom
 
 import doe
+from surrogates.analysis.success import SuccessChance
 from workbench.errors import StudyError
 from workbench.models.evaluator import (
     Evaluator,
@@ -47,12 +52,14 @@ FEWEST_IN_TAIL = 40  # sample points beyond the quantile, or the sample says not
 DEVIATIONS = 2.0
 CLOSEST = 1e-3  # of the unit cube
 QUIET_BATCHES = 3
+COUNTED = (0.3, 0.5, 0.7)  # chance to give a value from which a case counts: of the value the middle one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorstQuantile:
     """`value` is the quantile predicted over the sample, `lower` and `upper` its interval; `parameters` and
-    `run_value` belong to the true run nearest to it, `run_key` names that run.
+    `run_value` belong to the true run nearest to it, `run_key` names that run. It is the quantile of the
+    cases that give a value, about the share `answered` of all.
     """
 
     response: str
@@ -67,13 +74,17 @@ class WorstQuantile:
     evaluations: int
     failed: int
     sample: int
+    answered: float = 1.0
 
     @property
     def sentence(self) -> str:
         """What to tell a reader."""
         side = "above" if self.sense == "max" else "below"
+        cases = (
+            "all cases" if not self.failed else f"the {100 * self.answered:.2g} % of cases that give a value"
+        )
         return (
-            f"{self.response} lies {side} {self.value:.6g} in {1 - self.share:.3g} of all cases "
+            f"{self.response} lies {side} {self.value:.6g} in {1 - self.share:.3g} of {cases} "
             f"(between {self.lower:.6g} and {self.upper:.6g}, by the Kriging of {self.evaluations} runs)"
         )
 
@@ -128,7 +139,8 @@ def worst_quantile(
     quiet = 0
     while True:
         model = fit_search_model(where.features(ledger.u_ok), ledger.v, previous=model, seed=seed)
-        value, lower, upper = _quantile(ledger, model, sample, share)
+        chance = SuccessChance.of(where.features(ledger.u), ledger.ok).probability(where.features(sample))
+        value, lower, upper = _quantile(ledger, model, sample, share, chance)
         quiet = quiet + 1 if upper - lower <= tolerance * float(np.ptp(ledger.v)) else 0
         if ledger.spent >= budget or quiet >= QUIET_BATCHES:
             break
@@ -152,6 +164,7 @@ def worst_quantile(
         evaluations=ledger.spent,
         failed=sum(run.value is None for run in ledger.runs),
         sample=len(sample),
+        answered=float(chance.mean()),
     )
 
 
@@ -170,17 +183,36 @@ def _sample(ledger: Ledger, seed: int) -> np.ndarray:
 
 
 def _quantile(
-    ledger: Ledger, model: SearchModel, sample: np.ndarray, share: float
+    ledger: Ledger, model: SearchModel, sample: np.ndarray, share: float, chance: np.ndarray
 ) -> tuple[float, float, float]:
-    """Quantile of the signed response over the sample, and its interval."""
+    """Quantile of the signed response over the sample, of the cases whose `chance` (n,) to give a value is
+    large enough, and its interval."""
     mean, std = (model.cautious or model).predict(ledger.where.features(sample))
     spread = DEVIATIONS * (model.cautious or model).inflation * std
-    n = len(sample)
-    first = int(np.clip(binom.ppf(0.025, n, share) - 1, 0, n - 1))
-    last = int(np.clip(binom.ppf(0.975, n, share), 0, n - 1))
-    ranks = np.array([np.quantile(mean, share), np.sort(mean - spread)[first], np.sort(mean + spread)[last]])
-    value, lower, upper = model.transform.inverse(ranks)
-    return float(value), float(lower), float(upper)
+    n = max(round(float(chance.sum())), 1)
+    first = np.clip(binom.ppf(0.025, n, share) - 1, 0, n - 1) / n
+    last = np.clip(binom.ppf(0.975, n, share) + 1, 0, n) / n
+    counted = [(chance >= least).astype(float) for least in COUNTED if (chance >= least).any()] or [chance]
+    lower = min(_weighted(mean - spread, first, weights) for weights in counted)
+    upper = max(_weighted(mean + spread, last, weights) for weights in counted)
+    ends = np.array([_weighted(mean, share, counted[len(counted) // 2]), lower, upper])
+    value, low, high = model.transform.inverse(ends)
+    return float(value), float(low), float(high)
+
+
+def _weighted(values: np.ndarray, share: float, weights: np.ndarray) -> float:
+    """The quantile of values (n,) that count by weights (n,), linear between the middles of the weights.
+
+    >>> _weighted(np.arange(5.0), 0.5, np.ones(5))
+    2.0
+    >>> _weighted(np.arange(5.0), 0.5, np.array([0.0, 0.0, 0.0, 1.0, 1.0]))
+    3.5
+    """
+    order = np.argsort(values, kind="stable")
+    order = order[weights[order] > 0]
+    ordered = weights[order]
+    middles = (np.cumsum(ordered) - 0.5 * ordered) / ordered.sum()
+    return float(np.interp(share, middles, values[order]))
 
 
 def _next(

@@ -66,6 +66,32 @@ def test_failing_runs_are_counted_and_gone_round():
     assert found.value == pytest.approx(1 - np.sqrt(0.2), abs=0.03)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_where_the_worst_cases_fail_it_is_that_of_the_cases_that_give_a_value(seed):
+    """A margin that is lost below 0.2: a Kriging goes on to -0.5 where there is nothing."""
+
+    def margin(a, b):
+        y = 1.0 - 1.2 * a - 0.3 * b
+        if y < 0.2:
+            raise RuntimeError("slipped off")
+        return y
+
+    sample = np.random.default_rng(0).random((200_000, 2))
+    y = 1.0 - 1.2 * sample[:, 0] - 0.3 * sample[:, 1]
+    known = np.quantile(y[y >= 0.2], 0.05)
+    found = worst_quantile(margin, BOX, share=0.95, sense="min", budget=30, seed=seed)
+    assert found.lower <= known <= found.upper
+    assert found.value == pytest.approx(known, abs=0.06)
+    assert found.answered == pytest.approx(float((y >= 0.2).mean()), abs=0.1)
+    assert "% of cases that give a value (between" in found.sentence
+
+
+def test_without_failures_all_cases_count():
+    found = worst_quantile(lambda a, b: a + b, BOX, budget=15, seed=0)
+    assert (found.answered, found.failed) == (1.0, 0)
+    assert "of all cases" in found.sentence
+
+
 @pytest.mark.parametrize("share", [0.3, 0.995])
 def test_a_share_that_a_sample_cannot_tell_is_refused(share):
     with pytest.raises(StudyError, match=f"share needs a chance from 0.5 to 0.99, got {share}; beyond"):

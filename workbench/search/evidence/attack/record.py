@@ -148,7 +148,10 @@ class Attack:
         """What the attack says about the claim."""
         runs = f"{self.runs} true runs of an adversary"
         if self.raised_from is not None:
-            runs += f" raised the worst from {self.raised_from:.6g}, and the last {self.since} of them"
+            last = (
+                f", and the last {self.since} of them" if self.since < self.runs else " in small steps, and"
+            )
+            runs += f" raised the worst from {self.raised_from:.6g}{last}"
         if self.is_beaten:
             return (
                 f"{runs} found {self.largest:.6g}, beyond {self.value:.6g}{self._share_words}{self._failed}"
