@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .paths import Paths, product_of, sampled, without_each
+from .paths import Paths, Sampled, product_of, without_each
 
 __all__ = ["carried_curves"]
 
@@ -37,7 +37,7 @@ def _curves(
     mean_only: bool,
 ) -> list[Array | None]:
     found: list[Array | None] = [None] * len(places)
-    factors = sampled(paths, points, mean_only=mean_only)
+    factors = Sampled(paths, points, mean_only=mean_only)
     for k, others in without_each(factors, range(len(factors))):
         u = places[k]
         if u is not None:

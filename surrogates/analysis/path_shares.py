@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .paths import Paths, Product, product_of, sampled, without_each
+from .paths import Paths, Product, Sampled, product_of, without_each
 
 __all__ = ["Shares", "carried_shares", "exact_shares"]
 
@@ -81,7 +81,7 @@ def carried_shares(paths: Paths, named: Sequence[tuple[int, int]], back: Callabl
 
 def _singles(paths: Paths, back: Callable[[Array], Array], points: int, *, mean_only: bool = False) -> Shares:
     """Main and total shares; `rounding` from the two halves of the points."""
-    factors = sampled(paths, points, mean_only=mean_only)
+    factors = Sampled(paths, points, mean_only=mean_only)
     found = np.empty((3, 3, len(factors), paths.drawn(mean_only)))  # all points and either half
     for k, others in without_each(factors, range(len(factors))):
         weights = paths.averages.weights[k]
@@ -124,10 +124,10 @@ def _pairs(
     mean_only: bool = False,
 ) -> Array:
     """Interactions of the pairs (pairs, 1 + draws), from `side` values of both inputs."""
-    factors = sampled(paths, points, mean_only=mean_only)
+    factors = Sampled(paths, points, mean_only=mean_only)
     found = np.empty((len(named), paths.drawn(mean_only)))
     for row, (i, j) in enumerate(named):
-        others = [factor for k, factor in enumerate(factors) if k not in (i, j)]
+        others = (factors[k] for k in range(len(factors)) if k not in (i, j))
         (at, v), (other, w) = _few_values(paths, i, side), _few_values(paths, j, side)
         one, two = _some(paths, i, at, mean_only), _some(paths, j, other, mean_only)
         first, second = np.repeat(np.arange(len(v)), len(w)), np.tile(np.arange(len(w)), len(v))

@@ -8,7 +8,9 @@ with g a prior draw, e a draw of the run noise, and b, v the generalised least s
 responses. The prior draw is a sum of random Fourier features (Rahimi and Recht 2007).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,7 @@ from ..likelihood.correlation import Correlation
 from ..likelihood.likelihood import _solve
 from .averages import Averages
 
-__all__ = ["Paths", "Product", "product_of", "sampled", "without_each"]
+__all__ = ["Paths", "Product", "Sampled", "product_of", "without_each"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -201,24 +203,36 @@ def _frequencies(correlation: Correlation, theta: float, features: int, rng: np.
     return np.asarray(theta ** (1 / eta) * stable)
 
 
-def sampled(paths: Paths, points: int, *, mean_only: bool = False) -> list[Product]:
-    """Parts of each input at points drawn from the laws of the inputs, the same whatever the model."""
-    cube = qmc.Sobol(len(paths.waves), rng=np.random.default_rng(0)).random(points)
-    found = []
-    for k, u in enumerate(cube.T):
-        sums = np.cumsum(paths.averages.weights[k])
-        places = np.minimum(np.searchsorted(sums, u), len(sums) - 1)
-        smooth, wave = paths.parts(k, paths.averages.points[k])
-        found.append((smooth[places], wave[places, : 0 if mean_only else None]))
-    return found
+class Sampled(Sequence[Product]):
+    """Parts of each input at points drawn from the laws of the inputs, the same points whatever the model.
+
+    They are put together where they are asked for: of many inputs and runs all would be gigabytes.
+    """
+
+    def __init__(self, paths: Paths, points: int, *, mean_only: bool = False) -> None:
+        cube = qmc.Sobol(len(paths.waves), rng=np.random.default_rng(0)).random(points)
+        self.tables: list[Product] = []
+        self.places: list[NDArray[np.intp]] = []
+        for k, u in enumerate(cube.T):
+            sums = np.cumsum(paths.averages.weights[k])
+            self.places.append(np.minimum(np.searchsorted(sums, u), len(sums) - 1))
+            smooth, wave = paths.parts(k, paths.averages.points[k])
+            self.tables.append((smooth, wave[:, : 0 if mean_only else None]))
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def __getitem__(self, k: Any) -> Any:
+        smooth, wave = self.tables[k]
+        return smooth[self.places[k]], wave[self.places[k]]
 
 
-def product_of(factors: Sequence[Product], like: Product) -> Product:
+def product_of(factors: Iterable[Product], like: Product) -> Product:
     """The product of all, entry by entry; of none ones (1, ...) with as many columns as `like`."""
-    smooth, wave = factors[0] if factors else (np.ones_like(like[0][:1]), np.ones_like(like[1][:1]))
-    for other in factors[1:]:
-        smooth, wave = smooth * other[0], wave * other[1]
-    return smooth, wave
+    product: Product | None = None
+    for smooth, wave in factors:
+        product = (smooth, wave) if product is None else (product[0] * smooth, product[1] * wave)
+    return (np.ones_like(like[0][:1]), np.ones_like(like[1][:1])) if product is None else product
 
 
 def without_each(
@@ -230,5 +244,5 @@ def without_each(
         return
     middle = len(inputs) // 2
     for kept, left in ((inputs[:middle], inputs[middle:]), (inputs[middle:], inputs[:middle])):
-        once = product_of([*taken, *(factors[k] for k in left)], factors[0])
+        once = product_of(chain(taken, (factors[k] for k in left)), factors[0])
         yield from without_each(factors, kept, [once])
