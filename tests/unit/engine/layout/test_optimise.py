@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studies import trusses
-from workbench.engine.layout.bound.min_max import on_bounds
+from workbench.engine.layout.bound.trust_region import on_bounds
 from workbench.engine.layout.formulation.problem import (
     InvalidLayout,
     LayoutProblem,

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from ..formulation.problem import Evaluation, LayoutProblem
 from ..outcome.history import Recorder
-from .min_max import TrustRegionRun
 from .probing import values_alone
+from .trust_region import TrustRegionRun
 
 __all__ = ["CHECK", "BindingRun", "ByScenario", "binding_scenarios", "is_by_scenario"]
 

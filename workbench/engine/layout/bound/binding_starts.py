@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from ..formulation.problem import LayoutProblem
 from ..outcome.history import Recorder
 from .binding import CHECK, BindingRun, ByScenario, binding_scenarios
-from .min_max import TrustRegionRun
 from .probing import spread, values_alone
+from .trust_region import TrustRegionRun
 
 __all__ = ["ENOUGH", "binding_from_several_starts", "by_binding_scenarios"]
 

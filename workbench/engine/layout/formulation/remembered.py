@@ -16,8 +16,10 @@ Array = NDArray[np.float64]
 def remembering(evaluate: Callable[[Array], Evaluation]) -> Callable[[Array], Evaluation]:
     """Keep the last evaluation, so that asking again at the same density costs nothing.
 
-    An objective that can be evaluated in some of its scenarios stays one.
+    An objective that can be evaluated in some of its scenarios, or over a part of its time, stays one.
     """
+    if hasattr(evaluate, "until"):
+        return _OfRuns(evaluate)
     return _OfScenarios(evaluate) if hasattr(evaluate, "of_scenarios") else _Remembered(evaluate)
 
 
@@ -41,3 +43,12 @@ class _OfScenarios(_Remembered):
     def of_scenarios(self, chosen: Sequence[int]) -> Callable[[Array], Evaluation]:
         """The objective of these scenarios alone."""
         return remembering(self._evaluate.of_scenarios(chosen))
+
+
+class _OfRuns(_OfScenarios):
+    """The same, of one whose runs can be cut short."""
+
+    def until(self, share: float) -> Callable[[Array], Evaluation] | None:
+        """The objective over the first share of every run, or None where its window begins later."""
+        shorter = self._evaluate.until(share)
+        return None if shorter is None else remembering(shorter)

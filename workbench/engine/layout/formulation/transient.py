@@ -14,7 +14,7 @@ neighbours.
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -190,6 +190,22 @@ class TransientObjective:
         """The objective of some scenarios, with gradients found in the same way."""
         some = copy(self)
         some.scenarios = tuple(self.scenarios[k] for k in chosen)
+        return some
+
+    def until(self, share: float) -> "TransientObjective | None":
+        """The objective over the first share of every run, in the same steps; None where a window begins
+        later."""
+        some, shorter = copy(self), []
+        for scenario in self.scenarios:
+            steps = max(1, round(share * scenario.steps))
+            t_end, window = scenario.t_end * steps / scenario.steps, scenario.objective.window
+            if window is not None and window[0] >= t_end:
+                return None
+            cut = None if window is None else (window[0], min(window[1], t_end))
+            shorter.append(
+                replace(scenario, t_end=t_end, steps=steps, objective=replace(scenario.objective, window=cut))
+            )
+        some.scenarios = tuple(shorter)
         return some
 
     def _evaluation(self, design: Array) -> _Evaluation:

@@ -98,7 +98,7 @@ class LayoutResult:
     excess: largest relative violation of a budget or, in its own unit, of a further constraint
     probes: runs without gradients that looked for starts, beside the evaluations
     verdicts: plain sentences    strategy: what was done and why    optima: values of other local optima seen
-    ends: best value of each search by binding scenarios from several starts, that of the given start first
+    ends: best value of each search of several, that from the given start first
     limits: those of the runs, with their prices
     variables: values of law variables by name; their shares of their ranges stand behind the densities
     contradiction: the certificate of INFEASIBLE; with NONE_FOUND the density is the one that violates least

@@ -58,8 +58,12 @@ def verdicts(
     if recorder.probes:
         said.append(
             f"{recorder.probes} runs without gradients looked for starts and corrected steps, beside the "
-            f"{recorder.evaluations} evaluations. A better layout cannot be ruled out: there is no lower "
-            "bound for such a response."
+            f"{recorder.evaluations} evaluations."
+        )
+    if not problem.convex:
+        said.append(
+            "A better layout cannot be ruled out: the response is not convex in the densities, and there is "
+            "no lower bound for it."
         )
     active = recorder.history[
         int(np.argmin([h.value if h.best == h.value else np.inf for h in recorder.history]))

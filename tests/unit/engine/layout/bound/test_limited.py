@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.limited_layouts import limited
-from workbench.engine.layout.bound.min_max import TrustRegionRun
+from workbench.engine.layout.bound.trust_region import TrustRegionRun
 from workbench.engine.layout.outcome.history import FEASIBLE, Recorder
 
 

@@ -13,7 +13,7 @@ from tests.limited_layouts import limited
 from workbench.engine import Body, Deviation, Load, Maximum, Spring, System, VelocityVerlet, dense_members
 from workbench.engine.errors import NotConverged
 from workbench.engine.layout.bound import probing
-from workbench.engine.layout.bound.min_max import TrustRegionRun, race
+from workbench.engine.layout.bound.min_max import race
 from workbench.engine.layout.bound.probing import (
     evolve,
     probed_starts,
@@ -22,7 +22,13 @@ from workbench.engine.layout.bound.probing import (
     spread,
     within_budgets,
 )
-from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutProblem, static_problem
+from workbench.engine.layout.bound.trust_region import TrustRegionRun
+from workbench.engine.layout.formulation.problem import (
+    InvalidLayout,
+    LayoutProblem,
+    TabulatedRows,
+    static_problem,
+)
 from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.history import Recorder
@@ -176,6 +182,12 @@ class Falling:
     bottom: float
     taken: Recorder
     steps: int = 0
+
+    @property
+    def evaluation(self) -> TabulatedRows:
+        return TabulatedRows(
+            values=np.array([[self.value, float(self.index)]]), gradient_table=np.zeros((2, 1))
+        )
 
     @property
     def finished(self) -> bool:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from studies.whole_members import random_scenarios
-from workbench.engine.layout.bound.min_max import TrustRegionRun
 from workbench.engine.layout.bound.secant_rows import VisitedDesigns
+from workbench.engine.layout.bound.trust_region import TrustRegionRun
 from workbench.engine.layout.formulation.transient import transient_problem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.history import Recorder
