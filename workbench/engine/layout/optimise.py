@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from .bound.binding import is_by_scenario
 from .bound.binding_starts import by_binding_scenarios
-from .bound.central_path import follow_central_path, has_interior
+from .bound.central_path import has_interior
 from .bound.equivalent_loads import VARIANTS, equivalent_static_loads
 from .bound.linear_steps import linear_steps
 from .bound.min_max import min_max
 from .bound.probing import probes_by_default
-from .bound.secant_path import follow_secant_path
+from .bound.secant_path import follow_paths, follow_secant_path
 from .formulation.aggregate import aggregated
 from .formulation.law_variables import values_at
 from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProblem
@@ -225,8 +225,8 @@ def _solve(
             raise InvalidLayout(
                 "method 'central_path' needs static rows with second derivatives and room above the bounds"
             )
-        done = follow_central_path(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
-        return done, f"Newton steps along the central path: {why}"
+        done, said = follow_paths(problem, recorder, max_evaluations=allowed, tolerance=tolerance)
+        return done, f"{said}: {why}"
     if method == "secant_path":
         if values.shape[1] > 1 or not problem.convex or not has_interior(problem):
             raise InvalidLayout(

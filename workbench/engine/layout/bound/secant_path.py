@@ -12,17 +12,19 @@ stationarity that the true gradients leave at the new design. A step that does n
 is not taken, but its gradient is learnt, and the curvature is raised. Every iterate is a feasible design.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..formulation.problem import Evaluation, LayoutProblem
 from ..outcome.history import Recorder
 from ..outcome.optimality import linear_promise
-from .central_path import strictly_inside
+from .central_path import follow_central_path, strictly_inside
 from .quadratic import BoundState, NewtonSystem
 from .secant import Curvature, SecantMemory
 
-__all__ = ["follow_secant_path"]
+__all__ = ["follow_paths", "follow_secant_path"]
 
 Array = NDArray[np.float64]
 
@@ -32,6 +34,22 @@ _NEWTON, _SETTLED = 40, 1e-3
 _STIFFEN, _RELAX = 4.0, 0.5  # of the curvature after a refused and after an accepted step
 _LEAST = 0.7  # the prior bounds the curvature of a falling row from above: where steps succeed, less will do
 _REFUSALS = 15
+
+
+def follow_paths(
+    problem: LayoutProblem, recorder: Recorder, *, max_evaluations: int, tolerance: float
+) -> tuple[bool, str]:
+    """Newton steps along the central path, then barrier steps from the best where they come no further.
+
+    A Newton step takes no look at what it makes of the value. Returns whether it ended, and what was done.
+    """
+    done = follow_central_path(problem, recorder, max_evaluations=max_evaluations, tolerance=tolerance)
+    said = "Newton steps along the central path"
+    if done or recorder.evaluations >= max_evaluations or recorder.best_density is None:
+        return done, said
+    best = replace(problem, start=recorder.best_density)
+    done = follow_secant_path(best, recorder, max_evaluations=max_evaluations, tolerance=tolerance)
+    return done, f"{said}, then barrier steps with curvature from gradients"
 
 
 def follow_secant_path(
