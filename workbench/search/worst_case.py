@@ -196,7 +196,10 @@ def surrogate_worst_case(
     Raises:
         NotEnoughRuns: fewer than three runs gave a value.
     """
-    asked = Arguments(response=response, sense=sense, budget=0, seed=seed, tolerance=0.0, transform=transform)
+    asked = Arguments(
+        response=response, sense=sense, budget=0, seed=seed, tolerance=0.0, transform=transform,
+        given_are_even=False,
+    )  # fmt: skip
     ledger = Ledger.opened(space, response=response, sense=sense, start=runs, progress=None)
     ledger.require_values(FEWEST_RUNS)
     where = ledger.where

@@ -237,6 +237,7 @@ def _asked(campaign: CampaignRuns, table: Mapping[str, Any], target: Target) -> 
         budget=0 if campaign.study.model["kind"] == "table" else table["budget"],
         seed=campaign.study.seed,
         workers=int(table.get("batch", 1)),
+        given_are_even=campaign.study.model["kind"] != "table",  # who knows where its rows came from
         **options,
     )
 

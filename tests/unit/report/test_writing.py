@@ -182,6 +182,8 @@ def test_a_poor_fit_is_said_in_red_before_the_answers(tmp_path):
 def test_an_unconfirmed_extreme_is_never_called_found(tmp_path):
     page = write_report(write_sample(tmp_path / "s.holdfast", confirmed=False)).read_text()
     assert "Surrogate only, unconfirmed" in page
+    assert "nothing was searched" in page
+    assert "How it was found" not in page
     assert page.count("runs given is") >= 2  # on the card and in the section: the worst run that exists
     assert "confirmed by a true run" not in page.lower().replace("unconfirmed", "")
 

@@ -43,3 +43,14 @@ def test_a_prediction_beyond_a_run_by_rounding_alone_is_nothing(sense, offset):
     found = surrogate_worst_case(space, runs, response="y", sense=sense)
     assert found.status is Status.KNOWN_RUN
     assert found.value == runs[-1 if sense == "max" else 0]["y"]
+
+
+def test_the_rows_of_a_table_are_no_even_sample_of_the_box():
+    """They crowd where runs fail; how much of the box does is no share of the rows."""
+    rng = np.random.default_rng(1)
+    space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
+    points = np.vstack([rng.random((12, 2)) * [0.7, 1.0], [0.7, 0.0] + rng.random((12, 2)) * [0.3, 1.0]])
+    runs = [{**row, "y": row["b"] if row["a"] < 0.7 else float("nan")} for row in space.rows(points)]
+    border = surrogate_worst_case(space, runs, response="y").border
+    assert border.counted.draws == 0
+    assert "by the classifier alone, as no even sample was run" in border.sentence

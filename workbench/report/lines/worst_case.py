@@ -32,7 +32,7 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
         text.append(f"  {known}")
     if document.get("status"):
         text.append(f"  stopped because {document['status']}")
-    if document.get("grade_sentence"):
+    if document.get("grade_sentence") and document.get("confirmed", True):  # else nothing was searched
         text += [f"  {line}" for line in wrapped(document["grade_sentence"], 77)]
     if document.get("gap"):
         text += [f"  {line}" for line in wrapped(document["gap"]["sentence"], 77)]

@@ -54,12 +54,16 @@ def search_figure(
         read_off = (
             "The stair is the worst of the means that the Kriging of all runs holds at the runs so far."
         )
+    if not searched:
+        read_off = (
+            "The stair is the worst value so far of the runs given, in their order; nothing was searched."
+        )
     ringed = "confirming run" if worst.get("mean") is None else "first run of the mean"
     if found is not None:
         read_off += f" The {ringed} (ring) was run {found} of {len(searched)} of the search."
     return Figure(
         id="search",
-        title="How it was found",
+        title="How it was found" if searched else "The runs given",
         alt=f"{response} of {len(history)} runs in order with the worst so far, which ends at "
         f"{_end(history)}.",
         read_off=read_off,

@@ -93,8 +93,10 @@ def test_a_predicted_worst_case_stands_beside_the_worst_run_that_exists():
         "response": "y", "unit": "mm", "sense": "max", "value": 38.0, "confirmed": False,
         "label": "surrogate only, unconfirmed", "evaluations": 0, "budget": 0, "parameters": {"k": 2.0},
         "baselines": {"the runs given": given},
+        "grade_sentence": "Searched: only the search has looked, by its own surrogate.",
     }  # fmt: skip
     text = worst_case_lines(document)
+    assert not any("search" in line for line in text)
     assert text[1:3] == [
         "  surrogate only, unconfirmed",
         "  the worst of the 36 runs given is 10.6433 mm",
