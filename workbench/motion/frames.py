@@ -271,11 +271,17 @@ def _run_document(run: MotionRun, meshes: dict[Any, int]) -> dict[str, Any]:
         "forces": None if run.forces is None else packed_in_steps(run.forces),
         "bodies": bodies,
         "members": [
-            {"name": m.name, "kind": m.kind, "density": m.density, "body_a": m.body_a,
-             "point_a": list(m.point_a), "body_b": m.body_b, "point_b": list(m.point_b)}
+            {"name": m.name, "kind": m.kind, "density": _seen(m.density), "body_a": m.body_a,
+             "point_a": list(map(_seen, m.point_a)), "body_b": m.body_b,
+             "point_b": list(map(_seen, m.point_b))}
             for m in run.members
         ],
     }  # fmt: skip
+
+
+def _seen(value: float) -> float:
+    """A number as exact as float32 has it: enough to look at, and half as long in a document."""
+    return float(f"{value:.7g}")
 
 
 def _run_of(document: Mapping[str, Any], meshes: Sequence[Any], count: int) -> MotionRun:

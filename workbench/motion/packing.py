@@ -38,11 +38,18 @@ def packed_in_steps(array: NDArray[np.float64]) -> dict[str, Any]:
     >>> unpacked_from_steps(document).round(4).tolist()
     [[0.0, 5.0], [1.0, 5.0], [0.25, 5.0]]
     """
-    low = array.min(axis=0) if len(array) else np.zeros(array.shape[1])
-    step = (array.max(axis=0) - low) / STEPS if len(array) else np.zeros(array.shape[1])
-    steps = np.rint((array - low) / np.where(step > 0.0, step, 1.0))
+    low = _short(array.min(axis=0) if len(array) else np.zeros(array.shape[1]))
+    # a little longer than needed: the numbers are written with nine digits, and counted from these
+    step = _short((1.0 + 1e-8) * (array.max(axis=0) - low) / STEPS if len(array) else 0.0 * low)
+    step = np.where(step > 0.0, step, 0.0)
+    steps = np.clip(np.rint((array - low) / np.where(step > 0.0, step, 1.0)), 0, STEPS)
     text = b64encode(np.ascontiguousarray(steps, dtype="<u2").tobytes()).decode()
     return {"low": low.tolist(), "step": step.tolist(), "steps": text}
+
+
+def _short(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nine digits of each."""
+    return np.array([float(f"{value:.9g}") for value in values])
 
 
 def unpacked_from_steps(document: Mapping[str, Any]) -> NDArray[np.float64]:

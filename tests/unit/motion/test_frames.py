@@ -2,6 +2,7 @@
 
 import io
 import json
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -246,6 +247,30 @@ def test_png_is_read_back_by_another_code():
     picture = still(sample_motion(), time=0.3, width=64, height=40)
     read = matplotlib_image.imread(io.BytesIO(png(picture)), format="png")
     np.testing.assert_array_equal((read[..., :3] * 255).round().astype(np.uint8), picture)
+
+
+def test_a_still_takes_the_shorter_of_two_filters():
+    rng = np.random.default_rng(5)
+    slope = np.add.outer(np.arange(40), np.arange(64))[..., None] * np.array([1, 2, 3]) % 256
+    few = rng.choice([20, 200], (40, 64, 3))
+    sizes = []
+    for picture in (slope.astype(np.uint8), few.astype(np.uint8)):
+        text = png(picture)
+        at = text.index(b"IDAT") + 4
+        lines = zlib.decompress(text[at : at + int.from_bytes(text[at - 8 : at - 4], "big")])
+        sizes.append(lines[0])
+        read = matplotlib_image.imread(io.BytesIO(text), format="png")
+        np.testing.assert_array_equal((read[..., :3] * 255).round().astype(np.uint8), picture)
+    assert sizes == [1, 0]
+
+
+def test_members_are_written_as_exactly_as_one_can_see():
+    motion = sample_motion()
+    (first, *rest), run = motion.runs[1].members, motion.runs[1]
+    members = (replace(first, density=1 / 3, point_a=(np.pi, 0.1, -1e-7 / 3)), *rest)
+    document = replace(motion, runs=(motion.runs[0], replace(run, members=members))).to_dict()
+    written = document["runs"][1]["members"][0]
+    assert (written["density"], written["point_a"]) == (0.3333333, [3.141593, 0.1, -3.333333e-08])
 
 
 def test_kinds_of_members_differ_in_form():
