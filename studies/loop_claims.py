@@ -8,7 +8,11 @@ corners and with single changes of bad ones, a third climbs by random steps.
     beaten      by how much the outsider goes beyond the stated worst, in per cent
     may exceed  what an open loop said about that; a closed one claims its tolerance, 2 %
 
-`python -m studies.loop_claims 300 8 3000` prints eight loops, with 3 000 runs of the outsider on each layout.
+With `corners` the plainest rival stands beside uniform and nominal only: 50 random corners optimised all at
+once, with as many runs as the loop has made.
+
+`python -m studies.loop_claims 300 8 3000` prints eight loops, with 3 000 runs of the outsider on each layout;
+`python -m studies.loop_claims 9602 3 3000 250 corners` three with steps of 8 ms and the 50 corners.
 """
 
 import sys
@@ -23,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.loop_rivals import Runs, nominal
+from studies.loop_rivals import CORNERS, Runs, counting, nominal, sample_approach
 from studies.occupant_braking import restraint
 from workbench.robust_layout.loop import find_robust_layout
 from workbench.robust_layout.record import LoopSettings, RobustLayout
@@ -151,7 +155,7 @@ class Claim:
     beaten: float
     arrived: int
     attack_runs: int
-    others: Mapping[str, float]  # uniform, nominal only: over all cases found by anybody
+    others: Mapping[str, float]  # uniform, nominal only, perhaps 50 corners: over all cases found by anybody
     robust: float
     reasons: tuple[str, ...]
 
@@ -161,37 +165,49 @@ class Claim:
         return self.beaten <= (ALLOWED if self.closed else self.may_exceed)
 
 
-def attacked(found: RobustLayout, runs: Runs, space: Space, *, budget: int, seed: int) -> Claim:
-    """The claim of a loop, once an outsider has tried its layout and those it is compared with."""
+def attacked(
+    found: RobustLayout, runs: Runs, space: Space, *, budget: int, seed: int,
+    rivals: Mapping[str, Array] | None = None,
+) -> Claim:  # fmt: skip
+    """The claim of a loop, once an outsider has tried its layout, those it is compared with, and `rivals`."""
     density, stated = found.layouts[found.robust], found.worst[found.robust]
     worst, case = outsider(runs, density, space, budget=budget, seed=seed)
     cases = [*found.cases, case]
-    for name in ("uniform", "nominal only"):
-        cases.append(outsider(runs, found.layouts[name], space, budget=budget // 4, seed=seed)[1])
+    others = {**{name: found.layouts[name] for name in ("uniform", "nominal only")}, **(rivals or {})}
+    cases += [outsider(runs, other, space, budget=budget // 4, seed=seed)[1] for other in others.values()]
     attack = stated.attack or {}
     return Claim(
         closed=found.closed, stated=stated.value, may_exceed=found.may_exceed,
         beaten=max(0.0, worst / stated.value - 1.0), arrived=attack.get("arrived", 0),
         attack_runs=attack.get("runs", 0),
-        others={n: float(runs.values(found.layouts[n], cases).max()) for n in ("uniform", "nominal only")},
+        others={name: float(runs.values(other, cases).max()) for name, other in others.items()},
         robust=float(runs.values(density, cases).max()), reasons=tuple(found.reasons),
     )  # fmt: skip
 
 
-def claim_of(seed: int, *, budget: int, tell: Any = lambda text: None) -> tuple[Claim, float]:
-    """What the loop of one box claims, tried with `budget` runs, and the processor seconds of the loop."""
+def claim_of(
+    seed: int, *, budget: int, steps: int = STEPS, corners: bool = False, tell: Any = lambda text: None
+) -> tuple[Claim, float]:
+    """What the loop of one box claims, tried with `budget` runs, and the processor seconds of the loop.
+
+    corners: also make the layout for 50 random corners, with as many runs.
+    """
     rng = np.random.default_rng([seed, 41])
     space = drawn_space(rng)
-    model = restraint(belts=float(rng.integers(4, 10)), airbags=float(rng.integers(4, 10)), steps=STEPS)
-    runs = Runs(model)
+    model = restraint(belts=float(rng.integers(4, 10)), airbags=float(rng.integers(4, 10)), steps=steps)
+    runs, (counted, simulated) = Runs(model), counting(model)
     with TemporaryDirectory() as folder:
         begun = time.process_time()
         found = find_robust_layout(
-            model, space, evaluator=runs.of, folder=Path(folder), start=[nominal(space)],
-            settings=settings_of_the_demo(seed), identity="study", tell=tell,
+            counted if corners else model, space, evaluator=runs.of, folder=Path(folder),
+            start=[nominal(space)], settings=settings_of_the_demo(seed), identity="study", tell=tell,
         )  # fmt: skip
         spent = time.process_time() - begun
-    return attacked(found, runs, space, budget=budget, seed=seed), spent
+    rivals = {}
+    if corners:
+        evaluations = (runs.made + simulated[0]) // (CORNERS + 1)
+        rivals["50 corners"] = sample_approach(model, space, evaluations=evaluations, seed=seed)
+    return attacked(found, runs, space, budget=budget, seed=seed, rivals=rivals), spent
 
 
 def counted(made: list[Claim]) -> str:
@@ -211,18 +227,24 @@ def counted(made: list[Claim]) -> str:
     return "\n".join(lines)
 
 
-def main(first: int, loops: int, budget: int) -> None:
+def main(first: int, loops: int, budget: int, steps: int = STEPS, *, corners: bool = False) -> None:
     """Print two lines for every loop, and what they count up to."""
-    print("seed  closed  arrived   runs  stated  may exceed  beaten  holds  robust  uniform  nominal  CPU s")
+    beside = "  50 corners" if corners else ""
+    print(
+        "seed  closed  arrived   runs  stated  may exceed  beaten  holds  robust  uniform  nominal"
+        f"{beside}  CPU s"
+    )
     made = []
     for seed in range(first, first + loops):
-        claim, spent = claim_of(seed, budget=budget)
+        claim, spent = claim_of(seed, budget=budget, steps=steps, corners=corners)
         made.append(claim)
         print(
             f"{seed:4d}  {'yes' if claim.closed else 'no':6s}  {claim.arrived:7d}  "
             f"{claim.attack_runs:5d}  {claim.stated:6.4f}  {100 * claim.may_exceed:8.2f} %  "
             f"{100 * claim.beaten:4.1f} %  {'yes' if claim.holds else 'NO':5s}  {claim.robust:6.4f}  "
-            f"{claim.others['uniform']:7.4f}  {claim.others['nominal only']:7.4f}  {spent:5.0f}",
+            f"{claim.others['uniform']:7.4f}  {claim.others['nominal only']:7.4f}  "
+            + "".join(f"{claim.others[name]:10.4f}  " for name in list(claim.others)[2:])
+            + f"{spent:5.0f}",
             flush=True,
         )
         print("      " + "; ".join(claim.reasons), flush=True)
@@ -230,5 +252,5 @@ def main(first: int, loops: int, budget: int) -> None:
 
 
 if __name__ == "__main__":
-    numbers = [int(text) for text in sys.argv[1:]]
-    main(*(numbers + [300, 8, 3000][len(numbers) :]))
+    numbers = [int(text) for text in sys.argv[1:] if text != "corners"]
+    main(*(numbers + [300, 8, 3000][len(numbers) :]), corners="corners" in sys.argv)

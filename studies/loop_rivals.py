@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from studies.occupant_braking import NOMINAL, OccupantRestraint, restraint
 from workbench.engine.errors import EngineError
+from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.loop import find_robust_layout
@@ -34,7 +35,7 @@ from workbench.robust_layout.record import LoopSettings
 from workbench.space.box import Space
 from workbench.study.loading import load_study
 
-__all__ = ["Runs", "box", "outsider", "row", "sample_approach"]
+__all__ = ["CORNERS", "Runs", "box", "counting", "outsider", "row", "sample_approach"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -150,33 +151,38 @@ def sample_approach(model: OccupantRestraint, space: Space, *, evaluations: int,
     return optimise_layout(model.problem(cases), max_evaluations=evaluations).density
 
 
+def counting(model: OccupantRestraint) -> tuple[OccupantRestraint, list[int]]:
+    """The model, and the number of simulations that its problems have made since."""
+    simulated = [0]
+
+    class Counted(OccupantRestraint):
+        """Counts the simulations of optimisations."""
+
+        def problem(self, scenarios: Sequence[Case]) -> LayoutProblem:
+            problem = super().problem(scenarios)
+            inner = problem.evaluate
+
+            def evaluate(*args: Any, **options: Any) -> Any:
+                simulated[0] += len(scenarios)
+                return inner(*args, **options)
+
+            return replace(problem, evaluate=evaluate)
+
+    return Counted(kinds=model.kinds, limits=model.limits, steps=model.steps), simulated
+
+
 def row(seed: int, *, budget: int, settings: LoopSettings = SETTINGS, steps: int = 500) -> dict[str, Any]:
     """One box: the loop's claims, what the outsider found, and the worst of each layout over all cases."""
     space = box(np.random.default_rng([seed, 3]))
     model = restraint(steps=steps)
     runs = Runs(model)
-    simulated = {"runs": 0}
-
-    class Counted(OccupantRestraint):
-        """Counts the simulations of the loop's optimisations."""
-
-        def problem(self, scenarios: Sequence[Case]) -> Any:
-            problem = super().problem(scenarios)
-            inner = problem.evaluate
-
-            def evaluate(*args: Any, **options: Any) -> Any:
-                simulated["runs"] += len(scenarios)
-                return inner(*args, **options)
-
-            return replace(problem, evaluate=evaluate)
-
-    counted = Counted(kinds=model.kinds, limits=model.limits, steps=model.steps)
+    counted, simulated = counting(model)
     with TemporaryDirectory() as folder:
         found = find_robust_layout(
             counted, space, evaluator=runs.of, folder=Path(folder), start=[nominal(space)],
             settings=replace(settings, seed=seed), identity="study",
         )  # fmt: skip
-    spent = runs.made + simulated["runs"]
+    spent = runs.made + simulated[0]
     layouts = {
         "robust": found.layouts[found.robust],
         "sample approach": sample_approach(model, space, evaluations=spent // (CORNERS + 1), seed=seed),

@@ -92,7 +92,9 @@ def test_claims_are_counted():
 def test_a_short_loop_is_attacked(monkeypatch):
     short = replace(settings_of_the_demo(2), scenarios=4, evaluations=3, budget=100, corners=6, rounds=1)
     monkeypatch.setattr(loop_claims, "settings_of_the_demo", lambda seed: short)
-    made, spent = claim_of(2, budget=120)
+    made, spent = claim_of(2, budget=120, steps=250, corners=True)
     assert spent > 0.0
+    assert list(made.others) == ["uniform", "nominal only", "50 corners"]
+    assert min(made.others.values()) > 0.0
     assert made.robust >= made.stated * (1 - 1e-12)
     assert made.beaten >= 0.0
