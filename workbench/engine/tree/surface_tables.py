@@ -8,6 +8,7 @@ import numpy as np
 
 from ..elements._kernels_called_states import CONSTANTS, WIDTH
 from ._kernels.members import NEAR
+from ._kernels.surfaces import STRUT, TYRE
 from .elements import SpatialStrut
 from .start import start_frames
 from .surfaces import Box, Capsule, Plane, Ring, Shape, Sphere
@@ -15,7 +16,6 @@ from .surfaces import Box, Capsule, Plane, Ring, Shape, Sphere
 __all__ = ["surface_tables"]
 
 Array = np.ndarray[Any, Any]
-TYRE, STRUT = 9, 10
 
 
 def surface_tables(
