@@ -12,7 +12,7 @@ from numba.extending import intrinsic
 
 from ._kernels_called import OPTIONS, compiled, place_of
 
-__all__ = ["CONSTANTS", "MOST_CONSTANTS", "POINTS", "strut_at", "strut_entries"]
+__all__ = ["CONSTANTS", "MOST_CONSTANTS", "POINTS", "WIDTH", "strut_at", "strut_entries"]
 
 # places in the row of a strut: addresses, point on a, point on b and natural length, constants
 ADDRESSES, POINTS, CONSTANTS, WIDTH = 0, 2, 9, 31

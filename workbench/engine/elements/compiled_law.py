@@ -2,19 +2,18 @@
 
 from collections.abc import Callable, Mapping
 from ctypes import POINTER, c_double
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import isfinite
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
-from numba.core.errors import NumbaError
 
 from ..compiler.options import inner
 from ._kernels_called import FIRST, entries, force_at, slopes_at
 from .law_check import check_slopes
 from .table import PARAMETERS, code_of
-from .user_function import arguments, brief, identity, python_of
+from .user_function import arguments, compiled_once, python_of
 
 __all__ = ["CompiledLaw", "energies", "forces", "parameter_slopes"]
 
@@ -24,8 +23,6 @@ _SLOPES_AT: Any = slopes_at
 _DOUBLES = POINTER(c_double)
 _STATES = ("delta", "rate", "t")
 MOST = PARAMETERS - FIRST  # constants
-# compiled entries by what they were made from, kept as long as the process lives: tables hold their addresses
-_MADE: dict[Any, tuple[Any, ...]] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +72,7 @@ class CompiledLaw:
         if self.slopes is not None and arguments(self.slopes, "slopes", _STATES, constants) != order:
             raise ValueError("force and slopes of a compiled law need their arguments in one order")
         object.__setattr__(self, "constants", MappingProxyType({name: constants[name] for name in order}))
-        check_slopes(python_of(self.force).__name__, self._look, given=self.slopes is not None)
+        self._check()
 
     def __reduce__(self) -> Any:  # mapping proxies are not pickled
         return _law, (self.force, dict(self.constants), self.slopes)
@@ -93,39 +90,44 @@ class CompiledLaw:
 
     def _entries(self) -> tuple[Any, ...]:
         functions = [self.force] if self.slopes is None else [self.force, self.slopes]
-        key = (len(self.constants), *(identity(function) for function in functions))
-        if key not in _MADE:
-            try:
-                _MADE[key] = _ENTRIES(self.force, self.slopes, len(self.constants))
-            except (NumbaError, NotImplementedError) as error:
-                numbers = "complex" if self.slopes is None else "real"
-                other = ", or give slopes if it takes real numbers only" if self.slopes is None else ""
-                raise ValueError(
-                    f"numba does not compile the law '{python_of(self.force).__name__}' for {numbers} "
-                    f"numbers: {brief(error)}\nWrite it with operators and numpy's functions of single "
-                    f"numbers{other}"
-                ) from error
-        return _MADE[key]
+        return compiled_once(
+            functions, (len(self.constants),),
+            lambda: _ENTRIES(self.force, self.slopes, len(self.constants)),
+            cure="Write it with operators and numpy's functions of single numbers"
+            + (", or give slopes if it takes real numbers only" if self.slopes is None else ""),
+        )  # fmt: skip
 
-    def _look(self, delta: float, rate: float, t: float) -> tuple[float, float, float]:
-        """Force and its slopes by elongation and rate at one place."""
-        column, out = np.array(self.parameters), np.zeros(5)
-        out[:2] = delta, rate
-        places = [out[k:].ctypes.data_as(_DOUBLES) for k in range(5)]
-        self._entries()[0].ctypes(*places[:2], t, column.ctypes.data_as(_DOUBLES), 1, *places[2:])
-        f, by_delta, by_rate = out[2:].tolist()
-        return f, by_delta, by_rate
+    def _check(self) -> None:
+        """Slopes against differences of the force."""
+        entry, column, out = self._entries()[0].ctypes, np.array(self.parameters), np.zeros(5)
+        own, *places = (x.ctypes.data_as(_DOUBLES) for x in (column, *(out[k:] for k in range(5))))
+
+        def look(delta: float, rate: float, t: float) -> tuple[float, float, float]:
+            out[:2] = delta, rate
+            entry(*places[:2], t, own, 1, *places[2:])
+            f, by_delta, by_rate = out[2:].tolist()
+            return f, by_delta, by_rate
+
+        check_slopes(python_of(self.force).__name__, look, given=self.slopes is not None)
 
     def changed(self, **values: float) -> "CompiledLaw":
-        """With other values of some constants. Raises ValueError for names that are none."""
+        """With other values of some constants, slopes not held against differences again.
+
+        Raises ValueError for names that are none.
+        """
         for name in values:
             if name not in self.constants:
                 raise ValueError(f"no constant is called '{name}': {', '.join(self.constants)}")
-        return replace(self, constants={**self.constants, **values})
+        return _law(self.force, {**self.constants, **values}, self.slopes)
 
 
-def _law(force: Any, constants: Any, slopes: Any) -> CompiledLaw:
-    return CompiledLaw(force=force, constants=constants, slopes=slopes)
+def _law(force: Any, constants: Mapping[str, float], slopes: Any) -> CompiledLaw:
+    """A law of functions that one was made of before: search steps make thousands of them."""
+    law = object.__new__(CompiledLaw)
+    own = MappingProxyType({name: float(value) for name, value in constants.items()})
+    for name, value in zip(CompiledLaw.__slots__, (force, own, slopes), strict=True):
+        object.__setattr__(law, name, value)
+    return law
 
 
 @inner

@@ -3,27 +3,24 @@ need."""
 
 from collections.abc import Callable, Mapping
 from ctypes import POINTER, c_double
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from math import isfinite
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numba.core.errors import NumbaError
 
 from ._kernels_called import STEP
-from ._kernels_called_states import MOST_CONSTANTS, strut_entries
+from ._kernels_called_states import CONSTANTS, MOST_CONSTANTS, WIDTH, strut_entries
 from .law_check import check_slopes
-from .user_function import arguments, brief, identity, python_of
+from .user_function import arguments, compiled_once, python_of
 
 __all__ = ["StateLaw"]
 
 _STRUT_ENTRIES: Any = strut_entries
 _DOUBLES = POINTER(c_double)
 MOST_STATES = 2
-# compiled entries by what they were made from, kept as long as the process lives: tables hold their addresses
-_MADE: dict[Any, tuple[Any, ...]] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,16 +78,17 @@ class StateLaw:
         return _law, (self.force, self.growth, dict(self.states), dict(self.constants))
 
     def changed(self, **values: float) -> "StateLaw":
-        """With other values of some constants or, by their names, starts of states. Raises ValueError for
-        names that are neither."""
+        """With other values of some constants or, by their names, starts of states, slopes not held against
+        differences again. Raises ValueError for names that are neither."""
         for name in values:
             if name not in self.constants and name not in self.states:
                 known = ", ".join((*self.states, *self.constants))
                 raise ValueError(f"no state or constant is called '{name}': {known}")
-        return replace(
-            self,
-            states={name: values.get(name, value) for name, value in self.states.items()},
-            constants={name: values.get(name, value) for name, value in self.constants.items()},
+        return _law(
+            self.force,
+            self.growth,
+            {name: values.get(name, value) for name, value in self.states.items()},
+            {name: values.get(name, value) for name, value in self.constants.items()},
         )
 
     def addresses(self) -> tuple[float, ...]:
@@ -98,26 +96,18 @@ class StateLaw:
         return tuple(float(entry.address) for entry in self._entries())
 
     def _entries(self) -> tuple[Any, ...]:
-        functions = (self.force, self.growth)
-        sizes = len(self.states), len(self.constants)
-        key = (sizes, *(identity(function) for function in functions))
-        if key not in _MADE:
-            try:
-                _MADE[key] = _STRUT_ENTRIES(*functions, *sizes)
-            except (NumbaError, NotImplementedError) as error:
-                names = " and ".join(f"'{python_of(function).__name__}'" for function in functions)
-                raise ValueError(
-                    f"numba does not compile the functions {names} of a law for complex numbers: "
-                    f"{brief(error)}\nWrite them with operators and numpy's functions of single numbers; "
-                    "growth returns as many numbers as there are states"
-                ) from error
-        return _MADE[key]
+        functions, sizes = (self.force, self.growth), (len(self.states), len(self.constants))
+        return compiled_once(
+            functions, sizes, lambda: _STRUT_ENTRIES(*functions, *sizes),
+            cure="Write them with operators and numpy's functions of single numbers; growth returns as many "
+            "numbers as there are states",
+        )  # fmt: skip
 
     def look(self, delta: Any, rate: Any, t: float, states: Any) -> np.ndarray[Any, Any]:
         """(1 + states,) complex: force, N, and the rates of the states, each per s."""
         values, out = np.array([delta, rate, *states], complex), np.zeros(1 + len(self.states), complex)
-        row = np.zeros(31)
-        row[9 : 9 + len(self.constants)] = tuple(self.constants.values())
+        row = np.zeros(WIDTH)
+        row[CONSTANTS : CONSTANTS + len(self.constants)] = tuple(self.constants.values())
         places = [x.view(float).ctypes.data_as(_DOUBLES) for x in (values, row, out)]
         self._entries()[0].ctypes(places[0], t, places[1], places[2])
         return out
@@ -139,5 +129,10 @@ class StateLaw:
         return found[0].real, found[0].imag / STEP, found[1].imag / STEP
 
 
-def _law(force: Any, growth: Any, states: Any, constants: Any) -> StateLaw:
-    return StateLaw(force=force, growth=growth, states=states, constants=constants)
+def _law(force: Any, growth: Any, states: Mapping[str, float], constants: Mapping[str, float]) -> StateLaw:
+    """A law of functions that one was made of before."""
+    law = object.__new__(StateLaw)
+    numbers = (MappingProxyType({k: float(x) for k, x in given.items()}) for given in (states, constants))
+    for name, value in zip(StateLaw.__slots__, (force, growth, *numbers), strict=True):
+        object.__setattr__(law, name, value)
+    return law

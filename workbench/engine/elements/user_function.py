@@ -1,13 +1,17 @@
-"""Functions of Python that users give to be compiled: what they may take, what makes two of them one."""
+"""Functions of Python that users give to be compiled: what they may take, each made into code once."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, signature
 from types import FunctionType
 from typing import Any
 
 import numpy as np
+from numba.core.errors import NumbaError
 
-__all__ = ["arguments", "brief", "identity", "is_helper", "python_of"]
+__all__ = ["arguments", "compiled_once", "is_helper", "python_of"]
+
+# compiled entries by what they were made from, kept as long as the process lives: tables hold their addresses
+_MADE: dict[Any, tuple[Any, ...]] = {}
 
 
 def python_of(function: Any) -> FunctionType:
@@ -21,7 +25,24 @@ def is_helper(value: Any) -> bool:
     return isinstance(value, FunctionType) and home not in ("numpy", "numba", "math", "cmath")
 
 
-def identity(function: Any, around: tuple[Any, ...] = ()) -> Any:
+def compiled_once(
+    functions: Sequence[Any], sizes: tuple[int, ...], make: Callable[[], tuple[Any, ...]], *, cure: str
+) -> tuple[Any, ...]:
+    """What `make` compiles of these functions for these sizes, made once a process as long as they stay.
+
+    Raises ValueError with what numba says and the cure where they do not compile.
+    """
+    key = (sizes, *(_identity(function) for function in functions))
+    if key not in _MADE:
+        try:
+            _MADE[key] = make()
+        except (NumbaError, NotImplementedError) as error:  # the second: a comparison of complex numbers
+            names = " and ".join(f"'{python_of(function).__name__}'" for function in functions)
+            raise ValueError(f"numba does not compile {names} of a law: {_brief(error)}\n{cure}") from error
+    return _MADE[key]
+
+
+def _identity(function: Any, around: tuple[Any, ...] = ()) -> Any:
     """What makes the code of a function: its own, and what it reads of its module and of functions around it,
     functions and numbers as they are now. Two that are made by one line of one module are one."""
     own = python_of(function)
@@ -36,7 +57,7 @@ def identity(function: Any, around: tuple[Any, ...] = ()) -> Any:
 def _kept(value: Any, around: tuple[Any, ...]) -> Any:
     """Something that differs where compiled code would."""
     if is_helper(python_of(value)):
-        return identity(value, around)
+        return _identity(value, around)
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     try:
@@ -71,7 +92,7 @@ def arguments(
     return named
 
 
-def brief(error: Exception) -> str:
+def _brief(error: Exception) -> str:
     """What numba says of the function itself, without where it was in its own work."""
     said = [line.strip() for line in str(error).splitlines()]
     own = [line for line in said if line and not line.startswith(_ASIDE)]

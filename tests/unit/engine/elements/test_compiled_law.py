@@ -127,8 +127,8 @@ def larger(delta, rate, t):
     [
         ({"force": capturing()}, "reads 'k' of the function around it"),
         ({"force": magnitude}, r"slope by delta of 0.3137 by complex step at delta=-0.3137.*give 0.6274"),
-        ({"force": with_math}, r"does not compile the law 'with_math' for complex numbers: No impl.*exp"),
-        ({"force": larger}, r"(?s)does not compile the law 'larger'.*or give slopes"),
+        ({"force": with_math}, r"does not compile 'with_math' of a law: No impl.*exp"),
+        ({"force": larger}, r"(?s)does not compile 'larger' of a law.*or give slopes"),
         (
             {"force": larger, "slopes": lambda delta, rate, t: (1.0, 0.0)},
             r"slope by delta of 1 as given at delta=-0.3137.*differences give 0; correct slopes",

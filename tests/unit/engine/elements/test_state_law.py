@@ -68,7 +68,7 @@ def two(delta, rate, t, x):
         ({"states": {"x": math.inf}}, "needs numbers, got x=inf"),
         ({"constants": {"k": 1.0}}, r"needs force\(delta, rate, t, x, k\), got plain\(delta, rate, t, x\)"),
         ({"growth": kinked}, r"'kinked' of a law has a slope by x of .* by complex step at x="),
-        ({"growth": with_math}, "does not compile the functions 'plain' and 'with_math'.*sin"),
+        ({"growth": with_math}, "does not compile 'plain' and 'with_math' of a law.*sin"),
         ({"growth": two}, "(?s)does not compile .*growth returns as many numbers as there are states"),
     ],
 )
