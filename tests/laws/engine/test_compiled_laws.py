@@ -3,32 +3,24 @@
 import numpy as np
 import pytest
 
+from tests.sample_masses import (
+    DENSITY,
+    check_gradients_by_densities,
+    farthest,
+    natural,
+    planar,
+    run_of,
+    tree,
+)
 from workbench.engine import (
-    Body,
     CompiledLaw,
-    Coordinate,
-    Floating,
     IndependentAlpha,
-    Maximum,
-    Member,
-    NaturalPoint,
-    NaturalSystem,
-    PointCoordinate,
-    PointMember,
     RungeKutta8,
-    SpatialBody,
-    SpatialMember,
     Spring,
-    System,
-    TreeSystem,
-    gradient,
     parameter_gradient,
     parameter_slopes,
     simulate,
 )
-
-ANCHORS = ((0.9, 0.2, 0.1), (-0.7, 0.4, -0.2), (0.1, -0.8, 0.5))
-DENSITY = np.array([1.0, 0.6, 0.3])
 
 
 def linear(delta, rate, t, k, c):
@@ -54,41 +46,10 @@ DAMPER = CompiledLaw(force=damper, constants={"c": 8.0, "cubic": -400.0, "k": 25
 GIVEN = CompiledLaw(force=one_sided, slopes=one_sided_slopes, constants={"k": 2e3, "c": 1.5})
 
 
-def planar(law):
-    mass = Body(name="m", mass=2.0, inertia=0.1, velocity=(1.5, 0.4, 0.0))
-    members = tuple(Member(a="m", b="ground", point_b=at[:2], law=law) for at in ANCHORS)
-    return System(bodies=(mass,), members=members)
-
-
-def tree(law):
-    mass = SpatialBody(
-        name="m", joint=Floating(velocity=(1.5, 0.4, -0.3)), mass=2.0, inertia=(0.1, 0.1, 0.1)
-    )  # fmt: skip
-    members = tuple(SpatialMember(a="m", point_b=at, law=law) for at in ANCHORS)
-    return TreeSystem(bodies=(mass,), members=members)
-
-
-def natural(law):
-    points = (
-        NaturalPoint(name="m", position=(0.0, 0.0, 0.0), mass=2.0, velocity=(1.5, 0.4, -0.3)),
-        *(NaturalPoint(name=f"p{k}", position=at, fixed=True) for k, at in enumerate(ANCHORS)),
-    )
-    members = tuple(PointMember(a="m", b=f"p{k}", law=law) for k in range(len(ANCHORS)))
-    return NaturalSystem(points=points, members=members)
-
-
-def objective(system):
-    if system is natural:
-        return Maximum(quantity=PointCoordinate(point="m", direction=(1.0, 0.0, 0.0)))
-    return Maximum(
-        quantity=Coordinate(bodies=("m",), direction=(1.0, 0.0, 0.0)[: 2 if system is planar else 3])
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("system", [planar, tree, natural])
 def test_a_linear_law_is_a_spring(system):
-    one, two = (simulate(system(law), DENSITY, 0.6, 300) for law in (LINEAR, SPRING))
+    one, two = run_of(system, LINEAR), run_of(system, SPRING)
     np.testing.assert_allclose(one.position, two.position, rtol=0, atol=1e-13)
 
 
@@ -96,24 +57,13 @@ def test_a_linear_law_is_a_spring(system):
 @pytest.mark.parametrize("law", [DAMPER, GIVEN], ids=["complex step", "given slopes"])
 @pytest.mark.parametrize("system", [planar, tree, natural])
 def test_gradients_by_densities_hold(system, law):
-    seen, made = objective(system), system(law)
-
-    def value(density):
-        return seen.value(simulate(made, density, 0.6, 300))
-
-    slopes = gradient(made, DENSITY, simulate(made, DENSITY, 0.6, 300), seen)
-    step = 1e-5
-    for k in range(3):
-        away = step * np.eye(3)[k]
-        difference = (value(DENSITY + away) - value(DENSITY - away)) / (2 * step)
-        assert slopes[k] == pytest.approx(difference, rel=1e-6, abs=1e-8)
+    check_gradients_by_densities(system, law)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("system", [planar, tree, natural])
 def test_slopes_by_constants_hold(system):
-    seen, made = objective(system), system(DAMPER)
-    run = simulate(made, DENSITY, 0.6, 300)
+    seen, run = farthest(system), run_of(system, DAMPER)
 
     def of(name):
         return lambda value: system(DAMPER.changed(**{name: value}))
@@ -131,9 +81,7 @@ def test_slopes_by_constants_hold(system):
             assert parameter_gradient(run, seen).law[row].sum() == pytest.approx(by_name[name], rel=1e-7)
 
 
-@pytest.mark.parametrize(
-    "scheme", [RungeKutta8(), IndependentAlpha()], ids=lambda scheme: type(scheme).__name__
-)
+@pytest.mark.parametrize("scheme", [RungeKutta8(), IndependentAlpha()], ids=lambda s: type(s).__name__)
 def test_every_scheme_of_the_plane_runs_it(scheme):
     made = planar(DAMPER)
     usual, other = simulate(made, DENSITY, 0.4, 800), simulate(made, DENSITY, 0.4, 800, scheme=scheme)
