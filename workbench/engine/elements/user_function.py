@@ -94,7 +94,7 @@ def arguments(
 
 def _brief(error: Exception) -> str:
     """What numba says of the function itself, without where it was in its own work."""
-    said = [line.strip() for line in str(error).splitlines()]
+    said = [line.strip() for line in str(error).replace(": File: unknown: Line unknown.", "").splitlines()]
     own = [line for line in said if line and not line.startswith(_ASIDE)]
     place = next((line.rstrip(":") for line in said if line.startswith('File "') and "<" not in line), "")
     return " ".join(own[:2]) + (f" ({place})" if place else "")
