@@ -63,6 +63,7 @@ Case = Mapping[str, Any]
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 JOINING = 6  # cases that join the next optimisation at most
 LONGER = 2  # optimisations more, at most, of a layout that is not settled
+LAST = 3  # layouts at least that may be attacked one after the other when the rounds are spent
 GAIN = 1e-3  # relative improvement that is worth another one
 JUDGED = "judged in the cases of the others alone"
 
@@ -335,16 +336,21 @@ class _Loop:
     def attacked_best(self) -> str:
         """The best layout over all cases found for any layout, attacked; rounds that are left start there.
 
-        Where none is left, by the whole budget, and against the bound that it broke: what is said of it is
-        the last word.
+        Where none is left, it is attacked by the whole budget, and against the bound that it broke: what is
+        said of it is the last word. Of those that were the best before, each broke in a raid; after as many
+        as there were rounds, but three, the next is returned as it is.
         """
         self.fresh = len(self.judged.cases)
         turn, is_spent = len(self.rounds) + 1, len(self.rounds) >= self.settings.rounds
+        left = max(LAST, self.settings.rounds) if is_spent else None
         while True:
             self.judged.join([found.case for found in self.worst.values()])
             name = self.judged.best()
             if name not in self.bounds:
-                self.attack(name, turn, to_the_end=is_spent)
+                if left == 0:
+                    return name
+                left = None if left is None else left - 1
+                self.attack(name, turn)
             elif is_spent and not self.holds(name) and not self.was_attacked_to_the_end(name):
                 self.attack_on(name, turn, bound=self.bounds[name], to_the_end=True)
             else:
@@ -367,12 +373,13 @@ class _Loop:
                     value=known[name], case=self.judged.cases[k], runs=before.runs if before else 0,
                     status=before.status if before else JUDGED, attack=before.attack if before else None,
                 )  # fmt: skip
-        holds, bound = self.holds(robust), self.bounds[robust]
-        found = self.worst[robust]
+        found, bound, holds = self.worst[robust], self.bounds.get(robust), self.holds(robust)
         needed = self.missing(found) if holds else 0
         closed = holds and not needed
         gaps = [r.gap for r in self.rounds if r.attacked][-2:]
-        may_exceed = self.settings.tolerance if holds else max(excess(found.value, bound), *gaps, 0.0)
+        attacked = self.bounds if bound is None else {robust: bound}
+        gaps += [excess(self.worst[name].value, before) for name, before in attacked.items()]
+        may_exceed = self.settings.tolerance if holds else max(gaps, default=0.0)
         return RobustLayout(
             robust=robust, closed=closed, status=loop_status(found, bound, closed=closed, needed=needed),
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,

@@ -137,12 +137,17 @@ def excess(worst: float, bound: float) -> float:
     return above / abs(bound) if bound else above
 
 
-def loop_status(found: Found, bound: float, *, closed: bool, needed: int) -> str:
+def loop_status(found: Found, bound: float | None, *, closed: bool, needed: int) -> str:
     """Whether the loop is closed, in a sentence.
 
-    found: of the best layout.    bound: over the known cases when it was attacked.    needed: runs that an
-    attack takes to close the loop, 0 where it made enough.
+    found: of the best layout.    bound: over the known cases when it was attacked, None if it was not.
+    needed: runs that an attack takes to close the loop, 0 where it made enough.
     """
+    if bound is None:
+        return (
+            "The rounds were spent, and attacks broke the layouts that were better before. This one is the "
+            "best in the cases that are known by now; it was not attacked itself. The loop is not closed."
+        )
     above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
     if closed:
         return (
