@@ -150,8 +150,8 @@ DESIGNS: tuple[Design, ...] = (
     ),
     Design(
         name="(8.37)", on="rollover", goal="largest g1", window=(2.0, 2.5), opens=(("airbag", 2.0),),
-        # bags that open on a man who has moved throw him out, so it starts with few
-        budgets=_AIRBAGS, first=0.01, evaluations=40,
+        # bags that open on a man who has moved throw him out, so it starts with few; other starts are lost
+        budgets=_AIRBAGS, first=0.01, evaluations=80,
     ),
 )  # fmt: skip
 
