@@ -9,8 +9,8 @@
 Runs of one case (the same uncertain parameters under several layouts, say) are shown side by side; where
 there are several cases, the page lets one be chosen. The scene's z points up, x forward, lengths in metres.
 Planar results (x, y, angle), y up, become poses by `planar_poses`. A campaign's `motion.json` is
-`Motion.to_dict()`, its arrays packed as `workbench.motion.packing` says: enough to look at; full data stay
-with the simulation.
+`Motion.to_dict()`, its arrays packed and its poses in six numbers as `workbench.motion.packing` says: enough
+to look at; full data stay with the simulation.
 
     {"title", "times", "meshes": [{"vertices", "triangles"}],
      "histories": [{"name", "unit", "limit", "case", "series": [{"label", "values"}]}],
@@ -30,7 +30,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import StudyError
-from workbench.motion.packing import packed, packed_in_steps, unpacked, unpacked_from_steps
+from workbench.motion.packing import (
+    in_six,
+    packed,
+    packed_in_steps,
+    unpacked,
+    unpacked_from_steps,
+    with_quaternions,
+)
 
 __all__ = [
     "KINDS",
@@ -267,7 +274,7 @@ def _run_document(run: MotionRun, meshes: dict[Any, int]) -> dict[str, Any]:
     return {
         "label": run.label,
         "case": run.case,
-        "poses": packed_in_steps(run.poses.reshape(len(run.poses), -1)),
+        "poses": packed_in_steps(in_six(run.poses).reshape(len(run.poses), -1)),
         "forces": None if run.forces is None else packed_in_steps(run.forces),
         "bodies": bodies,
         "members": [
@@ -285,7 +292,7 @@ def _seen(value: float) -> float:
 
 
 def _run_of(document: Mapping[str, Any], meshes: Sequence[Any], count: int) -> MotionRun:
-    """A run of a document, also of one whose poses are plain float32."""
+    """A run of a document, also of one whose poses have whole quaternions, or are plain float32."""
     bodies = []
     for b in document["bodies"]:
         given = {**b, "size": tuple(b["size"])}
@@ -297,7 +304,9 @@ def _run_of(document: Mapping[str, Any], meshes: Sequence[Any], count: int) -> M
         for m in document["members"]
     )
     kept, forces = document["poses"], document.get("forces")
-    poses = unpacked(kept) if isinstance(kept, str) else unpacked_from_steps(kept)
+    poses = (unpacked(kept) if isinstance(kept, str) else unpacked_from_steps(kept)).ravel()
+    if poses.size == count * len(bodies) * 6:
+        poses = with_quaternions(poses.reshape(-1, 6))
     return MotionRun(
         label=document["label"],
         case=document.get("case", ""),

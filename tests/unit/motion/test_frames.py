@@ -21,7 +21,14 @@ from workbench.motion.frames import (
     rotate,
 )
 from workbench.motion.meshes import cylinder, prism, ring, volume
-from workbench.motion.packing import STEPS, packed
+from workbench.motion.packing import (
+    STEPS,
+    in_six,
+    packed,
+    packed_in_steps,
+    unpacked_from_steps,
+    with_quaternions,
+)
 from workbench.motion.stills import (
     Camera,
     camera_of,
@@ -39,8 +46,10 @@ def test_a_motion_comes_back_from_its_document():
     assert back.runs[1].bodies == motion.runs[1].bodies
     assert back.runs[1].members == motion.runs[1].members
     for run, other in zip(motion.runs, back.runs, strict=True):
-        half_a_step = np.ptp(run.poses, axis=0) / STEPS / 2
-        assert (np.abs(other.poses - run.poses) <= half_a_step + 1e-12).all()
+        half_a_step = np.ptp(run.poses[..., :3], axis=0) / STEPS / 2
+        assert (np.abs(other.poses[..., :3] - run.poses[..., :3]) <= half_a_step + 1e-12).all()
+        alike = np.abs((other.poses[..., 3:] * run.poses[..., 3:]).sum(axis=-1))
+        assert (2 * np.arccos(np.minimum(alike, 1.0))).max() < 1e-4  # rad between them
     np.testing.assert_allclose(
         back.histories[0].series["after"], motion.histories[0].series["after"], rtol=1e-5
     )
@@ -66,6 +75,27 @@ def test_forces_meshes_and_cases_come_back():
     assert np.abs(back.runs[1].forces - forces).max() <= 1800.0 / STEPS
     assert back.runs[0].forces is None
     assert back.histories[0].case == "nominal"
+
+
+def test_turns_come_back_equally_exact_wherever_they_are():
+    """Half turns too, where w is nothing; what is left is half a step of numbers between -1 and 1."""
+    turns = np.random.default_rng(5).normal(size=(4000, 4))
+    turns[:2000, 0] *= 1e-3
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    six = in_six(np.concatenate([np.zeros((4000, 3)), turns], axis=1))
+    back = with_quaternions(unpacked_from_steps(packed_in_steps(six)))[:, 3:]
+    back /= np.linalg.norm(back, axis=1, keepdims=True)
+    apart = np.linalg.norm(back - np.sign((back * turns).sum(axis=1, keepdims=True)) * turns, axis=1)
+    assert 2 * apart.max() < 2e-4  # rad
+
+
+def test_a_document_with_whole_quaternions_is_still_read():
+    motion = sample_motion()
+    document = motion.to_dict()
+    for kept, run in zip(document["runs"], motion.runs, strict=True):
+        kept["poses"] = packed_in_steps(run.poses.reshape(len(run.poses), -1))
+    back = Motion.from_dict(document)
+    np.testing.assert_allclose(back.runs[1].poses, motion.runs[1].poses, atol=1e-4)
 
 
 def test_a_document_with_plain_poses_is_still_read():

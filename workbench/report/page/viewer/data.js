@@ -10,8 +10,17 @@ function table(packed) {                                     // workbench.motion
 }
 const data = JSON.parse(source.textContent);
 const times = floats(data.times), frames = times.length;
+function quaternions(six) {                                  // in_six of workbench.motion.packing, back in seven
+  const out = new Float32Array(six.length / 6 * 7);
+  for (let i = 0, k = 0; i < six.length; i += 6, k += 7) {
+    const [x, y, z, a, b, c] = six.subarray(i, i + 6), s = a * a + b * b + c * c;
+    out.set([x, y, z, (1 - s) / (1 + s), 2 * a / (1 + s), 2 * b / (1 + s), 2 * c / (1 + s)], k);
+  }
+  return out;
+}
 for (const run of data.runs) {
   run.poses = table(run.poses);
+  if (run.poses.length === 6 * frames * run.bodies.length) run.poses = quaternions(run.poses);
   run.forces = table(run.forces);
   run.case = run.case || "";
   for (const member of run.members) member.rest = 0;         // filled below: the length in the first frame
