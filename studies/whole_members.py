@@ -4,7 +4,7 @@ Random systems: a body joined to a carrier by 12 to 24 springs between random po
 force and a moment on the carrier, at most a quarter to a half of the springs on. All choices are simulated
 once, so that the optimum is known; the search sees none of them.
 
-Run `python -m studies.whole_members 20` for the table of twenty problems (minutes).
+Run `python -m studies.whole_members 20 1000` for the table of twenty problems, from seed 1000 on (minutes).
 """
 
 import itertools
@@ -21,7 +21,7 @@ from workbench.engine.layout.formulation.transient import Scenario, transient_pr
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.whole_members import whole_members
 
-__all__ = ["enumerated", "largest_densities", "random_problem", "random_scenarios", "run"]
+__all__ = ["enumerated", "largest_densities", "random_problem", "random_scenarios", "run", "told"]
 
 MOST = 20_000  # choices that are enumerated
 
@@ -78,19 +78,28 @@ def _choices(members: int, count: int) -> int:
     return total
 
 
-def enumerated(problem: LayoutProblem, count: int) -> tuple[float, tuple[int, ...], float]:
-    """The optimum over all choices of at most `count` members, which they are, and the median value."""
-    best, values = np.inf, []
+def enumerated(problem: LayoutProblem, count: int) -> tuple[float, tuple[int, ...]]:
+    """The optimum over all choices of at most `count` members, and which they are.
+
+    Cases are run one by one, those first that have refused most, until one is no better than the best.
+    """
+    cases = [problem.evaluate.of_scenarios([k]) for k in range(len(problem.evaluate.scenarios))]  # type: ignore[attr-defined]
+    refused = np.zeros(len(cases))
+    best = np.inf
     which: tuple[int, ...] = ()
-    for k in range(count + 1):
+    for k in range(count, -1, -1):
         for on in itertools.combinations(range(problem.members), k):
             density = problem.lower.copy()
             density[list(on)] = problem.upper[list(on)]
-            value = float(np.max(problem.evaluate(density).values))
-            values.append(value)
-            if value < best:
-                best, which = value, on
-    return best, which, float(np.median(values))
+            worst = -np.inf
+            for case in np.argsort(-refused):
+                worst = max(worst, float(np.max(cases[case](density).values)))
+                if worst >= best:
+                    refused[case] += 1
+                    break
+            if worst < best:
+                best, which = worst, on
+    return best, which
 
 
 def largest_densities(problem: LayoutProblem, count: int) -> float:
@@ -113,7 +122,7 @@ def run(problems: int = 20, *, first: int = 0, most: int = MOST, evaluations: in
     table: dict[str, list[float]] = {name: [] for name in names}
     for seed in range(first, first + problems):
         problem, count = random_problem(seed, most=most)
-        optimum, _, _ = enumerated(problem, count)
+        optimum, _ = enumerated(problem, count)
         found = whole_members(problem, count, evaluations=evaluations)
         row: dict[str, Any] = {
             "found": found.value / optimum, "rounded": largest_densities(problem, count) / optimum,
@@ -127,5 +136,15 @@ def run(problems: int = 20, *, first: int = 0, most: int = MOST, evaluations: in
     return xr.Dataset({name: ("problem", values) for name, values in table.items()})
 
 
+def told(found: xr.Dataset) -> str:
+    """How many problems were solved, and how nearly."""
+    ratio = found["found"].values
+    return (
+        f"within 2 %: {int((ratio <= 1.02).sum())} of {len(ratio)}, the optimum itself: "
+        f"{int((ratio <= 1.0 + 1e-9).sum())}; at most {int(found['simulations'].max())} simulations"
+    )
+
+
 if __name__ == "__main__":
-    run(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
+    given = [int(text) for text in sys.argv[1:3]]
+    print(told(run(given[0] if given else 20, first=given[1] if len(given) > 1 else 0)))

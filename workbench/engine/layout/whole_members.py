@@ -4,7 +4,7 @@
 |---|---|---|
 | no more than the simulations allowed | all of them are simulated | proved by enumeration |
 | convex rows (`convex=True`) | outer approximation, gradients as tangents; else as below | proved when met |
-| anything else | search in the directions that the response sees, swaps by adjoint scores | searched |
+| anything else | search by predictions of histories from all runs and their slopes | searched |
 
 The relaxed layout, densities between the bounds and their shares summing up to n, comes first: it starts the
 search, and what whole members cost beside it is the price of rounding.
@@ -26,6 +26,7 @@ from .whole.choices import Choices, choices
 from .whole.evaluated import Evaluated
 from .whole.outer_approximation import outer_approximation
 from .whole.response_space import response_space_search
+from .whole.runs import Runs
 from .whole.spending import Spending
 
 __all__ = ["WholeLayout", "WholeStatus", "whole_members"]
@@ -33,7 +34,7 @@ __all__ = ["WholeLayout", "WholeStatus", "whole_members"]
 Array = NDArray[np.float64]
 
 _CLOSED = 1e-6
-_SHARE = 0.2  # of the evaluations for the relaxed layout, at most
+_SHARE = 0.14  # of the evaluations for the relaxed layout, at most
 _POLISHED = 3  # of the best choices, where densities between a minimum and the upper bound are allowed
 
 
@@ -79,9 +80,12 @@ class WholeLayout:
         """Plain sentences."""
         said = [self.status.value]
         if np.isfinite(self.value):
+            price = f"The price of rounding is {100 * self.price_of_rounding:.3g} %."
+            if self.value < self.relaxed:
+                price = "The search in fractions has not come as far: the price of rounding is not known."
             said.append(
                 f"{len(self.members)} whole members: {self.value:.6g}; with fractions "
-                f"{self.relaxed:.6g}. The price of rounding is {100 * self.price_of_rounding:.3g} %."
+                f"{self.relaxed:.6g}. {price}"
             )
         if np.isfinite(self.spent):
             used = f" and {self.anchors} anchors" if self.anchors else ""
@@ -140,10 +144,11 @@ def whole_members(
     open_ = choices(
         problem, count, groups=groups, forbidden=forbidden, always=always, sizes=sizes, spending=spending
     )
-    relaxed = _relaxed(open_, max(1, int(_SHARE * evaluations)))
+    runs = Runs(problem=problem, limit=evaluations)
+    relaxed = _relaxed(open_, max(1, int(_SHARE * evaluations)), runs)
     polish = 0 if minimum is None else max(1, evaluations // 6)
     seen = Evaluated(
-        choices=open_, limit=max(1, evaluations - relaxed.evaluations - polish), progress=progress
+        choices=open_, limit=max(1, evaluations - relaxed.evaluations - polish), runs=runs, progress=progress
     )
     status, bound = _choose(seen, open_, relaxed, np.random.default_rng(seed))
     best = seen.best
@@ -197,9 +202,9 @@ def _by_share(open_: Choices, share: Array) -> NDArray[np.intp]:
     return np.lexsort((np.abs(size - of_group), open_.group, -of_group))
 
 
-def _relaxed(open_: Choices, evaluations: int) -> LayoutResult:
+def _relaxed(open_: Choices, evaluations: int, runs: Runs) -> LayoutResult:
     """Densities between off and the largest size, shares of it summing up to the count; groups are tied."""
-    problem = open_.problem
+    problem = replace(open_.problem, evaluate=runs.noting())
     largest = open_.table.max(axis=0, initial=0.0)
     smallest = np.where(open_.table > 0, open_.table, np.inf).min(axis=0, initial=np.inf)
     inside = largest > 0

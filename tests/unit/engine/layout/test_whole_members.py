@@ -10,6 +10,7 @@ from studies import trusses
 from studies.whole_members import enumerated, largest_densities, random_problem
 from workbench.engine.layout.formulation.groups import tied
 from workbench.engine.layout.formulation.problem import InvalidLayout, MemberGeometry, static_problem
+from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.whole.spending import Spending
 from workbench.engine.layout.whole_members import WholeStatus, whole_members
 
@@ -89,7 +90,7 @@ def test_a_mechanism_is_cut_off():
 )
 def test_transient_problems_meet_their_enumerated_optimum(seed, evaluations):
     problem, count = random_problem(seed, most=1500)
-    best, members, _ = enumerated(problem, count)
+    best, members = enumerated(problem, count)
     found = whole_members(problem, count, evaluations=evaluations)
     assert found.value <= 1.02 * best
     assert found.value >= best
@@ -128,6 +129,35 @@ def test_densities_above_a_minimum_are_polished():
         InvalidLayout, match=r"minimum needs to lie between the bounds of every member, got 1.5"
     ):
         whole_members(problem, 3, minimum=1.5)
+
+
+def test_more_choices_than_can_be_listed_are_searched_by_what_rows_see():
+    # three rows see 40 members through five sums; a choice of six meets what is wanted of the sums
+    rng = np.random.default_rng(3)
+    sums, weights = rng.normal(size=(5, 40)), rng.uniform(0.5, 2.0, (3, 5))
+    wanted = tuple(sorted(rng.choice(40, 6, replace=False).tolist()))
+    aim = sums[:, list(wanted)].sum(axis=1)
+
+    def rows(x):
+        off = np.tanh(0.3 * (sums @ x - aim))
+        slopes = 0.3 * (1 - off**2)
+        return 1 + weights @ off**2, 2 * (weights * off * slopes) @ sums
+
+    problem = static_problem(rows, start=np.full(40, 0.15))
+    found = whole_members(problem, 6, evaluations=200)
+    rounded = problem.lower.copy()
+    rounded[np.argsort(-optimise_layout(
+        replace(problem, costs=np.ones((1, 40)), limits=np.array([6.0]), names=("on",))
+    ).density)[:6]] = 1.0  # fmt: skip
+    assert found.evaluations <= 200
+    assert found.value < 1.1  # 1 is met by `wanted`, one of 4.6 million choices
+    assert found.value < float(np.max(problem.evaluate(rounded).values))
+
+
+def test_a_price_is_not_told_where_fractions_have_not_come_as_far():
+    found = whole_members(bars(), 2, evaluations=120)
+    behind = replace(found, relaxed=2.0 * found.value)
+    assert "has not come as far: the price of rounding is not known" in behind.verdicts[1]
 
 
 def test_a_search_without_a_feasible_choice_says_so():

@@ -1,1 +1,1 @@
-"""Members on or off: what may be chosen, outer approximation, search in what a response sees."""
+"""Members on or off: what may be chosen, outer approximation, search by predicted histories."""

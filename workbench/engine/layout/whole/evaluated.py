@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..formulation.problem import FAILURES, Evaluation
+from ..formulation.problem import FAILURES
 from .choices import Choices, On
+from .runs import Runs
 
 __all__ = ["Evaluated"]
 
@@ -18,11 +19,13 @@ Array = NDArray[np.float64]
 class Evaluated:
     """limit: of evaluations    on: choices in their order    values: inf where the model failed or a further
     constraint is not met    slopes: per choice (cases, states), the change of each case's largest row for a
-    state that is put on or taken off, to first order, or None.
+    state that is put on or taken off, to first order, or None    runs: what a prediction may learn from,
+    designs with fractions included.
     """
 
     choices: Choices
     limit: int
+    runs: Runs
     progress: Callable[[int, float, float], None] | None = None
     on: list[On] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
@@ -55,9 +58,11 @@ class Evaluated:
         problem = self.choices.problem
         value, tops, slopes = np.inf, np.zeros(0), None
         try:
-            evaluation = problem.checked(self.choices.density(on))
+            density = self.choices.density(on)
+            evaluation = problem.checked(density)
             if np.max(evaluation.constraints, initial=0.0) <= _MET:
-                tops, slopes = self._read(evaluation)
+                tops, by_share = self.runs.add(density, evaluation)
+                slopes = by_share @ self.choices.table.T
                 value = float(tops.max())
         except FAILURES:
             value, slopes = np.inf, None
@@ -67,15 +72,6 @@ class Evaluated:
         self.slopes.append(slopes)
         if self.progress is not None:
             self.progress(len(self.values), value, min(self.values))
-
-    def _read(self, evaluation: Evaluation) -> tuple[Array, Array]:
-        problem = self.choices.problem
-        values = np.atleast_2d(evaluation.values)
-        peaks = values.argmax(axis=1)
-        rows = np.arange(len(values)) * values.shape[1] + peaks
-        gradients = problem.checked_gradients(evaluation, rows)
-        width = problem.upper - problem.lower
-        return values[np.arange(len(values)), peaks], (gradients * width) @ self.choices.table.T
 
 
 _MET = 1e-9
