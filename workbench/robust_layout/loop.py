@@ -23,7 +23,7 @@ and ended attacks in `rounds/`, so after a kill the same call goes on: it repeat
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -367,12 +367,9 @@ class _Loop:
         known = {name: largest(row) for name, row in values.items()}
         for name, row in values.items():
             k = int(np.argmax([-np.inf if v is None else v for v in row]))
-            before = self.worst.get(name)
-            if before is None or known[name] > before.value:
-                self.worst[name] = Found(
-                    value=known[name], case=self.judged.cases[k], runs=before.runs if before else 0,
-                    status=before.status if before else JUDGED, attack=before.attack if before else None,
-                )  # fmt: skip
+            before = self.worst.get(name, Found(value=-np.inf, case={}, runs=0, status=JUDGED))
+            if known[name] > before.value:
+                self.worst[name] = replace(before, value=known[name], case=self.judged.cases[k])
         found, bound, holds = self.worst[robust], self.bounds.get(robust), self.holds(robust)
         needed = self.missing(found) if holds else 0
         closed = holds and not needed

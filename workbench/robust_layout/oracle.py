@@ -9,7 +9,8 @@ rest, even draws among it, and where it breaks nothing but no two of its climbs 
 worst, it goes on from there, three times at most. The layout that is returned is attacked to the end, though
 it broke: by how much it may be off rests on the whole budget.
 
-What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed.
+What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed
+(`workbench.search.evidence.attack.belief`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +27,7 @@ from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cuts import spread_out_worst
 from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.search.evidence.attack.adversary import DEFAULT_SPLIT, Split, attack
+from workbench.search.evidence.attack.belief import Believing
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.attack.strata import Strata
 from workbench.search.evidence.grade import ARRIVED, fewest_runs
@@ -107,13 +109,13 @@ class LayoutOracle:
 
     def look(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         """The worst of the known cases and of the random corners of this turn."""
-        evaluate = self.evaluator(density)
+        belief = self._belief(density, limit)
         known = [
-            *evaluate(cases, purpose="cases"),
-            *evaluate(self._corners(turn), purpose="corners"),
+            *belief(cases, purpose="cases"),
+            *belief(self._corners(turn), purpose="corners"),
         ]
         status = "random corners were looked at; an attack was not needed"
-        return self._found(density, known, limit=limit, runs=len(known), status=status)
+        return self._found(known, belief, runs=len(known), status=status)
 
     def attack(
         self, density: Array, cases: Sequence[Case], *, limit: float, turn: int, to_the_end: bool = False
@@ -136,11 +138,11 @@ class LayoutOracle:
     def _attacked(
         self, density: Array, cases: Sequence[Case], *, limit: float, turn: int, to_the_end: bool
     ) -> Found:
-        evaluate = self.evaluator(density)
-        known = evaluate(cases, purpose="cases")
-        record = self._until_settled(evaluate, known, limit=limit, turn=turn, to_the_end=to_the_end)
+        belief = self._belief(density, limit)
+        known = belief(cases, purpose="cases")
+        record = self._until_settled(belief, known, limit=limit, turn=turn, to_the_end=to_the_end)
         made = [*known, *(attempt.outcome for attempt in record.attempts)]
-        found = self._found(density, made, limit=limit, runs=record.runs, status=record.sentence)
+        found = self._found(made, belief, runs=record.runs, status=record.sentence)
         return Found(
             value=found.value, case=found.case, runs=found.runs, status=found.status, others=found.others,
             attack=record.to_dict(), disbelieved=found.disbelieved,
@@ -194,27 +196,33 @@ class LayoutOracle:
             return first  # too short to say anything by its silence, however often
         return first + [replace(whole, seed=again * TURNS) for again in range(1, 1 + self.going_on)]
 
-    def _found(
-        self, density: Array, outcomes: Sequence[Outcome], *, limit: float, runs: int, status: str
-    ) -> Found:
+    def _belief(self, density: Array, limit: float) -> Believing:
+        """The evaluator of a layout that runs at half the step what is beyond the limit."""
+        return Believing(
+            evaluate=self.evaluator(density), response=self.model.response, limit=limit,
+            finer=lambda case: self._refined(density, self.space.canonical(case)),
+        )  # fmt: skip
+
+    def _found(self, outcomes: Sequence[Outcome], belief: Believing, *, runs: int, status: str) -> Found:
         """The worst believed run and others far from it."""
-        found = spread_out_worst(self.space, outcomes, response=self.model.response, number=KEPT)
+        left = list(outcomes)
+        while True:  # without what is not believed, which hides its neighbours
+            found = spread_out_worst(self.space, left, response=self.model.response, number=KEPT)
+            doubtful = [outcome for _, outcome in found if not belief.believes(outcome)]
+            if not doubtful:
+                break
+            left = [outcome for outcome in left if all(outcome is not other for other in doubtful)]
+        disbelieved = [{**one, "case": self.space.canonical(one["case"])} for one in belief.disbelieved]
         if not found:
-            raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
-        kept: list[dict[str, Any]] = []
-        disbelieved: list[dict[str, Any]] = []
-        for value, outcome in found:
-            case = self.space.canonical(outcome.parameters)
-            again = self._refined(density, case) if value > limit else None
-            if again is not None and again <= limit:
-                disbelieved.append({"value": value, "at half the step": again, "case": case})
-            else:
-                kept.append({"value": value, "case": case})
-        if not kept:
             raise NotEnoughRuns(
-                f"all {len(found)} worst runs of a layout change beyond the tolerance at half the step: the "
-                "model's step is too long"
+                f"all {len(disbelieved)} worst runs of a layout change beyond the tolerance at half the "
+                "step: the model's step is too long"
+                if disbelieved
+                else "a layout gave a value in none of the cases; look at `holdfast failures`"
             )
+        kept: list[dict[str, Any]] = [
+            {"value": value, "case": self.space.canonical(outcome.parameters)} for value, outcome in found
+        ]
         top, *others = kept
         return Found(
             value=top["value"], case=top["case"], runs=runs, status=status, others=others,
