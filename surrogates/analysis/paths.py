@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Product = tuple[Array, Complex]  # of parts of some inputs, see `Paths.parts`
 
+STUDENT = {"matern32": 3, "matern52": 5, "matern72": 7}  # degrees of freedom of the spectral density
+
 
 class Paths:
     """Posterior paths as sum_l A_l prod_k G_lk(x_k).
@@ -190,10 +192,8 @@ def _frequencies(correlation: Correlation, theta: float, features: int, rng: np.
     """Draws from the spectral density of the one-dimensional correlation."""
     if correlation.kind == "gaussian":
         return np.sqrt(2.0 * theta) * rng.standard_normal(features)
-    if correlation.kind == "matern32":
-        return np.sqrt(theta) * rng.standard_t(3, features)
-    if correlation.kind == "matern52":
-        return np.sqrt(theta) * rng.standard_t(5, features)
+    if correlation.kind in STUDENT:
+        return np.sqrt(theta) * rng.standard_t(STUDENT[correlation.kind], features)
     # symmetric stable law: Chambers, Mallows and Stuck (1976)
     eta = correlation.eta
     angle = rng.uniform(-np.pi / 2, np.pi / 2, features)

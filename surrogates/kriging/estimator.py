@@ -48,8 +48,8 @@ class Kriging(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         trend: "constant", "linear", "interactions" (linear and all products of two inputs), "quadratic"
             (these and the squares), or a function of X (m, d) that returns F (m, p). "auto": constant or
             linear, by leave-one-out (see `surrogates.kriging.form_choice`); `trend_` says which.
-        correlation: "gaussian", "power_exponential", "matern32" or "matern52"; see
-            `surrogates.likelihood.correlation`. "auto": Gaussian or Matern 5/2, by the likelihood;
+        correlation: "gaussian", "power_exponential", "matern32", "matern52" or "matern72"; see
+            `surrogates.likelihood.correlation`. "auto": Gaussian, Matern 5/2 or 7/2, by the likelihood;
             `correlation_` says which. With `theta` given, which belongs to a correlation, "auto" is Gaussian
             and constant.
         eta: exponent of the power-exponential correlation in [1, 2], or "free".

@@ -1,11 +1,11 @@
-"""Which correlation and which trend: four candidates at most, within the cost of about one more fit.
+"""Which correlation and which trend: four candidates, within the cost of about one more fit.
 
-    correlation   Gaussian where its likelihood leads that of Matern 5/2 by 3, else Matern 5/2
+    correlation   Gaussian where its likelihood leads those of Matern 5/2 and 7/2 by 1, else the likelier one
     trend         linear where its leave-one-out log density leads that of the constant by 0.3 per run, and
                   there are at least two runs per term, else constant
 
-The likelihoods of two correlations with one trend are densities of the same contrasts and may be compared;
-those of two trends may not. A tie goes to Matern 5/2: it promises less, and its intervals hold more. Every
+The likelihoods of correlations with one trend are densities of the same contrasts and may be compared; those
+of two trends may not. A tie goes to Matern 5/2: it promises least, and its intervals hold most. Every
 candidate but the first starts from the ranges of one before. Above 250 runs 150 of them choose.
 """
 
@@ -29,10 +29,11 @@ Array = NDArray[np.float64]
 Rows = slice | NDArray[np.intp]
 
 AUTO = "auto"
-SMOOTH_LEAD = 3.0  # log-likelihood by which the Gaussian correlation must lead
+SMOOTH_LEAD = 1.0  # log-likelihood by which the Gaussian correlation must lead the others
 LINEAR_LEAD = 0.3  # leave-one-out log density per run by which the linear trend must lead
 RUNS_PER_TERM = 2.0  # that a linear trend needs to be tried
-MOST_STARTS, MATERN_STARTS, LINEAR_STARTS, FULL_STARTS = 20, 8, 3, 4
+MOST_STARTS, MATERN_STARTS, NEAR_STARTS, LINEAR_STARTS, FULL_STARTS = 20, 8, 2, 3, 4
+BY_LIKELIHOOD = ("gaussian", "matern52", "matern72")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +82,7 @@ def choose_form(
     Raises what the last attempt raised when none is fitted.
     """
     everything: Rows = slice(None)
-    correlations = ("gaussian", "matern52") if wanted.correlation == AUTO else (wanted.correlation,)
+    correlations = BY_LIKELIHOOD if wanted.correlation == AUTO else (wanted.correlation,)
     trends = ("constant", "linear") if wanted.trend == AUTO else (wanted.trend,)
     if theta_given or len(correlations) == len(trends) == 1:
         form = Form(correlation=correlations[0], trend=trends[0])
@@ -110,7 +111,11 @@ def _tried(
 ) -> list[Chosen]:
     """The candidates that can be fitted: the correlations with one trend, then the best with the other."""
     sampled = not isinstance(rows, slice)
-    starts = {"gaussian": int(np.clip(d, 5, MOST_STARTS)), "matern52": int(np.clip(d // 3, 3, MATERN_STARTS))}
+    starts = {
+        "gaussian": int(np.clip(d, 5, MOST_STARTS)),
+        "matern52": int(np.clip(d // 3, 3, MATERN_STARTS)),
+        "matern72": NEAR_STARTS,
+    }
     tried: list[Chosen] = []
     refusal: Exception | None = None
 
@@ -127,29 +132,32 @@ def _tried(
             tried.append(Chosen(form=form, fitted=fitted))
 
     for correlation in correlations:
-        near = tried[0] if tried else None
+        near = tried[-1] if tried else None
         count = None if len(correlations) == 1 else starts[correlation]
         fit(Form(correlation=correlation, trend=trends[0]), near, count)
         if tried and tried[0].fitted.runs.degenerate:
             return tried  # any correlation will do
     if len(trends) > 1 and tried and n >= RUNS_PER_TERM * (d + 1):
-        smooth = _smoothest(tried)
-        fit(Form(correlation=smooth.form.correlation, trend=trends[1]), smooth, LINEAR_STARTS)
+        near = _likeliest(tried)
+        fit(Form(correlation=near.form.correlation, trend=trends[1]), near, LINEAR_STARTS)
     if not tried:
         assert refusal is not None
         raise refusal
     return tried
 
 
-def _smoothest(tried: Sequence[Chosen]) -> Chosen:
-    """The Gaussian correlation, the first, where its likelihood leads, else the last one."""
-    first, last = tried[0].fitted, tried[-1].fitted
-    return tried[0] if first.log_likelihood > last.log_likelihood + SMOOTH_LEAD else tried[-1]
+def _likeliest(tried: Sequence[Chosen]) -> Chosen:
+    """The Gaussian correlation where its likelihood leads, else the likelier other, the first on a tie."""
+
+    def likelihood(one: Chosen) -> float:
+        return one.fitted.log_likelihood - SMOOTH_LEAD * (one.form.correlation == "gaussian")
+
+    return max(tried, key=likelihood)
 
 
 def _best(tried: Sequence[Chosen]) -> Chosen:
     first = tried[0].form.trend
-    constant = _smoothest([each for each in tried if each.form.trend == first])
+    constant = _likeliest([each for each in tried if each.form.trend == first])
     larger = [each for each in tried if each.form.trend != first]
     if not larger or constant.fitted.runs.degenerate:
         return constant

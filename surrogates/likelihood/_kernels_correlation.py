@@ -2,9 +2,10 @@
 """Products of one-dimensional correlations over all pairs of runs, and their derivatives in log theta.
 
 Kinds: 1 power-exponential exp(-theta |h|^eta); 2 Matern 3/2 (1 + a) exp(-a), a = sqrt(3 theta) |h|;
-3 Matern 5/2 (1 + a + a^2/3) exp(-a), a = sqrt(5 theta) |h|. The product over the inputs is taken with one
-exponential per pair. `scale` is theta for kind 1 and sqrt(3 theta), sqrt(5 theta) for kinds 2 and 3. The
-Gaussian correlation needs no kernel (see `correlation`); the numpy twins stand in the tests.
+3 Matern 5/2 (1 + a + a^2/3) exp(-a), a = sqrt(5 theta) |h|; 4 Matern 7/2 (1 + a + 2 a^2/5 + a^3/15) exp(-a),
+a = sqrt(7 theta) |h|. The product over the inputs is taken with one exponential per pair. `scale` is theta
+for kind 1 and sqrt(3 theta), sqrt(5 theta), sqrt(7 theta) for kinds 2 to 4. The Gaussian correlation needs
+no kernel (see `correlation`); the numpy twins stand in the tests.
 """
 
 import math
@@ -30,11 +31,16 @@ def _pair(a, b, scale, kind, eta):
             t = scale[k] * abs(a[k] - b[k])
             exponent += t
             product *= 1.0 + t
-    else:
+    elif kind == 3:
         for k in range(len(scale)):
             t = scale[k] * abs(a[k] - b[k])
             exponent += t
             product *= 1.0 + t + t * t / 3.0
+    else:
+        for k in range(len(scale)):
+            t = scale[k] * abs(a[k] - b[k])
+            exponent += t
+            product *= 1.0 + t + t * t * (6.0 + t) / 15.0
     if exponent > 700.0:  # exp underflows while the polynomial may overflow
         return 0.0
     return product * math.exp(-exponent)
@@ -86,10 +92,14 @@ def derivatives(x, r, w, v, scale, kind, eta):
                 for k in range(d):
                     a = scale[k] * abs(x[i, k] - x[j, k])
                     t[k] = -a * a / (2.0 + 2.0 * a)
-            else:
+            elif kind == 3:
                 for k in range(d):
                     a = scale[k] * abs(x[i, k] - x[j, k])
                     t[k] = -a * a * (1.0 + a) / (6.0 + 6.0 * a + 2.0 * a * a)
+            else:
+                for k in range(d):
+                    a = scale[k] * abs(x[i, k] - x[j, k])
+                    t[k] = -a * a * (3.0 + 3.0 * a + a * a) / (30.0 + 30.0 * a + a * a * (12.0 + 2.0 * a))
             c = (w[i, j] + w[j, i]) * r[i, j]
             vi = v[i] * r[i, j]
             vj = v[j] * r[i, j]

@@ -6,8 +6,9 @@
     power_exponential   r(h) = exp(-theta h^eta),              1 <= eta <= 2
     matern32            r(h) = (1 + a) exp(-a),                a = sqrt(3 theta) h
     matern52            r(h) = (1 + a + a^2/3) exp(-a),        a = sqrt(5 theta) h
+    matern72            r(h) = (1 + a + 2 a^2/5 + a^3/15) exp(-a),   a = sqrt(7 theta) h
 
-A larger theta means a more active input in all four; theta^(-1/2) is the range of a Matern correlation. An
+A larger theta means a more active input in all five; theta^(-1/2) is the range of a Matern correlation. An
 input that is only a label (categorical) has r = exp(-theta) between different labels and 1 between equal
 ones: compound symmetry with a positive correlation, so the product stays positive definite for any number of
 labels.
@@ -23,8 +24,8 @@ from numpy.typing import NDArray
 
 __all__ = ["CORRELATIONS", "Correlation"]
 
-CORRELATIONS = {"gaussian": 0, "power_exponential": 1, "matern32": 2, "matern52": 3}
-ROOT3, ROOT5 = 3.0**0.5, 5.0**0.5
+CORRELATIONS = {"gaussian": 0, "power_exponential": 1, "matern32": 2, "matern52": 3, "matern72": 4}
+ROOTS = {"matern32": 3.0**0.5, "matern52": 5.0**0.5, "matern72": 7.0**0.5}  # of twice the smoothness
 
 
 def _kernels() -> Any:
@@ -35,7 +36,7 @@ def _kernels() -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correlation:
-    """A product correlation of one of the four kinds, with label inputs named by column.
+    """A product correlation of one of the five kinds, with label inputs named by column.
 
     >>> import numpy as np
     >>> r = Correlation(kind="matern52").matrix(np.array([[0.0], [0.5]]), np.array([4.0]))
@@ -56,7 +57,7 @@ class Correlation:
         return np.setdiff1d(np.arange(d), self.labels)
 
     def _scale(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
-        factor = {"matern32": ROOT3, "matern52": ROOT5}.get(self.kind)
+        factor = ROOTS.get(self.kind)
         return theta if factor is None else factor * np.sqrt(theta)
 
     def matrix(
@@ -198,12 +199,13 @@ class Correlation:
             return np.asarray(-2.0 * theta * h)
         if self.kind == "power_exponential":
             return np.asarray(-self.eta * theta * np.sign(h) * np.abs(h) ** (self.eta - 1.0))
-        if self.kind == "matern32":
-            s = ROOT3 * theta**0.5
-            return np.asarray(-s * s * h / (1.0 + s * np.abs(h)))
-        s = ROOT5 * theta**0.5
+        s = ROOTS[self.kind] * theta**0.5
         t = s * np.abs(h)
-        return np.asarray(-s * s * h * (1.0 + t) / (3.0 + 3.0 * t + t * t))
+        if self.kind == "matern32":
+            return np.asarray(-s * s * h / (1.0 + t))
+        if self.kind == "matern52":
+            return np.asarray(-s * s * h * (1.0 + t) / (3.0 + 3.0 * t + t * t))
+        return np.asarray(-s * s * h * (3.0 + 3.0 * t + t * t) / (15.0 + 15.0 * t + t * t * (6.0 + t)))
 
     def along(self, h: NDArray[np.float64], theta: float, *, column: int) -> NDArray[np.float64]:
         """The factor r(|h|; theta) of one input, any shape."""
@@ -214,8 +216,9 @@ class Correlation:
         t = np.abs(h)
         if self.kind == "power_exponential":
             return np.asarray(np.exp(-theta * t**self.eta))
+        t = ROOTS[self.kind] * theta**0.5 * t
         if self.kind == "matern32":
-            t = ROOT3 * theta**0.5 * t
             return np.asarray((1.0 + t) * np.exp(-t))
-        t = ROOT5 * theta**0.5 * t
-        return np.asarray((1.0 + t + t * t / 3.0) * np.exp(-t))
+        if self.kind == "matern52":
+            return np.asarray((1.0 + t + t * t / 3.0) * np.exp(-t))
+        return np.asarray((1.0 + t + t * t * (6.0 + t) / 15.0) * np.exp(-t))

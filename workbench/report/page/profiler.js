@@ -17,6 +17,10 @@
       power_exponential: (h, t) => Math.exp(-t * h ** eta),
       matern32: (h, t) => { const a = Math.sqrt(3 * t) * h; return (1 + a) * Math.exp(-a); },
       matern52: (h, t) => { const a = Math.sqrt(5 * t) * h; return (1 + a + a * a / 3) * Math.exp(-a); },
+      matern72: (h, t) => {
+        const a = Math.sqrt(7 * t) * h;
+        return (1 + a + a * a * (6 + a) / 15) * Math.exp(-a);
+      },
     }[kind];
     const r = new Float64Array(n), a = new Float64Array(n), x = new Float64Array(d);
     const f = new Float64Array(p), h = new Float64Array(p);

@@ -28,6 +28,7 @@ CASES = [
     ("gaussian", "quadratic", 1e-3),
     ("matern52", "linear", 1e-6),
     ("matern32", "interactions", 0.0),
+    ("matern72", "constant", 1e-3),
     ("power_exponential", "constant", 1e-6),
 ]
 WORDS = (1,)  # columns that hold the codes of words
@@ -69,12 +70,13 @@ def twin(data, points):
     x = (points - floats(data["low"])) / floats(data["width"]) - 0.5
     h = np.abs(x[:, None, :] - floats(data["u"]).reshape(n, d)[None])
     t = floats(data["theta"])
-    a3, a5 = np.sqrt(3 * t) * h, np.sqrt(5 * t) * h
+    a3, a5, a7 = np.sqrt(3 * t) * h, np.sqrt(5 * t) * h, np.sqrt(7 * t) * h
     one = {
         "gaussian": np.exp(-t * h**2),
         "power_exponential": np.exp(-t * h ** data["eta"]),
         "matern32": (1 + a3) * np.exp(-a3),
         "matern52": (1 + a5 + a5**2 / 3) * np.exp(-a5),
+        "matern72": (1 + a7 + 2 * a7**2 / 5 + a7**3 / 15) * np.exp(-a7),
     }[data["kind"]]
     for k in data["labels"]:
         one[:, :, k] = np.where(h[:, :, k] > 0, np.exp(-t[k]), 1.0)

@@ -24,9 +24,25 @@ def test_smooth_responses_are_gaussian_and_kinked_ones_are_not():
     assert Kriging(intervals="plug-in").fit(x, smooth(x)).correlation_ == "gaussian"
     k = Kriging(intervals="plug-in").fit(x, kinked(x))
     assert k.correlation_ == "matern52"
-    gaussian, matern = k.forms_[:2]
-    assert (gaussian.correlation, matern.correlation) == ("gaussian", "matern52")
-    assert gaussian.log_likelihood < matern.log_likelihood + 3.0
+    gaussian, rough, between = k.forms_[:3]
+    assert (gaussian.correlation, rough.correlation, between.correlation) == (
+        "gaussian",
+        "matern52",
+        "matern72",
+    )
+    assert rough.log_likelihood > max(gaussian.log_likelihood - 1.0, between.log_likelihood)
+
+
+def test_what_is_smooth_and_not_analytic_is_matern_of_seven_halves():
+    x = cube(25, 2, seed=4)
+    branin = (
+        15 * x[:, 1] - 5.1 / (4 * np.pi**2) * (15 * x[:, 0] - 5) ** 2 + (15 * x[:, 0] - 5) * 5 / np.pi - 6
+    ) ** 2
+    branin += 10 * (1 - 1 / (8 * np.pi)) * np.cos(15 * x[:, 0] - 5) + 10
+    k = Kriging(intervals="plug-in", trend="constant").fit(x, branin)
+    assert k.correlation_ == "matern72"
+    gaussian, rough, between = (f.log_likelihood for f in k.forms_)
+    assert between > max(gaussian - 1.0, rough)
 
 
 def test_a_slope_over_the_box_is_a_linear_trend():
@@ -34,7 +50,7 @@ def test_a_slope_over_the_box_is_a_linear_trend():
     steep = 30.0 * x[:, 0] + 20.0 * x[:, 1] + np.sin(9 * x[:, 2])
     k = Kriging(intervals="plug-in").fit(x, steep)
     assert k.trend_ == "linear"
-    assert k.forms_[2].log_score > max(f.log_score for f in k.forms_[:2]) + 0.3
+    assert k.forms_[3].log_score > max(f.log_score for f in k.forms_[:3]) + 0.3
     assert len(k.beta_) == 4
     assert Kriging(intervals="plug-in").fit(x[:7], steep[:7]).trend_ == "constant"  # eight runs would do
 
@@ -54,7 +70,7 @@ def test_the_chosen_model_is_that_of_the_named_form():
     ("settings", "tried"),
     [
         ({"correlation": "matern32"}, [("matern32", "constant"), ("matern32", "linear")]),
-        ({"trend": "linear"}, [("gaussian", "linear"), ("matern52", "linear")]),
+        ({"trend": "linear"}, [("gaussian", "linear"), ("matern52", "linear"), ("matern72", "linear")]),
         ({"correlation": "gaussian", "trend": "constant"}, []),
         ({"theta": 2.0}, []),
     ],
