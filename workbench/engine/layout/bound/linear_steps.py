@@ -11,15 +11,13 @@ far from active stay out of the programme until a step would break them. The mar
 feasible side: it follows what the last step broke.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from ..formulation.peaks import local_peaks
 from ..formulation.problem import Evaluation, LayoutProblem
 from ..outcome.history import FEASIBLE, Recorder
+from ..outcome.linear_programme import linear_programme
 from ..outcome.result import FIRST_ORDER
 
 __all__ = ["linear_steps"]
@@ -117,20 +115,19 @@ def _programme(
         matrix[:r, :n], matrix[:r, n] = slopes / unit, -1.0
         matrix[r : r + k, :n], matrix[r : r + k, n + 1] = dc[chosen], -1.0
         matrix[r + k :, :n] = problem.costs * D
-        solver: Any = linprog
-        solved = solver(
-            np.r_[np.zeros(n), 1.0, weight], A_ub=matrix,
-            b_ub=np.r_[-top / unit, -c[chosen], room],
-            bounds=[*zip(low, high, strict=True), (None, None), (0.0, None)], method="highs",
+        solved = linear_programme(
+            np.r_[np.zeros(n), 1.0, weight], at_most=(matrix, np.r_[-top / unit, -c[chosen], room]),
+            bounds=np.column_stack([np.r_[low, -np.inf, 0.0], np.r_[high, np.inf, np.inf]]),
         )  # fmt: skip
-        if solved.x is None:
+        if solved is None:
             return None
-        z = np.asarray(solved.x[:n])
+        z = solved.x[:n]
         broken = (c + dc @ z > float(solved.x[n + 1]) + 1e-9) & ~inside
         if not broken.any():
             break
         inside |= broken
-    prices = -np.asarray(solved.ineqlin.marginals)[r : r + k]
+    assert solved is not None
+    prices = solved.prices[r : r + k]
     move = np.clip(problem.lower - e + D * np.exp(z), problem.lower, problem.upper)
     slack = max(0.0, float(np.max(c + dc @ z, initial=0.0)))
     return move, float((top + slopes @ z).max()), slack, float(prices.sum()) * unit

@@ -64,9 +64,10 @@ def certificate(
     ])  # fmt: skip
     room = np.maximum(np.r_[problem.limits - problem.costs @ density, -constraints], 0.0)
     right = np.r_[(top - values) / scale, room / size]
-    bounds = np.column_stack([np.minimum(problem.lower - density, 0), np.maximum(problem.upper - density, 0)])
+    low, high = np.minimum(problem.lower - density, 0), np.maximum(problem.upper - density, 0)
+    bounds = np.column_stack([np.r_[low / width, -np.inf], np.r_[high / width, np.inf]])
     solution = linear_programme(
-        np.r_[np.zeros(n), 1.0], at_most=(matrix, right), bounds=[*(bounds / width[:, None]), (None, None)]
+        np.r_[np.zeros(n), 1.0], at_most=(matrix, right), bounds=bounds, near=np.zeros(n + 1)
     )
     if solution is None:
         return Certificate(

@@ -29,6 +29,15 @@ def slope(i, x, w, g, s, p, q, x0):
 
 
 @numba.njit(cache=True, error_model="numpy")
+def lagrangian_slopes(x, w, g, s, p, q, x0):
+    """First and second derivatives (n,) of the weighted sum of the rows."""
+    first, second = np.empty_like(x), np.empty_like(x)
+    for i in range(len(x)):
+        first[i], second[i] = slope(i, x[i], w, g, s, p, q, x0)
+    return first, second
+
+
+@numba.njit(cache=True, error_model="numpy")
 def minimise_lagrangian(w, g, s, p, q, x0, lo, hi, x, curvature):
     """x (n,) and curvature (n,) are filled; curvature is 0 where x sits on a bound."""
     for i in range(len(x0)):

@@ -8,7 +8,7 @@ a bracketed root. Several: projected Newton on the concave dual, and an interior
 kinks. A linear model is a linear programme: by sorting where constraints share no variable, else by HiGHS.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,10 @@ __all__ = ["SubproblemSolution", "kkt_residual", "solve_subproblem"]
 
 Array = NDArray[np.float64]
 
+_BARRIERS = 1e-11, 1e-14  # of the interior point before Newton steps on the active set
+_MANY = 2000  # variables from which a look at the dual takes longer than a step of the interior point
+_POLISHING = 6  # Newton steps on the active set
+_EXACT = 1e-11  # residual of an optimum
 _FEASIBLE = 1e-12  # of a constraint, in units of the change its gradient can make in the box
 
 
@@ -65,12 +69,14 @@ def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSo
     caps = cap * max(float(reach[0]), float(size.max()) * 1e-12, 1e-300) / size
     if model.is_linear:
         return _linear(model, caps, size)
-    if m == 1:
+    if m == 1 and len(model.point) < _MANY:
         return _one_constraint(model, float(caps[0]), float(size[0]))
     seen = (model.gradients[1:] != 0) | (model.curvatures[1:] != 0)
-    if seen.sum(axis=0).max() <= 1:
-        return _apart(model, caps, size, seen)
-    return _several(model, caps, size)
+    apart = bool(seen.sum(axis=0).max() <= 1)
+    found = None
+    if len(model.point) >= _MANY or not apart:
+        found = _several(model, caps, size, also_by_dual=not apart)
+    return _apart(model, caps, size, seen) if found is None else found
 
 
 def _solution(model: SeparableModel, x: Array, multipliers: Array) -> SubproblemSolution:
@@ -90,7 +96,7 @@ def _linear(model: SeparableModel, caps: Array, size: Array) -> SubproblemSoluti
     solved = linear_programme(
         np.r_[model.gradients[0] / unit, caps * size / unit],
         at_most=(np.hstack([rows, -np.eye(m)]), rows @ model.point - model.values[1:] / size),
-        bounds=[*zip(model.lower, model.upper, strict=True), *[(0, None)] * m],
+        bounds=np.column_stack([np.r_[model.lower, np.zeros(m)], np.r_[model.upper, np.full(m, np.inf)]]),
     )
     if solved is None:  # rounding: the interior point does without vertices
         return _solution(model, *interior_point(model, caps))
@@ -185,35 +191,55 @@ def _bracket(
     return low, high
 
 
-def _several(model: SeparableModel, caps: Array, size: Array) -> SubproblemSolution:
-    prices = _projected_newton(model, caps, size)
-    newton = _solution(model, model.minimiser(np.r_[1.0, prices])[0], prices)
-    if kkt_residual(model, newton) <= 1e-11:
-        return newton
-    interior = _solution(model, *interior_point(model, caps))
-    return min(
-        newton,
-        interior,
-        *_polished(model, interior, size),
-        key=lambda solution: kkt_residual(model, solution),
-    )
+def _several(
+    model: SeparableModel, caps: Array, size: Array, *, also_by_dual: bool
+) -> SubproblemSolution | None:
+    """From inside, and by the dual; None where the dual is not asked and the inside is not exact."""
+    tried: list[tuple[float, SubproblemSolution]] = []
+
+    def exact(x: Array, prices: Array) -> bool:
+        found = _solution(model, x, prices)
+        tried.append((kkt_residual(model, found), found))
+        return tried[-1][0] <= _EXACT
+
+    def done_inside(last: float) -> bool:
+        x, prices = interior_point(model, caps, last=last)
+        exact(x, prices)
+        return any(exact(*one) for one in _polished(model, x, prices, size))
+
+    inside_first = len(model.point) >= _MANY or _has_kinks(model)
+    if not (inside_first and any(done_inside(last) for last in _BARRIERS)):
+        if not also_by_dual:
+            return None
+        prices = _projected_newton(model, caps, size)
+        if not exact(model.minimiser(np.r_[1.0, prices])[0], prices) and not inside_first:
+            done_inside(_BARRIERS[-1])
+    return min(tried, key=lambda one: one[0])[1]
 
 
-def _polished(model: SeparableModel, solution: SubproblemSolution, size: Array) -> list[SubproblemSolution]:
-    """Newton steps on the active set that the interior point found: the last digits."""
-    better: list[SubproblemSolution] = []
-    x, prices = solution.x.copy(), solution.multipliers.copy()
-    free = (x > model.lower) & (x < model.upper)
-    active = np.flatnonzero(prices > 0)
-    if not free.any():
-        return better
-    for _ in range(4):
+def _has_kinks(model: SeparableModel) -> bool:
+    """Whether a variable enters linearly all that sees it, constraints among them: it jumps at a price."""
+    straight = ((model.exponents == 1.0) & (model.curvatures == 0.0)).all(axis=0)
+    return bool((straight & (model.gradients[1:] != 0.0).any(axis=0)).any())
+
+
+def _polished(model: SeparableModel, x: Array, prices: Array, size: Array) -> Iterator[tuple[Array, Array]]:
+    """Newton steps on the active set, which begins as the interior point found it: the last digits."""
+    x, prices = x.copy(), prices.copy()
+    for _ in range(_POLISHING):
         values, gradients = model.at(x)
-        bend = (np.r_[1.0, prices] @ model.second_derivatives(x))[free]
+        total = np.r_[1.0, prices] @ gradients
+        free = (model.lower < model.upper) & np.where(
+            x <= model.lower, total < 0, (x < model.upper) | (total > 0)
+        )
+        active = np.flatnonzero(prices > 0)
+        if not free.any():
+            break
+        bend = model.bend(np.r_[1.0, prices], x)[free]
         typical = float((np.r_[1.0, prices] @ np.abs(gradients)).max() / (model.upper - model.lower).max())
         bend = np.maximum(bend, 1e-8 * max(float(bend.max(initial=0)), typical, 1e-290))
         J = gradients[1 + active][:, free]
-        slope = (np.r_[1.0, prices] @ gradients)[free]
+        slope = total[free]
         weighted = J / bend
         unit = size[active]
         schur = (weighted @ J.T) / unit[:, None] / unit
@@ -222,8 +248,7 @@ def _polished(model: SeparableModel, solution: SubproblemSolution, size: Array) 
         step = -(slope + change @ J) / bend
         x[free] = np.clip(x[free] + step, model.lower[free], model.upper[free])
         prices[active] = np.maximum(prices[active] + change, 0.0)
-        better.append(_solution(model, x.copy(), prices.copy()))
-    return better
+        yield x.copy(), prices.copy()
 
 
 def _projected_newton(model: SeparableModel, caps: Array, size: Array) -> Array:

@@ -6,100 +6,112 @@ Lagrangian jumps; the interior point does not mind. Conditions of
     min f~_0(x) + sum_j cap_j z_j   subject to   f~_j(x) - z_j + s_j = 0,   s, z >= 0,   lower <= x <= upper
 
 are relaxed by mu and solved by damped Newton steps while mu falls, as Svanberg 2002 does for MMA; z are the
-elastic variables. Each step costs O(n m^2).
+elastic variables. mu falls faster the smaller it is (Waechter and Biegler 2006). Each step costs O(n m^2), in
+three compiled passes over the variables.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _kernels_interior as kernels
 from .model import SeparableModel
 
 __all__ = ["interior_point"]
 
 Array = NDArray[np.float64]
 
+_STEPS = 150
+_MET = 3.0  # residual in units of mu at which mu falls
+_FALL, _POWER = 0.2, 1.5  # of mu
+
 
 @np.errstate(all="ignore")  # next to a mechanism gradients overflow; what is not finite ends the steps
-def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
-    """x (n,) and multipliers (m,) of the subproblem with elastic price caps (m,)."""
+def interior_point(model: SeparableModel, caps: Array, *, last: float = 1e-14) -> tuple[Array, Array]:
+    """x (n,) and multipliers (m,) of the subproblem with elastic price caps (m,).
+
+    last: mu, in units of the objective's reach, at which the steps end.
+    """
     free = model.upper > model.lower
-    lo, hi, m = model.lower[free], model.upper[free], model.constraints
+    x = np.where(free, model.point, model.lower)
+    base, _ = model.at(x)  # at the point the free variables add nothing
+    m = model.constraints
+    tables = model.gradients, model.distances, model.exponents, model.curvatures
+    point, lo, hi = model.point, model.lower, model.upper
+    if not free.all():
+        gradients, distances, exponents, curvatures = (np.ascontiguousarray(t[:, free]) for t in tables)
+        tables = gradients, distances, exponents, curvatures
+        point, lo, hi = point[free], lo[free], hi[free]
     reach = np.maximum(np.abs(model.gradients) @ (model.upper - model.lower), 1e-300)
     unit, size = max(float(reach[0]), 1e-12 * float((caps * reach[1:]).max())), reach[1:]
-    x = model.point.copy()
-    x[~free] = model.lower[~free]
     width = hi - lo
-    state = np.clip(x[free], lo + 0.05 * width, hi - 0.05 * width)
+    state = np.clip(point, lo + 0.05 * width, hi - 0.05 * width)
     top = caps * size / unit  # caps in scaled units
     y = np.minimum(np.ones(m), 0.5 * top)
     s, z, e = np.ones(m), np.ones(m) * 0.1, top - y
-    below, above = 1 / (state - lo), 1 / (hi - state)
-    mu, failures = 1.0, 0
+    n = max(len(state), 1)
+    mu, failures = 1.0 / n, 0  # a variable is worth so much of the whole
+    below, above = mu / (state - lo), mu / (hi - state)
+    theta, first = np.empty(n), np.empty(n)
+    dx, dbelow, dabove = np.empty(n), np.empty(n), np.empty(n)
+    work = np.empty((m + 1, n)), np.empty(n), np.empty(n)
+    spare = np.empty((m + 1, n)), np.empty(n), np.empty(n)
 
-    def conditions(
-        state: Array, y: Array, s: Array, z: Array, e: Array, below: Array, above: Array, mu: float
-    ) -> tuple[list[Array], Array, Array]:
-        x[free] = state
-        values, gradients = model.at(x)
-        G = gradients[:, free]
-        J = G[1:] / size[:, None]
-        rd = G[0] / unit + y @ J - below + above
-        residuals = [
-            rd * width, values[1:] / size - z + s, top - y - e, y * s - mu, e * z - mu,
-            below * (state - lo) - mu, above * (hi - state) - mu,
-        ]  # fmt: skip
-        return residuals, J, G
+    def rows(
+        values: Array, y: Array, s: Array, z: Array, e: Array, mu: float
+    ) -> tuple[Array, Array, Array, Array]:
+        return values[1:] / size - z + s, top - y - e, y * s - mu, e * z - mu
 
-    for _ in range(150):
-        residuals, J, _ = conditions(state, y, s, z, e, below, above, mu)
-        error = max(float(np.abs(r).max(initial=0)) for r in residuals)
-        if error < 0.5 * mu or (mu <= 1e-14 and error < 1e-13):
-            if mu <= 1e-14:
+    def look(
+        state: Array, y: Array, below: Array, above: Array, out: tuple[Array, Array, Array]
+    ) -> tuple[Array, float, float]:
+        g, d, p, q = tables
+        slopes, bend, rest = out
+        values = kernels.conditions(
+            state, y, below, above, base, g, d, p, q, point, unit, size, slopes, bend, rest
+        )
+        return values, *kernels.residuals(state, below, above, mu, lo, hi, rest)
+
+    values, squares, largest = look(state, y, below, above, work)
+    for _ in range(_STEPS):
+        residuals = rows(values, y, s, z, e, mu)
+        error = max(largest, *(float(np.abs(r).max(initial=0)) for r in residuals))
+        if error < _MET * mu or (mu <= last and error < 10 * last):
+            if mu <= last:
                 break
-            mu = max(0.1 * mu, 1e-15)
-            residuals, J, _ = conditions(state, y, s, z, e, below, above, mu)
-        rd, rp, rz, _, _, _, _ = residuals
-        rd = rd / width
-        bend = model.second_derivatives(x)[:, free]
-        sl, su = np.maximum(state - lo, 1e-16 * width), np.maximum(hi - state, 1e-16 * width)
-        theta = bend[0] / unit + (y / size) @ bend[1:] + below / sl + above / su
-        first = -(rd + below - above) + mu / sl - mu / su
-        right = -rp + (z / e) * (mu / z - e - rz) - (mu / y - s)
-        scaled = J / theta
-        matrix = scaled @ J.T + np.diag(z / e + s / y)
+            mu = max(min(_FALL * mu, mu**_POWER), 0.1 * last)
+            squares, largest = kernels.residuals(state, below, above, mu, lo, hi, work[2])
+            residuals = rows(values, y, s, z, e, mu)
+        slopes, bend, rest = work
+        matrix, right = kernels.assemble(
+            state, below, above, mu, lo, hi, size, slopes, bend, rest, theta, first
+        )
+        rp, rz = residuals[:2]
+        matrix += np.diag(z / e + s / y)
+        right = right + rp - (z / e) * (mu / z - e - rz) + (mu / y - s)
         if not np.isfinite(matrix).all():
             break
         try:
-            dy = np.linalg.solve(matrix, scaled @ first - right)
+            dy = np.linalg.solve(matrix, right)
         except np.linalg.LinAlgError:
             break
         if not np.isfinite(dy).all():
             break
-        dx = (first - dy @ J) / theta
+        length = kernels.directions(
+            state, below, above, mu, lo, hi, size, slopes, theta, first, dy, dx, dbelow, dabove
+        )
         dz = (dy + mu / z - e - rz) * z / e
         ds = mu / y - s - s / y * dy
         de = rz - dy
-        dbelow = mu / sl - below - below / sl * dx
-        dabove = mu / su - above + above / su * dx
-        length = 1.0
-        for v, dv in (
-            (y, dy),
-            (s, ds),
-            (z, dz),
-            (e, de),
-            (below, dbelow),
-            (above, dabove),
-            (sl, dx),
-            (su, -dx),
-        ):
+        for v, dv in ((y, dy), (s, ds), (z, dz), (e, de)):
             inward = dv < 0
             if inward.any():
                 length = min(length, 0.995 * float((-v[inward] / dv[inward]).min()))
-        norm = sum(float(r @ r) for r in residuals)
+        norm = squares + sum(float(r @ r) for r in residuals)
         for _ in range(20):
-            new = (state + length * dx, y + length * dy, s + length * ds, z + length * dz, e + length * de,
-                   below + length * dbelow, above + length * dabove)  # fmt: skip
-            if sum(float(r @ r) for r in conditions(*new, mu)[0]) <= norm:
+            new = (state + length * dx, y + length * dy, below + length * dbelow, above + length * dabove)
+            others = (s + length * ds, z + length * dz, e + length * de)
+            seen = look(*new, spare)
+            if seen[1] + sum(float(r @ r) for r in rows(seen[0], new[1], *others, mu)) <= norm:
                 break
             length *= 0.5
         else:  # rounding: what is left is for Newton on the active set
@@ -107,7 +119,11 @@ def interior_point(model: SeparableModel, caps: Array) -> tuple[Array, Array]:
             if failures > 2 or error < 1e-11:
                 break
             mu *= 10
-        state, y, s, z, e, below, above = new
+            seen = (seen[0], *kernels.residuals(new[0], *new[2:], mu, lo, hi, spare[2]))
+        state, y, below, above = new
+        s, z, e = others
+        values, squares, largest = seen
+        work, spare = spare, work
     x[free] = np.clip(state, lo, hi)
     # the smaller of the two factors of a complementary pair is the one that is zero
     x[free] = np.where(state - lo < below * width**2, lo, x[free])

@@ -98,9 +98,16 @@ class SeparableModel:
     def second_derivatives(self, x: Array) -> Array:
         """(m + 1, n), all >= 0."""
         d = x - self.point
-        r = 1 + d / self.distances
+        r = np.where(self.exponents == 1.0, 1.0, 1 + d / self.distances)  # a linear term's may vanish
         bend = self.gradients * (self.exponents - 1) * r ** (self.exponents - 2) / self.distances
         return np.where(self.exponents == 1.0, 0.0, bend) + self.curvatures
+
+    def bend(self, weights: Array, x: Array) -> Array:
+        """(n,): the second derivative at x of the weighted sum of objective and constraints."""
+        _, found = kernels.lagrangian_slopes(
+            x, weights, self.gradients, self.distances, self.exponents, self.curvatures, self.point
+        )
+        return np.asarray(found)
 
     def minimiser(self, weights: Array) -> tuple[Array, Array]:
         """x (n,) minimising sum_j weights_j f~_j in the box, and the curvature there (0 on a bound)."""

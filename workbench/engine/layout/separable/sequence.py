@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 _STIFFEN, _RELAX, _SHRINK = 4.0, 0.1, 0.4
 _MEMORY = 6  # pairs that the filter looks back on
 _REFUSALS = 30
+_MET = 1e-9  # constraint, in units of its reach, that a point meets but for rounding
 _STILL = 1e-7  # of the width; a smaller step is rounding
 
 
@@ -70,6 +71,8 @@ def approximation_sequence(
         if bound:
             model = _free_bound(model)
         scale = np.abs(here.gradients).max(axis=1, keepdims=True) / np.maximum(upper - lower, 1e-300)
+        if bound:
+            scale[:, -1] = 0.0
         solution = solve_subproblem(model.stiffened(stiff[:, None] * scale) if stiff.any() else model)
         elastic = solution.elastic
         density = problem.into_budgets(solution.x[: problem.members])
@@ -165,11 +168,23 @@ def _bounds(problem: LayoutProblem, here: Point, bound: bool) -> tuple[Array, Ar
 
 
 def _free_bound(model: SeparableModel) -> SeparableModel:
-    """The bound variable enters linearly whatever the preset."""
+    """The bound variable enters linearly whatever the preset, in a box no wider than its rows need.
+
+    Convex rows fall by no more than their slopes say, and where the point meets all constraints the bound
+    need not rise. A wide box would set the unit of the subproblem far above what single members bring.
+    """
     p, q = model.exponents.copy(), model.curvatures.copy()
     p[:, -1], q[:, -1] = 1.0, 0.0
+    rows = model.gradients[:, -1] < 0
+    reach = np.abs(model.gradients[rows, :-1]) @ (model.upper - model.lower)[:-1]
+    room = 0.1 * float(reach.max()) + 1e-9 * abs(float(model.point[-1])) + 1e-300
+    lower, upper = model.lower.copy(), model.upper.copy()
+    lower[-1] = max(lower[-1], model.point[-1] + float((model.values[rows] - reach).max()) - room)
+    size = np.abs(model.gradients[1:]) @ (model.upper - model.lower)
+    if (model.values[1:] <= _MET * size).all():
+        upper[-1] = min(upper[-1], model.point[-1] + room)
     return SeparableModel.build(
-        model.point, model.values, model.gradients, lower=model.lower, upper=model.upper,
+        model.point, model.values, model.gradients, lower=lower, upper=upper,
         distances=model.distances, exponents=p, curvatures=q,
     )  # fmt: skip
 

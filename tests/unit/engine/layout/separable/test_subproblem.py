@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from workbench.engine.layout.formulation.problem import static_problem
+from workbench.engine.layout.optimise import optimise_layout
+from workbench.engine.layout.separable import sequence
 from workbench.engine.layout.separable.dual import kkt_residual, solve_subproblem
 from workbench.engine.layout.separable.model import SeparableModel
 from workbench.engine.layout.separable.presets import (
@@ -280,3 +283,65 @@ def test_value_gradient_and_kkt_of_a_general_model():
         solution = solve_subproblem(model)
         if not solution.elastic:
             assert kkt_residual(model, solution) <= 1e-9
+
+
+def bound_model(rng, n, kind):
+    """Three falling rows under a bound and a budget, as a preset linearises them: min t, f_j - t <= 0."""
+    width, rows = 1.0, 3
+    x = rng.uniform(0.03, 0.15, n)
+    w, cost = rng.uniform(0.1, 10, (rows, n)), rng.uniform(0.5, 2, n)
+    values = (w / (x + 0.05)).sum(axis=1)
+    t = float(values.max())
+    gradients = np.zeros((rows + 2, n + 1))
+    gradients[0, -1], gradients[1:-1, -1], gradients[-1, :n] = 1.0, -1.0, cost
+    gradients[1:-1, :n] = -w / (x + 0.05) ** 2
+    room = 0.2 * np.abs(gradients[1:-1, :n]).sum(axis=1).max()
+    lower, upper = np.r_[np.full(n, 1e-4), t - 10 * room], np.r_[np.full(n, width), t + room]
+    table = np.r_[t, values - t, cost @ x - 0.11 * cost.sum()]
+    reach, falls = 0.5 * (upper - lower), gradients < 0
+    choice = {
+        "mma": (np.where(falls, reach, -reach), np.full(gradients.shape, -1.0), 0.0),
+        "two points": (np.r_[x, t], np.where(falls, rng.uniform(-3, 1, gradients.shape), 1.0), 0.0),
+        "dsqp": (np.inf, np.ones(gradients.shape), 2 * np.abs(gradients) / (upper - lower)),
+    }
+    distances, exponents, curvatures = choice[kind]
+    exponents[:, -1] = 1.0
+    curvatures = np.broadcast_to(curvatures, gradients.shape).copy()
+    curvatures[:, -1] = 0.0
+    return SeparableModel.build(
+        np.r_[x, t], table, gradients, lower=lower, upper=upper, distances=distances, exponents=exponents,
+        curvatures=curvatures,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("n", [40, 3000])
+@pytest.mark.parametrize("kind", ["mma", "two points", "dsqp"])
+def test_rows_under_a_bound_are_solved_to_the_last_digits(kind, n):
+    model = bound_model(np.random.default_rng(n), n, kind)
+    assert kkt_residual(model, solve_subproblem(model)) <= 1e-10
+
+
+@pytest.mark.parametrize("method", ["mma", "gcmma", "conlin", "dsqp", "gsao_two_point"])
+def test_the_bound_stays_linear_in_a_box_that_its_rows_need(method, monkeypatch):
+    seen = []
+
+    def solve(model):
+        seen.append(model)
+        return solve_subproblem(model)
+
+    monkeypatch.setattr(sequence, "solve_subproblem", solve)
+    w = np.random.default_rng(3).uniform(0.1, 10, (3, 30))
+    problem = static_problem(
+        lambda a: ((w / (a + 0.05)).sum(axis=1), -w / (a + 0.05) ** 2), start=np.full(30, 0.1), lower=1e-4,
+        budgets=[(np.ones(30), 3.0)],
+    )  # fmt: skip
+    result = optimise_layout(problem, method, max_evaluations=12)
+    for model in seen:
+        assert (model.exponents[:, -1] == 1).all()
+        assert (model.curvatures[:, -1] == 0).all()
+        rows = model.gradients[:, -1] < 0
+        found = solve_subproblem(model)
+        assert model.lower[-1] < found.x[-1] <= model.point[-1] + 1e-9 * abs(model.point[-1])
+        reach = np.abs(model.gradients[rows, :-1]) @ (model.upper - model.lower)[:-1]
+        assert model.upper[-1] - model.lower[-1] <= 1.5 * reach.max() + np.ptp(model.values[rows])
+    assert result.value < 0.99 * result.start_value
