@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 
 _CLOSED = 1e-6
 _SHARE = 0.14  # of the evaluations for the relaxed layout, at most
+_EVEN = 1e-6  # shares of a start that differ by less are the same
 _POLISHED = 3  # of the best choices, where densities between a minimum and the upper bound are allowed
 
 
@@ -112,7 +113,8 @@ def whole_members(
     """The best layout with at most `count` members on, within the budgets.
 
     Args:
-        problem: as for `optimise_layout`; off is the lower bound, on the upper one.
+        problem: as for `optimise_layout`; off is the lower bound, on the upper one. The relaxed layout begins
+            at an uneven start, which is rounded itself, too.
         evaluations: simulations in all, those of the relaxed layout included.
         groups: members that are on or off together (`whole.choices.twins`).    always: members that are on.
         forbidden: pairs of members of which one at most may be on.
@@ -182,7 +184,8 @@ def _choose(
             seen.look(on)
         return WholeStatus.ENUMERATED, min(seen.values)
     width = np.where(problem.free, problem.upper - problem.lower, 1.0)
-    seen.look(open_.filled(_by_share(open_, (relaxed.density - problem.lower) / width)))
+    for density in (relaxed.density, *([problem.start] if _is_uneven(problem) else [])):
+        seen.look(open_.filled(_by_share(open_, (density - problem.lower) / width)))
     bound = -np.inf
     if problem.convex and not problem.checked(problem.into_budgets(problem.start)).constraints.size:
         outer = outer_approximation(seen, open_, until=max(2, seen.limit // 2))
@@ -192,6 +195,13 @@ def _choose(
             return WholeStatus.BOUNDED, bound
     settled = response_space_search(seen, open_, rng=rng)
     return (WholeStatus.SWAPPED if settled else WholeStatus.LIMIT), bound
+
+
+def _is_uneven(problem: LayoutProblem) -> bool:
+    """Whether the start is a layout, and not the same share of everything."""
+    free = problem.free
+    share = (problem.start - problem.lower)[free] / (problem.upper - problem.lower)[free]
+    return bool(np.ptp(share) > _EVEN)
 
 
 def _by_share(open_: Choices, share: Array) -> NDArray[np.intp]:
@@ -226,7 +236,7 @@ def _relaxed(open_: Choices, evaluations: int, runs: Runs) -> LayoutResult:
     spread = limited.lower + min(1.0, open_.count / max(1, int(limited.free.sum()))) * (
         limited.upper - limited.lower
     )
-    start = replace(limited, start=limited.into_budgets(spread))
+    start = replace(limited, start=limited.into_budgets(problem.start if _is_uneven(problem) else spread))
     groups = [np.flatnonzero(row > 0).tolist() for row in open_.table[:: open_.states // open_.groups]]
     if all(len(members) == 1 for members in groups):
         return optimise_layout(start, max_evaluations=evaluations, tolerance=1e-6, probes=0)

@@ -154,6 +154,19 @@ def test_more_choices_than_can_be_listed_are_searched_by_what_rows_see():
     assert found.value < float(np.max(problem.evaluate(rounded).values))
 
 
+def test_an_uneven_start_is_rounded_itself():
+    problem, count = random_problem(1, most=1500)
+    start = np.where(np.isin(np.arange(problem.members), [0, 3, 5]), 0.9, 0.01)[: problem.members]
+    density = problem.lower.copy()
+    density[[0, 3, 5]] = 1.0
+    seen = []
+    assert count >= 3
+    whole_members(
+        replace(problem, start=start), 3, evaluations=4, progress=lambda n, value, best: seen.append(value)
+    )
+    assert float(np.max(problem.evaluate(density).values)) in seen
+
+
 def test_a_price_is_not_told_where_fractions_have_not_come_as_far():
     found = whole_members(bars(), 2, evaluations=120)
     behind = replace(found, relaxed=2.0 * found.value)

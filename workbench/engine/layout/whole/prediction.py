@@ -60,28 +60,45 @@ class Prediction:
     _basis: Array
     _cases: int
 
-    def values(self, shares: Array) -> Array:
-        """(p,): what is expected of designs (p, members), on the scale asinh(value / unit)."""
-        return self._histories(shares).max(axis=(1, 2))
+    def features(self, designs: Array, table: Array) -> Array:
+        """(p, k) of designs (p, states) whose shares are `designs @ table`, (states, members)."""
+        return np.asarray(designs @ (table @ self.setting.directions))
 
-    def improvement(self, shares: Array, best: float) -> Array:
-        """(p,): expected improvement of the best value known, relative to it, by designs (p, members)."""
-        expected = self._histories(shares)
+    def values(self, at: Array) -> Array:
+        """(p,): what is expected of designs with features (p, k), on the scale asinh(value / unit)."""
+        return self._histories(at).max(axis=(1, 2))
+
+    def spread(self, at: Array) -> tuple[Array, Array]:
+        """(p, cases): expected largest values on that scale, and their standard deviations."""
+        expected = self._histories(at)
         places = expected.argmax(axis=2)
-        means = expected.max(axis=2)
         spread = np.sqrt((self._basis**2 * self._process.scales[:, None]).sum(axis=0))
         each = spread.reshape(self._cases, -1)[np.arange(self._cases)[None], places]
-        at = shares @ self.setting.directions
-        each = np.maximum(each * np.sqrt(self._process.variance(at))[:, None], 1e-12)
+        variance = self._process.variance(at)
+        return expected.max(axis=2), np.maximum(each * np.sqrt(variance)[:, None], 1e-12)
+
+    def improvement(self, at: Array, best: float, *, doubt: float = 1.0) -> Array:
+        """(p,): expected improvement of the best value known, relative to it.
+
+        doubt: factor of the standard deviations.
+        """
+        means, deviations = self.spread(at)
+        each = doubt * deviations
         known = np.arcsinh(best / self.unit)
         below = np.linspace(0.0, 4.0, _STEPS) * each.max(axis=1)[:, None]
         chance = ndtr(((known - below)[:, :, None] - means[:, None, :]) / each[:, None, :]).prod(axis=2)
         slope = np.hypot(best, self.unit)  # d value / d asinh(value / unit)
         return np.asarray(np.trapezoid(chance, below, axis=1) * slope / max(abs(best), 1e-300))
 
-    def _histories(self, shares: Array) -> Array:
-        found = self._process.mean(shares @ self.setting.directions) @ self._basis + self._middle
-        return np.asarray(found.reshape(len(shares), self._cases, -1))
+    def error(self, at: Array, value: float) -> float:
+        """By how many standard deviations the value of a design with features (1, k) was foretold wrongly."""
+        means, deviations = self.spread(at)
+        case = int(means[0].argmax())
+        return float((np.arcsinh(value / self.unit) - means[0, case]) / deviations[0, case])
+
+    def _histories(self, at: Array) -> Array:
+        found = self._process.mean(at) @ self._basis + self._middle
+        return np.asarray(found.reshape(len(at), self._cases, -1))
 
 
 def predicted(runs: Runs, kind: str, setting: Setting | None = None) -> Prediction:
@@ -92,7 +109,7 @@ def predicted(runs: Runs, kind: str, setting: Setting | None = None) -> Predicti
     order = np.argsort(largest, kind="stable")
     if kind == "histories":
         order = order[: min(max(_FEWEST, len(order) // 2), _MOST)]
-    values, rows, slopes = _data(runs, kind, order)
+    values, slopes = _data(runs, kind, order)
     known = values / unit
     scaled, by_value = np.arcsinh(known), 1.0 / np.sqrt(1.0 + known**2) / unit
     middle = scaled.mean(axis=0)
@@ -101,9 +118,8 @@ def predicted(runs: Runs, kind: str, setting: Setting | None = None) -> Predicti
     basis, strength = basis[: max(1, min(_COMPONENTS, count))], strength[: max(1, min(_COMPONENTS, count))]
     parts = (scaled - middle) @ basis.T
     few = min(_DIRECTIONS, runs.problem.members) if setting is None else setting.directions.shape[1]
-    sloped = np.arange(min(len(order), max(1, _SLOPES[kind] // few)) if len(rows) else 0)
-    onto = np.linalg.pinv(basis[:, rows].T) if len(rows) else np.zeros((len(basis), 0))
-    along = [(onto * by_value[i, rows]) @ slopes[i] for i in sloped]  # (r, members) of each
+    sloped = np.arange(min(len(slopes), max(1, _SLOPES[kind] // few)))
+    along = [(basis * by_value[i]) @ slopes[i] for i in sloped]  # (r, members) of each
     shares = np.array([runs.shares[i] for i in order])
 
     def process(chosen: Setting) -> SlopedProcess:
@@ -127,16 +143,14 @@ def predicted(runs: Runs, kind: str, setting: Setting | None = None) -> Predicti
     )  # fmt: skip
 
 
-def _data(runs: Runs, kind: str, order: NDArray[np.intp]) -> tuple[Array, NDArray[np.intp], list[Array]]:
-    """Values (designs, outputs), outputs with slopes, and the slopes of every design."""
+def _data(runs: Runs, kind: str, order: NDArray[np.intp]) -> tuple[Array, list[Array]]:
+    """Values (designs, outputs), and the slopes (outputs, members) of every design or none."""
     if kind == "histories":
-        assert runs.rows is not None
-        return (
-            np.array([runs.histories[i].ravel() for i in order]), runs.rows,
-            [runs.row_slopes[i] for i in order],
-        )  # fmt: skip
-    peaks = np.array([runs.histories[i].max(axis=1) for i in order])
-    return peaks, np.arange(peaks.shape[1]), [runs.peak_slopes[i] for i in order]
+        slopes = [] if runs.slopes is None else [runs.slopes[i] for i in order]
+        return np.array([runs.histories[i].ravel() for i in order]), slopes
+    return (
+        np.array([runs.histories[i].max(axis=1) for i in order]), [runs.peak_slopes[i] for i in order]
+    )  # fmt: skip
 
 
 def _settings(slopes: Array, shares: Array) -> list[Setting]:

@@ -27,10 +27,12 @@ def test_designs_near_those_that_were_simulated_are_foretold(kind):
     place = int(np.argmin([h.max() for h in kept.histories]))
     beside = np.clip(kept.shares[place] + 0.02 * np.random.default_rng(1).normal(size=problem.members), 0, 1)
     truth = problem.evaluate(problem.lower + beside * (problem.upper - problem.lower)).values.max()
-    expected = fit.unit * np.sinh(fit.values(beside[None]))[0]
+    at = fit.features(beside[None], np.eye(problem.members))
+    expected = fit.unit * np.sinh(fit.values(at))[0]
     assert expected == pytest.approx(truth, rel=0.02)
     again = predicted(kept, kind, fit.setting)
-    assert again.values(beside[None]) == pytest.approx(fit.values(beside[None]))
+    assert again.values(at) == pytest.approx(fit.values(at))
+    assert abs(fit.error(at, truth)) < 4
 
 
 def test_nothing_is_expected_of_what_is_known_and_much_of_what_looks_better():
@@ -45,7 +47,9 @@ def test_nothing_is_expected_of_what_is_known_and_much_of_what_looks_better():
     best = min(h.max() for h in kept.histories)
     fit = predicted(kept, "peaks")
     at_best = kept.shares[int(np.argmin([h.max() for h in kept.histories]))]
-    known, better = fit.improvement(np.array([at_best, np.full(8, 0.3)]), best)
+    at = fit.features(np.array([at_best, np.full(8, 0.3)]), np.eye(8))
+    known, better = fit.improvement(at, best)
+    assert (fit.improvement(at, best, doubt=3.0) > (known, better)).all()
     assert known < 0.05 * better
     assert 0.1 < better < 1 - 0.5 / best  # the optimum is 1
 
@@ -60,14 +64,25 @@ def test_slopes_of_histories_are_kept_where_they_come_with_the_run():
     same, swept_slopes = swept.add(density, backward.evaluate(density))
     assert tops == pytest.approx(same)
     assert slopes == pytest.approx(swept_slopes, rel=1e-6, abs=1e-9 * np.abs(slopes).max())
-    assert len(kept.rows) == min(256 // len(tops), 61) * len(tops)
-    assert kept.row_slopes[0].shape == (len(kept.rows), forward.members)
-    assert len(swept.rows) == 0
+    assert swept.slopes is None
     step = 1e-5 * np.random.default_rng(2).normal(size=forward.members)
-    moved = forward.evaluate(density + step).values.ravel()[kept.rows]
+    kept.add(density + step, forward.evaluate(density + step))
     width = forward.upper - forward.lower
-    change = moved - kept.histories[0].ravel()[kept.rows]
-    assert change == pytest.approx(kept.row_slopes[0] @ (step / width), rel=1e-2, abs=1e-7)
+    change = (kept.histories[1] - kept.histories[0]).ravel()
+    assert kept.slopes is not None
+    assert change == pytest.approx(kept.slopes[0] @ (step / width), rel=1e-2, abs=1e-7)
+
+
+def test_long_histories_are_kept_by_the_largest_value_of_each_block():
+    problem, _ = random_problem(1, most=1500)
+    density = np.full(problem.members, 0.4)
+    values = problem.evaluate(density).values
+    few = Runs(problem=problem, limit=int(2e7 / (problem.members * 20 * len(values))))
+    few.add(density, problem.evaluate(density))
+    assert few.slopes is not None
+    assert few.histories[0].shape == (len(values), 20)
+    assert few.histories[0].max(axis=1) == pytest.approx(values.max(axis=1))
+    assert few.slopes[0].shape == (20 * len(values), problem.members)
 
 
 def test_histories_are_foretold_without_their_slopes():
@@ -76,4 +91,5 @@ def test_histories_are_foretold_without_their_slopes():
     kept = runs_of(problem, 40)
     fit = predicted(kept, "histories")
     best = min(h.max() for h in kept.histories)
-    assert fit.improvement(np.array(kept.shares), best).max() < 0.05
+    at = fit.features(np.array(kept.shares), np.eye(problem.members))
+    assert fit.improvement(at, best).max() < 0.05
