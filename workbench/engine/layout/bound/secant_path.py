@@ -32,7 +32,6 @@ _FIRST = 0.1  # gap aimed at first, in units of the value's reach
 _MISFIT, _FALL = (0.6, 1.5, 3.0), (0.5, 0.8, 1.0)  # stationarity left, in units of mu -> factor of mu
 _NEWTON, _SETTLED = 40, 1e-3
 _STIFFEN, _RELAX = 4.0, 0.5  # of the curvature after a refused and after an accepted step
-_LEAST = 0.7  # the prior bounds the curvature of a falling row from above: where steps succeed, less will do
 _REFUSALS = 15
 
 
@@ -73,14 +72,11 @@ def follow_secant_path(
         y=np.r_[np.full(r, 1 / r), np.full(m, scale) / np.maximum(limits - A @ lower, 1e-300)],
         zl=mu / (x[free] - lower), zu=mu / (upper - x[free]),
     )  # fmt: skip
-    memory, stiff, refusals = SecantMemory(), _LEAST, 0
+    memory, stiff, refusals = SecantMemory(), 1.0, 0
     while recorder.evaluations < max_evaluations:
         here = x[free]
         weights = np.maximum(state.y[:r], 1e-9)
-        learnt = memory.curvature(here - lower, G, weights)
-        model = Curvature(
-            diagonal=stiff * learnt.diagonal, columns=np.sqrt(stiff) * learnt.columns, signs=learnt.signs
-        )
+        model = memory.curvature(here - lower, G, weights, stiffness=stiff)
         jacobian, room = np.vstack([G, A]), limits - A @ here
         solved = _barrier_step(state, values, jacobian, model, room, lower - here, upper - here, mu)
         if not np.isfinite(solved.d).all():
@@ -121,7 +117,7 @@ def follow_secant_path(
             zl=solved.zl, zu=solved.zu,
         )  # fmt: skip
         mu *= float(np.interp(misfit, _MISFIT, _FALL))
-        stiff, refusals = max(_LEAST, _RELAX * stiff), 0
+        stiff, refusals = max(1.0, _RELAX * stiff), 0
     return False
 
 
