@@ -10,6 +10,7 @@ from workbench.search.arguments import Arguments
 from workbench.search.evidence.border import has_failed
 from workbench.search.evidence.gap import modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
+from workbench.search.noisy import FEWEST_FINAL
 from workbench.search.proposals.border_walk import BorderWalk
 from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
 from workbench.search.proposals.gradient_ascent import ascend, runs_kept_back
@@ -23,7 +24,7 @@ from workbench.search.start import begin, far_points
 from workbench.search.surrogate.fitting import fit_search_model
 from workbench.search.surrogate.growing_failures import GrowingFailures, growth_of
 from workbench.search.surrogate.model import SearchModel
-from workbench.search.surrogate.noisy import looks_noisy
+from workbench.search.surrogate.noisy import SLIGHT, looks_noisy
 from workbench.space.streams import stream
 
 __all__ = ["Loop"]
@@ -32,6 +33,7 @@ QUIET_BATCHES = 3  # batches in a row with a gap below the tolerance before the 
 FLAT_RUNS = 10  # per parameter, all of one value, before a response counts as constant
 SAME = 1e-12  # relative: values that differ by rounding only
 MOST_COUNTED, REDRAWN = 100, 20  # runs that count failures, and points drawn for each
+LATE = 0.5  # of the budget: from then on, or when the search has settled, slight noise is asked for
 STALLED_RUNS = 6  # without a gain, or one per parameter where there are more
 
 
@@ -40,7 +42,8 @@ class Loop:
     """A running search: `begun` runs went into its start design, after `searched` the gradients take over.
 
     `quiet`: how many batches in a row met a gap below the tolerance. `is_noisy`: a run made again gave
-    another value, which ends the loop; `is_checked`: whether that was asked.
+    another value, which ends the loop; `is_suspected`: whether a Kriging so far took some of the scatter for
+    noise; `is_checked`: whether that was asked.
     """
 
     evaluate: RepeatingEvaluator
@@ -53,6 +56,7 @@ class Loop:
     model: SearchModel | None = None
     quiet: int = 0
     is_noisy: bool = False
+    is_suspected: bool = False
     is_checked: bool = False
 
     @classmethod
@@ -175,17 +179,25 @@ class Loop:
     def _is_found_noisy(self) -> bool:
         """Whether the worst run gives another value when it is made again.
 
-        Asked once, when the Kriging takes a good part of the scatter for noise and explains the rest,
-        at the cost of one run of the budget. A run that agrees teaches nothing and stays out of the ledger.
+        Asked once, when the Kriging takes a good part of the scatter for noise and explains the rest, or late
+        in the search when it took a little, at the cost of one run of the budget. A run that agrees to the
+        tolerance teaches nothing and stays out of the ledger.
         """
         model, ledger = self.model, self.ledger
-        if self.asked.noise is not None or self.is_checked or model is None or not looks_noisy(model):
+        if self.asked.noise is not None or self.is_checked or model is None:
+            return False
+        self.is_suspected |= looks_noisy(model, SLIGHT)
+        is_late = self.is_settled or ledger.spent >= LATE * self.asked.budget
+        left = self.asked.budget - ledger.spent - 1  # after the run that asks
+        if left < FEWEST_FINAL or not (looks_noisy(model) or (self.is_suspected and is_late)):
             return False
         self.is_checked = True
         self.searched -= 1
         (again,) = run_again(self.evaluate, ledger, ledger.incumbent[None], times=1, purpose="repeat")
         run = ledger.run_of(again, number=ledger.spent + 1, proposal="repeat")
-        if run.value is None or abs(ledger.sign * run.value - ledger.v.max()) <= SAME * abs(ledger.v.max()):
+        best = float(ledger.v.max())
+        same = max(SAME * abs(best), self.asked.tolerance * ledger.scale)
+        if run.value is None or abs(ledger.sign * run.value - best) <= same:
             return False
         ledger.add([again], ledger.incumbent[None], proposals=["repeat"])
         self.is_noisy = True

@@ -31,7 +31,7 @@ from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.noisy import fit_noisy_model
 from workbench.space.streams import stream
 
-__all__ = ["NoisySearch", "disagreeing", "smoothed"]
+__all__ = ["FEWEST_FINAL", "NoisySearch", "disagreeing", "smoothed"]
 
 FILLED, LOOKED = 0.35, 0.6  # of the budget: spent when the space is filled, when the search is over
 LEAST_FILLED = 0.15  # of the budget beyond the start design, which is large with many inputs
@@ -68,7 +68,8 @@ class NoisySearch:
             begin(self.evaluate, ledger, budget=budget, seed=self.asked.seed, workers=self.asked.workers)
         ledger.require_values(FEWEST_RUNS)
         final = min(max(round(FINAL * budget), FEWEST_FINAL), MOST_FINAL, budget - ledger.spent)
-        self._fill(int(max(FILLED * budget, ledger.spent + LEAST_FILLED * budget)))
+        filled = int(max(FILLED * budget, ledger.spent + LEAST_FILLED * budget))
+        self._fill(min(filled, budget - final))
         while ledger.spent < min(int(LOOKED * budget), budget - final):
             self._look(most=min(int(LOOKED * budget), budget - final) - ledger.spent)
         while ledger.spent < budget - final:

@@ -96,7 +96,7 @@ def worst_case(
         noise: whether the model gives another value when it is run again. True: the largest mean is searched,
             points are repeated, and `value` is the mean of fresh runs at `parameters`, with `interval`, see
             `workbench.search.noisy`. None: found out, where runs of `start` at one point disagree, or where
-            the Kriging takes much of the scatter for noise and a run made again confirms it, at the cost of
+            the Kriging takes some of the scatter for noise and a run made again confirms it, at the cost of
             one of the budget. False: never.
         failures: "avoid": the worst of the runs that give a value is searched, along the border of failures
             where they grow into it; `border` says whether, and how much of the box fails. "worst": a failed

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.search import loop
 from workbench.search.evidence.grade import Grade
 from workbench.search.worst_case import worst_case
 from workbench.search.worst_cases import worst_cases
@@ -81,6 +82,30 @@ def test_noise_is_found_out_by_one_run_made_again():
     assert found.evaluations == 50
 
 
+def test_slight_noise_is_asked_for_late_and_found():
+    """Noise of 3 % of the range: no luckiest run is reported, no gap of nearly nothing stated."""
+    for seed in (0, 1):
+        found = worst_case(noisy(seed, noise=0.15), BOX, budget=40, seed=seed)
+        assert found.mean is not None
+        assert found.evaluations == 40
+        assert found.interval[0] - 0.15 < 4.0 < found.interval[1] + 0.15
+
+
+def test_noise_that_is_found_out_late_leaves_its_runs_to_the_mean(monkeypatch):
+    monkeypatch.setattr(loop, "looks_noisy", lambda model, least=0.25: model.chosen_at >= 13)
+    found = worst_case(noisy(4), BOX, budget=21, seed=2)
+    assert found.repeated.count >= 4
+    assert found.evaluations == 21
+
+
+def test_noise_is_not_asked_for_when_no_runs_are_left_to_average(monkeypatch):
+    """A search among noise needs four runs at the point that it reports, and is refused without them."""
+    monkeypatch.setattr(loop, "looks_noisy", lambda model, least=0.25: model.chosen_at >= 11)
+    found = worst_case(noisy(4), BOX, budget=15, seed=2)
+    assert found.mean is None
+    assert found.evaluations == 15
+
+
 def test_a_rough_model_without_noise_is_asked_again_at_most_once():
     calls = []
 
@@ -92,6 +117,14 @@ def test_a_rough_model_without_noise_is_asked_again_at_most_once():
     assert found.mean is None
     assert len(calls) <= 40
     assert len(calls) - len(set(calls)) <= 1
+
+
+def test_a_difference_below_the_tolerance_is_no_noise(monkeypatch):
+    """A solver that sums in another order does not give the same digits twice."""
+    monkeypatch.setattr(loop, "looks_noisy", lambda model, least=0.25: True)
+    found = worst_case(noisy(7, noise=1e-6), BOX, budget=20, seed=0)
+    assert found.mean is None
+    assert found.value == pytest.approx(4.0, abs=1e-4)
 
 
 def test_several_responses_share_the_runs():

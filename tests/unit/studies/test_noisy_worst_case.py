@@ -2,7 +2,7 @@
 
 import pytest
 
-from studies.noisy_worst_case import run
+from studies.noisy_worst_case import run, run_undeclared
 
 # ten functions with ten seeds: bias -0.02, held 93 %, gap 10.9 %; bias of the luckiest run 2.1
 BIAS, HELD, GAP = 0.3, 0.9, 0.14
@@ -23,3 +23,9 @@ def test_all_functions_with_four_seeds():
     assert float(found["held"].mean()) >= HELD
     assert float(found["gap"].median()) <= GAP
     assert float(found["lucky"].mean()) > 1.5
+
+
+def test_noise_that_nobody_declares_is_found_and_its_luckiest_run_not_reported():
+    ds = run_undeclared(0.03, (7303,), cases=(("camel", "max"),))
+    assert bool(ds["found"].item())
+    assert abs(ds["bias"].item()) < 1.0

@@ -14,11 +14,13 @@ from workbench.search.surrogate.credible import credible_models
 from workbench.search.surrogate.kriging import Form, fitted
 from workbench.search.surrogate.model import SearchModel
 
-__all__ = ["credible_noisy_models", "fit_noisy_model", "looks_noisy"]
+__all__ = ["SLIGHT", "credible_noisy_models", "fit_noisy_model", "looks_noisy"]
 
 # a nugget is suspect from a quarter of the values' standard deviation on, where the rest is explained; of 156
 # searches without noise 8 on rough functions (Ackley's, Levy's) reach that, and are asked in vain
 SUSPECT, EXPLAINED = 0.25, 0.3
+# from here on a slight noise is possible; smooth functions without noise stay below it
+SLIGHT = 0.03
 GROWTH = 1.25  # of the number of runs, after which trend and correlation are chosen anew
 MOST_INFLATION = 3.0
 ROUGHER = (0.4, 2.5)  # factors of theta that are tried beside the likeliest
@@ -54,12 +56,14 @@ def credible_noisy_models(
     return [_of_the_mean(model, features, chosen_at=len(v)) for model in found], weights
 
 
-def looks_noisy(model: SearchModel) -> bool:
-    """Whether a model with a free nugget, chosen by its likelihood, explains values but for much noise."""
+def looks_noisy(model: SearchModel, least: float = SUSPECT) -> bool:
+    """Whether a model with a free nugget, chosen by its likelihood, explains values but for noise, of which
+    the standard deviation is more than the share `least` of theirs.
+    """
     if model.kriging.nugget != "estimate" or model.q2 < EXPLAINED:
         return False
     deviation = float(np.sqrt(model.kriging.nugget_ * model.kriging.sigma2_))
-    return deviation > SUSPECT * model.scale
+    return deviation > least * model.scale
 
 
 def _likelier(models: list[SearchModel]) -> SearchModel:
