@@ -4,8 +4,9 @@ import pytest
 
 from studies.noisy_worst_case import run, run_undeclared
 
-# ten functions with ten seeds: bias -0.02, held 93 %, gap 10.9 %; bias of the luckiest run 2.1
-BIAS, HELD, GAP = 0.3, 0.9, 0.14
+# ten functions with ten seeds: bias -0.02, held 93 %; bias of the luckiest run 2.1. With four: median gap
+# 16 % at the 97.5 % point of the draws, which covers in 38 of 40; at the 95 % point 13 %, and 36 of 40
+BIAS, HELD, GAP, COVERED = 0.3, 0.9, 0.19, 0.9
 
 
 def test_two_functions_with_one_seed():
@@ -22,6 +23,7 @@ def test_all_functions_with_four_seeds():
     assert abs(float(found["bias"].mean())) < BIAS
     assert float(found["held"].mean()) >= HELD
     assert float(found["gap"].median()) <= GAP
+    assert float(found["covered"].mean()) >= COVERED
     assert float(found["lucky"].mean()) > 1.5
 
 

@@ -1,10 +1,12 @@
 """How much worse the mean could be elsewhere, where runs have noise.
 
-    U = 95 % point of max over u of f(u),    f drawn from the Kriging given all runs
+    U = 97.5 % point of max over u of f(u),    f drawn from the Kriging given all runs
 
 with f the process without the nugget, drawn jointly at the points that could hold its largest value, its
 deviations inflated by leave-one-out. A bound on every point by itself, as runs without noise allow it, would
-be wider than all draws: noise keeps the deviations of all points large and their errors are shared.
+be wider than all draws: noise keeps the deviations of all points large and their errors are shared. The
+draws know nothing of peaks between the runs, and their 95 % point covered the largest mean in 90 % of the
+searches with known functions; what is stated with 95 % is therefore their 97.5 % point.
 """
 
 from functools import partial
@@ -25,6 +27,7 @@ __all__ = ["mean_gap"]
 RANDOM_POINTS, CORNERS = 4000, 1000
 KEPT = 400  # points of the highest bounds, whose values are drawn
 DRAWS = 2000
+QUANTILE = 0.975  # of the draws, so that what is stated covers in 95 % of searches
 LEANS = (1.0, 2.0, 3.0)  # deviations above the mean whose largest points are drawn, too
 
 
@@ -60,7 +63,7 @@ def mean_gap(ledger: Ledger, model: SearchModel, success: SuccessChance, mean: M
             values, vectors = np.linalg.eigh(covariance)
             root = one.inflation * vectors * np.sqrt(np.maximum(values, 0.0))
             largest.append((predicted[:, None] + root @ rng.standard_normal((len(kept), draws))).max(axis=0))
-        upper = max(upper, float(np.quantile(np.concatenate(largest), COVERAGE)))
+        upper = max(upper, float(np.quantile(np.concatenate(largest), QUANTILE)))
     return Gap(
         upper=upper, width=upper - mean.value, coverage=COVERAGE, kind="model-based", subject="the mean"
     )

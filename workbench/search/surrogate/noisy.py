@@ -24,6 +24,7 @@ SLIGHT = 0.03
 GROWTH = 1.25  # of the number of runs, after which trend and correlation are chosen anew
 MOST_INFLATION = 3.0
 ROUGHER = (0.4, 2.5)  # factors of theta that are tried beside the likeliest
+TEMPER = 2.0  # of the leave-one-out densities: a few dozen noisy runs do not tell one model from another
 SPARE = 3  # runs beyond the terms of a linear trend before it is tried
 
 
@@ -52,7 +53,9 @@ def credible_noisy_models(
     features: np.ndarray, v: np.ndarray, *, seed: int
 ) -> tuple[list[SearchModel], np.ndarray]:
     """Models of other trends, correlations and ranges, and how much each is believed (k,), in sum 1."""
-    found, weights = credible_models(features, v, nugget="estimate", factors=ROUGHER, seed=seed)
+    found, weights = credible_models(
+        features, v, nugget="estimate", factors=ROUGHER, temper=TEMPER, seed=seed
+    )
     return [_of_the_mean(model, features, chosen_at=len(v)) for model in found], weights
 
 
