@@ -73,10 +73,11 @@ def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSo
         return _one_constraint(model, float(caps[0]), float(size[0]))
     seen = (model.gradients[1:] != 0) | (model.curvatures[1:] != 0)
     apart = bool(seen.sum(axis=0).max() <= 1)
-    found = None
     if len(model.point) >= _MANY or not apart:
-        found = _several(model, caps, size, also_by_dual=not apart)
-    return _apart(model, caps, size, seen) if found is None else found
+        together = _several(model, caps, size, also_by_dual=not apart)
+        if together is not None:
+            return together
+    return _apart(model, caps, size, seen)
 
 
 def _solution(model: SeparableModel, x: Array, multipliers: Array) -> SubproblemSolution:
