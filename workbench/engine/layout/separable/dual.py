@@ -4,8 +4,9 @@
 
 (7.9) prints l_j > 0; an idle budget has l_j = 0. The cap is the price of elastic variables (f~_j <= z_j at
 the cost cap z_j): an infeasible subproblem then has a solution, and says that it is elastic. One constraint:
-a bracketed root. Several: projected Newton on the concave dual, and an interior point where the dual has
-kinks. A linear model is a linear programme: by sorting where constraints share no variable, else by HiGHS.
+a bracketed root. Several: where the dual has kinks, or there are many variables, an interior point and Newton
+steps on its active set; else projected Newton on the concave dual; each stands in for the other. A linear
+model is a linear programme: by sorting where constraints share no variable, else by HiGHS.
 """
 
 from collections.abc import Callable, Iterator
