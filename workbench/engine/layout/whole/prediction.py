@@ -31,7 +31,7 @@ KINDS = ("histories", "peaks")
 _DIRECTIONS = 10
 _STRENGTH = 1e-3  # of the largest singular value, below which a direction or a component is not kept
 _COMPONENTS = 25
-_SLOPES = {"histories": 400, "peaks": 400}  # numbers of slopes that the processes use, at most
+_SLOPES = 400  # numbers that a process uses, at most
 _FEWEST, _MOST = 40, 90  # designs from which histories are learnt
 _POWERS = (0.5, 1.0)  # of the singular values in the lengths of features
 _LENGTHS = (0.5, 1.0)  # of the process over the median distance
@@ -118,7 +118,7 @@ def predicted(runs: Runs, kind: str, setting: Setting | None = None) -> Predicti
     basis, strength = basis[: max(1, min(_COMPONENTS, count))], strength[: max(1, min(_COMPONENTS, count))]
     parts = (scaled - middle) @ basis.T
     few = min(_DIRECTIONS, runs.problem.members) if setting is None else setting.directions.shape[1]
-    sloped = np.arange(min(len(slopes), max(1, _SLOPES[kind] // few)))
+    sloped = np.arange(min(len(slopes), max(1, _SLOPES // few)))
     along = [(basis * by_value[i]) @ slopes[i] for i in sloped]  # (r, members) of each
     shares = np.array([runs.shares[i] for i in order])
 
