@@ -65,9 +65,7 @@ class CompiledLaw:
         constants = {str(name): float(value) for name, value in self.constants.items()}
         if len(constants) > MOST:
             raise ValueError(f"a compiled law takes at most {MOST} constants, got {len(constants)}")
-        for name, value in constants.items():
-            if not isfinite(value):
-                raise ValueError(f"a compiled law needs numbers, got {name}={value}")
+        _require_numbers(constants)
         order = arguments(self.force, "force", _STATES, constants)
         if self.slopes is not None and arguments(self.slopes, "slopes", _STATES, constants) != order:
             raise ValueError("force and slopes of a compiled law need their arguments in one order")
@@ -113,12 +111,19 @@ class CompiledLaw:
     def changed(self, **values: float) -> "CompiledLaw":
         """With other values of some constants, slopes not held against differences again.
 
-        Raises ValueError for names that are none.
+        Raises ValueError for names that are none and values that are no numbers.
         """
+        _require_numbers(values)
         for name in values:
             if name not in self.constants:
                 raise ValueError(f"no constant is called '{name}': {', '.join(self.constants)}")
         return _law(self.force, {**self.constants, **values}, self.slopes)
+
+
+def _require_numbers(constants: Mapping[str, float]) -> None:
+    for name, value in constants.items():
+        if not isfinite(value):
+            raise ValueError(f"a compiled law needs numbers, got {name}={value}")
 
 
 def _law(force: Any, constants: Mapping[str, float], slopes: Any) -> CompiledLaw:

@@ -58,9 +58,7 @@ class StateLaw:
         for name in ("states", "constants"):
             given = {str(key): float(value) for key, value in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(given))
-            for key, value in given.items():
-                if not isfinite(value):
-                    raise ValueError(f"a law with states needs numbers, got {key}={value}")
+            _require_numbers(given)
         if not 1 <= len(self.states) <= MOST_STATES or len(self.constants) > MOST_CONSTANTS:
             raise ValueError(
                 f"a law with states takes 1 to {MOST_STATES} states and at most {MOST_CONSTANTS} constants, "
@@ -79,7 +77,8 @@ class StateLaw:
 
     def changed(self, **values: float) -> "StateLaw":
         """With other values of some constants or, by their names, starts of states, slopes not held against
-        differences again. Raises ValueError for names that are neither."""
+        differences again. Raises ValueError for names that are neither, values that are no numbers."""
+        _require_numbers(values)
         for name in values:
             if name not in self.constants and name not in self.states:
                 known = ", ".join((*self.states, *self.constants))
@@ -127,6 +126,12 @@ class StateLaw:
             numbers[moved : moved + 2] = pair[: len(numbers) - moved]
             found.append(self.look(numbers[0], numbers[1], t, numbers[2:])[k])
         return found[0].real, found[0].imag / STEP, found[1].imag / STEP
+
+
+def _require_numbers(given: Mapping[str, float]) -> None:
+    for name, value in given.items():
+        if not isfinite(value):
+            raise ValueError(f"a law with states needs numbers, got {name}={value}")
 
 
 def _law(force: Any, growth: Any, states: Mapping[str, float], constants: Mapping[str, float]) -> StateLaw:

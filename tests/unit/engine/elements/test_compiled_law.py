@@ -161,6 +161,12 @@ def test_unknown_constants_are_refused():
         LAW.changed(q=1.0)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_constant_is_not_changed_to_what_is_no_number(value):
+    with pytest.raises(ValueError, match=f"a compiled law needs numbers, got k={value}"):
+        LAW.changed(k=value)
+
+
 def test_a_kink_at_rest_passes_with_slopes():
     law = CompiledLaw(force=larger, slopes=lambda delta, rate, t: (1.0 if delta > 0.0 else 0.0, 0.0))
     assert look(law, 0.2)[:3] == (0.2, 1.0, 0.0)

@@ -32,6 +32,8 @@ def test_constants_stand_in_the_order_of_the_functions_and_starts_can_be_changed
     assert (dict(moved.states), dict(moved.constants)) == ({"x": 0.5, "y": 0.2}, {"k": 1.0, "c": 5.0})
     with pytest.raises(ValueError, match="no state or constant is called 'q': x, y, k, c"):
         LAW.changed(q=1.0)
+    with pytest.raises(ValueError, match="a law with states needs numbers, got x=nan"):
+        LAW.changed(x=float("nan"))
 
 
 def test_one_law_survives_pickling():
