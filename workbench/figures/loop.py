@@ -5,6 +5,7 @@ Members differ in form as well as colour, so that a grey print tells them apart:
 airbag a row of beads, a retractor dashes.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +41,9 @@ __all__ = [
 
 KIND_COLOURS = {"belt": VERMILLION, "airbag": BLUE, "retractor": "#735605"}
 WIDEST = 5.0  # points, at density 1
+SQUARE = 60**0.5  # points, the edge of the square of the largest density
+BEADS = 11.0  # points from one bead of an airbag to the next
+FINEST = 0.05  # points: members whose widths differ by less are drawn as one line
 THINNEST = 1e-3  # of the largest density: what no line can show
 DASHES = ("-", "--", ":", "-.")
 COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE)
@@ -122,8 +126,11 @@ def plot_layout_matrix(
     ax = current_axes(ax)
     there = np.argwhere(~np.isnan(density))
     size = np.array([density[i, j] for i, j in there]) / (largest or 1.0)
-    ax.scatter(there[:, 1], there[:, 0], s=2, c=GREY, marker=".", linewidths=0)
-    ax.scatter(there[:, 1], there[:, 0], s=60 * size, c="#1b1f24", marker="s", linewidths=0)
+    ax.plot(there[:, 1], there[:, 0], ".", ms=1.4, mew=0, color=GREY)
+    side = np.rint(SQUARE * np.sqrt(np.maximum(size, 0.0)) / FINEST) * FINEST
+    for edge in np.unique(side[side > 0.0]):
+        row, column = there[side == edge].T
+        ax.plot(column, row, "s", ms=edge, mew=0, color="#1b1f24")
     ax.set_yticks(range(len(rows)), rows, fontsize=7)
     ax.set_xticks(range(len(columns)), columns, fontsize=6, rotation=90)
     ax.set(xlim=(-0.7, len(columns) - 0.3), ylim=(len(rows) - 0.3, -0.7))
@@ -141,6 +148,12 @@ def _hull(points: np.ndarray) -> np.ndarray:
         along = centred @ np.linalg.svd(centred, full_matrices=False)[2][0]
         return points[[int(along.argmin()), int(along.argmax())]]
     return points[ConvexHull(points).vertices]
+
+
+def _apart(segments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Segments (n, 2, 2) as one line with gaps: what it looks like is then written once."""
+    with_gaps = np.concatenate([segments, np.full((len(segments), 1, 2), np.nan)], axis=1).reshape(-1, 2)
+    return with_gaps[:, 0], with_gaps[:, 1]
 
 
 @any_label
@@ -169,24 +182,28 @@ def plot_members(
         ax.fill(hull[:, 0], hull[:, 1], facecolor="#eef1f4", edgecolor=GREY, lw=1, alpha=0.6, zorder=1)
         ax.plot(points[:, 0], points[:, 1], ".", color=GREY, ms=2, zorder=1)
         ax.annotate(str(body["name"]), points.mean(axis=0), color=GREY, ha="center", va="bottom", zorder=4)
-    thickest: dict[str, Any] = {}  # of each kind, for the legend
     largest = max((float(m["density"]) for m in members), default=0.0) or 1.0
     # a thousand members are drawn finer than ten
     widest = WIDEST / max(1.0, len(members) / 100) ** 0.5
-    for m in sorted(members, key=lambda m: float(m["density"])):
-        share, kind = float(m["density"]) / largest, str(m["kind"])
-        if share < THINNEST:
-            continue
-        (ax_, ay), (bx, by) = ([float(m[end][k]) for k in seen] for end in "ab")
-        colour, width = KIND_COLOURS.get(kind, "#1b1f24"), widest * share
+    ends: dict[tuple[int, str], list[Any]] = {}  # of members that look as wide
+    for m in members:
+        share = float(m["density"]) / largest
+        if share >= THINNEST:
+            level = math.ceil(widest * share / FINEST)
+            ends.setdefault((level, str(m["kind"])), []).append([[m[end][k] for k in seen] for end in "ab"])
+    thickest: dict[str, Any] = {}  # of each kind, for the legend
+    for (level, kind), some in sorted(ends.items()):
+        x, y = _apart(np.array(some, dtype=float))
+        colour, width = KIND_COLOURS.get(kind, "#1b1f24"), FINEST * level
         if kind == "airbag":
-            ax.plot([ax_, bx], [ay, by], "-", color=colour, lw=0.6, zorder=2)
-            s = (np.arange(7) + 0.5) / 7
-            x, y = ax_ + s * (bx - ax_), ay + s * (by - ay)
-            (thickest[kind],) = ax.plot(x, y, "o", ms=2 + width, color=colour, zorder=3)
+            ax.plot(x, y, "-", color=colour, lw=0.6, zorder=2)
+            beads = (0, (0.01, BEADS / (2 + width)))  # in widths; of members behind each other in one place
+            (thickest[kind],) = ax.plot(
+                x, y, ls=beads, dash_capstyle="round", color=colour, lw=2 + width, zorder=3
+            )
         else:
             dash = (0, (2.2, 1.4)) if kind == "retractor" else "-"
-            (thickest[kind],) = ax.plot([ax_, bx], [ay, by], ls=dash, color=colour, lw=width, zorder=3)
+            (thickest[kind],) = ax.plot(x, y, ls=dash, color=colour, lw=width, zorder=3)
     ax.set_aspect("equal")
     ax.set(xlabel=axis_label("xyz"[seen[0]], unit), ylabel=axis_label("xyz"[seen[1]], unit))
     if thickest:

@@ -13,13 +13,15 @@ Planar results (x, y, angle), y up, become poses by `planar_poses`. A campaign's
 to look at; full data stay with the simulation.
 
     {"title", "times", "meshes": [{"vertices", "triangles"}],
+     "bodies": [[{"name", "shape", "size", "role", "see_through", "mesh"}]],
+     "members": [[{"name", "kind", "density", "body_a", "point_a", "body_b", "point_b"}]],
      "histories": [{"name", "unit", "limit", "case", "series": [{"label", "values"}]}],
-     "runs": [{"label", "case", "poses", "forces",
-               "bodies": [{"name", "shape", "size", "role", "see_through", "mesh"}],
-               "members": [{"name", "kind", "density", "body_a", "point_a", "body_b", "point_b"}]}],
+     "runs": [{"label", "case", "poses", "forces", "bodies", "members"}],
      "storyboard": [times of the stills]}
 
-`body_a` and `body_b` are positions in `bodies`, -1 is the ground; `mesh` is a position in `meshes`.
+`bodies` and `members` of a run are positions in the lists of the document, since a layout has the same in
+every case; `body_a` and `body_b` are positions in a list of bodies, -1 is the ground; `mesh` is one in
+`meshes`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -212,8 +214,21 @@ class Motion:
 
     def to_dict(self) -> dict[str, Any]:
         """The document `motion.json`."""
-        meshes: dict[Any, int] = {}  # equal ones are written once
-        runs = [_run_document(run, meshes) for run in self.runs]
+        meshes: dict[Any, int] = {}  # equal ones are written once, as are lists of bodies and members
+        bodies: dict[tuple[Body, ...], int] = {}
+        members: dict[tuple[Member, ...], int] = {}
+        runs = [
+            {
+                "label": run.label,
+                "case": run.case,
+                "poses": packed_in_steps(in_six(run.poses).reshape(len(run.poses), -1)),
+                "forces": None if run.forces is None else packed_in_steps(run.forces),
+                "bodies": bodies.setdefault(run.bodies, len(bodies)),
+                "members": members.setdefault(run.members, len(members)),
+            }
+            for run in self.runs
+        ]
+        shapes = [[_body_document(b, meshes) for b in some] for some in bodies]
         return {
             "title": self.title,
             "times": packed(self.times),
@@ -222,6 +237,8 @@ class Motion:
                 {"vertices": [list(p) for p in vertices], "triangles": [list(t) for t in triangles]}
                 for vertices, triangles in meshes
             ],
+            "bodies": shapes,
+            "members": [[_member_document(m) for m in some] for some in members],
             "histories": [
                 {
                     "name": h.name,
@@ -257,32 +274,24 @@ class Motion:
         return cls(
             title=data["title"],
             times=times,
-            runs=tuple(_run_of(run, meshes, len(times)) for run in data["runs"]),
+            runs=tuple(_run_of(data, run, meshes, len(times)) for run in data["runs"]),
             histories=histories,
             storyboard=tuple(data.get("storyboard", ())),
         )
 
 
-def _run_document(run: MotionRun, meshes: dict[Any, int]) -> dict[str, Any]:
-    bodies = []
-    for b in run.bodies:
-        mesh = meshes.setdefault((b.vertices, b.triangles), len(meshes)) if b.shape == "mesh" else None
-        bodies.append(
-            {"name": b.name, "shape": b.shape, "size": list(b.size), "role": b.role,
-             "see_through": b.see_through, "mesh": mesh}
-        )  # fmt: skip
+def _body_document(b: Body, meshes: dict[Any, int]) -> dict[str, Any]:
+    mesh = meshes.setdefault((b.vertices, b.triangles), len(meshes)) if b.shape == "mesh" else None
     return {
-        "label": run.label,
-        "case": run.case,
-        "poses": packed_in_steps(in_six(run.poses).reshape(len(run.poses), -1)),
-        "forces": None if run.forces is None else packed_in_steps(run.forces),
-        "bodies": bodies,
-        "members": [
-            {"name": m.name, "kind": m.kind, "density": _seen(m.density), "body_a": m.body_a,
-             "point_a": list(map(_seen, m.point_a)), "body_b": m.body_b,
-             "point_b": list(map(_seen, m.point_b))}
-            for m in run.members
-        ],
+        "name": b.name, "shape": b.shape, "size": list(b.size), "role": b.role,
+        "see_through": b.see_through, "mesh": mesh,
+    }  # fmt: skip
+
+
+def _member_document(m: Member) -> dict[str, Any]:
+    return {
+        "name": m.name, "kind": m.kind, "density": _seen(m.density), "body_a": m.body_a,
+        "point_a": list(map(_seen, m.point_a)), "body_b": m.body_b, "point_b": list(map(_seen, m.point_b)),
     }  # fmt: skip
 
 
@@ -291,17 +300,22 @@ def _seen(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def _run_of(document: Mapping[str, Any], meshes: Sequence[Any], count: int) -> MotionRun:
-    """A run of a document, also of one whose poses have whole quaternions, or are plain float32."""
+def _run_of(
+    data: Mapping[str, Any], document: Mapping[str, Any], meshes: Sequence[Any], count: int
+) -> MotionRun:
+    """A run of a document, also of one that has whole quaternions or float32, and bodies in every run."""
+    shapes, ties = (
+        data[key][document[key]] if isinstance(document[key], int) else document[key]
+        for key in ("bodies", "members")
+    )
     bodies = []
-    for b in document["bodies"]:
+    for b in shapes:
         given = {**b, "size": tuple(b["size"])}
         mesh = given.pop("mesh", None)
         vertices, triangles = ((), ()) if mesh is None else meshes[mesh]
         bodies.append(Body(**given, vertices=vertices, triangles=triangles))
     members = tuple(
-        Member(**{**m, "point_a": tuple(m["point_a"]), "point_b": tuple(m["point_b"])})
-        for m in document["members"]
+        Member(**{**m, "point_a": tuple(m["point_a"]), "point_b": tuple(m["point_b"])}) for m in ties
     )
     kept, forces = document["poses"], document.get("forces")
     poses = (unpacked(kept) if isinstance(kept, str) else unpacked_from_steps(kept)).ravel()

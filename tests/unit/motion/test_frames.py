@@ -1,5 +1,6 @@
 """Motions and their stills: contract, geometry, hidden surfaces, bytes."""
 
+import base64
 import io
 import json
 import zlib
@@ -47,7 +48,11 @@ def test_a_motion_comes_back_from_its_document():
     assert back.runs[1].members == motion.runs[1].members
     for run, other in zip(motion.runs, back.runs, strict=True):
         half_a_step = np.ptp(run.poses[..., :3], axis=0) / STEPS / 2
-        assert (np.abs(other.poses[..., :3] - run.poses[..., :3]) <= half_a_step + 1e-12).all()
+        written = np.spacing(
+            np.abs(run.poses[..., :3]).max(axis=0).astype(np.float32)
+        )  # as the page has them
+        off = np.abs(other.poses[..., :3] - run.poses[..., :3])
+        assert (off <= (1 + 1e-5) * half_a_step + written).all()
         alike = np.abs((other.poses[..., 3:] * run.poses[..., 3:]).sum(axis=-1))
         assert (2 * np.arccos(np.minimum(alike, 1.0))).max() < 1e-4  # rad between them
     np.testing.assert_allclose(
@@ -98,15 +103,53 @@ def test_a_document_with_whole_quaternions_is_still_read():
     np.testing.assert_allclose(back.runs[1].poses, motion.runs[1].poses, atol=1e-4)
 
 
+def test_bodies_and_members_are_written_once_for_all_cases_of_a_layout():
+    motion = sample_motion()
+    runs = tuple(replace(run, case=case) for case in ("nominal", "worst") for run in motion.runs)
+    document = replace(motion, runs=runs).to_dict()
+    layouts = len({run.members for run in motion.runs})
+    assert (len(document["members"]), len(document["bodies"])) == (
+        layouts, len({run.bodies for run in motion.runs}),
+    )  # fmt: skip
+    assert [run.members for run in Motion.from_dict(document).runs] == [run.members for run in runs]
+
+
+@pytest.mark.parametrize("rows", [1, 2, 300])
+def test_steps_come_back_whatever_a_column_does(rows):
+    """Constant, smooth, noisy, far from zero, with both ends from one row to the next."""
+    t, rng = np.linspace(0.0, 1.0, rows), np.random.default_rng(3)
+    table = np.stack(
+        [
+            0.0 * t + 7.0,
+            np.sin(9 * t),
+            rng.normal(size=rows),
+            5e4 + t,
+            1e3 * (np.arange(rows) % 2),
+            -3e-9 * t,
+        ],
+        axis=1,
+    )
+    document = json.loads(json.dumps(packed_in_steps(table)))
+    off = np.abs(unpacked_from_steps(document) - table)
+    assert (off <= (0.5 + 1e-5) * np.ptp(table, axis=0) / STEPS + 1.2e-7 * np.abs(table).max(axis=0)).all()
+
+
+def test_plain_steps_of_before_are_still_read():
+    steps = base64.b64encode(np.array([[0, 0], [65535, 0]], dtype="<u2").tobytes()).decode()
+    document = {"low": [1.0, 5.0], "step": [2.0 / 65535, 0.0], "steps": steps}
+    np.testing.assert_allclose(unpacked_from_steps(document), [[1.0, 5.0], [3.0, 5.0]])
+
+
 def test_a_document_with_plain_poses_is_still_read():
     motion = sample_motion()
     document = motion.to_dict()
     for kept, run in zip(document["runs"], motion.runs, strict=True):
         kept["poses"] = packed(run.poses)
+        kept |= {key: document[key][kept[key]] for key in ("bodies", "members")}
         del kept["forces"], kept["case"]
         for body in kept["bodies"]:
-            del body["mesh"]
-    del document["meshes"]
+            body.pop("mesh", None)
+    del document["meshes"], document["bodies"], document["members"]
     back = Motion.from_dict(document)
     np.testing.assert_allclose(back.runs[1].poses, motion.runs[1].poses, atol=1e-6)
 
@@ -299,7 +342,7 @@ def test_members_are_written_as_exactly_as_one_can_see():
     (first, *rest), run = motion.runs[1].members, motion.runs[1]
     members = (replace(first, density=1 / 3, point_a=(np.pi, 0.1, -1e-7 / 3)), *rest)
     document = replace(motion, runs=(motion.runs[0], replace(run, members=members))).to_dict()
-    written = document["runs"][1]["members"][0]
+    written = document["members"][1][0]
     assert (written["density"], written["point_a"]) == (0.3333333, [3.141593, 0.1, -3.333333e-08])
 
 

@@ -19,6 +19,7 @@ _REFERENCE = re.compile(r"url\(#([^)]*)\)")
 _INSIDE = re.compile(r"^#(.*)$")  # a reference to the same page
 _LONG = re.compile(r"(\d+\.\d{2})\d+")
 _SPACE = re.compile(r"\s*([MLHVCSQTAZz])\s*|\s+")
+_ALONG = re.compile(r"^translate\(([-\d.]+)[ ,]0(?:\.0+)?\)$")
 _PLACES = ("d", "x", "y", "width", "height", "points")  # a hundredth of a point is not seen
 _INHERITED = {
     "fill", "fill-opacity", "stroke", "stroke-opacity", "stroke-width", "stroke-linecap", "stroke-linejoin",
@@ -59,7 +60,7 @@ def compact_svg(text: str, name: str, glyphs: dict[str, str] | None = None) -> s
         "viewBox": box, "width": str(across), "class": "plot", "aria-hidden": "true", "focusable": "false",
         "stroke-linejoin": "round", "stroke-linecap": "butt",
     }  # fmt: skip
-    drawing = ElementTree.tostring(root, encoding="unicode")
+    drawing = ElementTree.tostring(root, encoding="unicode").replace(" />", "/>")
     return drawing.removesuffix("</svg>") + "".join(own[key] for key in sorted(own)) + "</svg>"
 
 
@@ -95,6 +96,9 @@ def _round(root: Any) -> None:
         if element.get("transform", "").startswith("translate("):
             place, end, rest = element.get("transform").partition(")")
             element.set("transform", _LONG.sub(r"\1", place) + end + rest)  # a scale keeps its digits
+        if element.tag == "use" and (moved := _ALONG.match(element.get("transform", ""))):
+            del element.attrib["transform"]  # a letter further along its line
+            element.set("x", moved[1])
 
 
 def _take_glyphs(element: Any, glyphs: dict[str, str]) -> None:
@@ -114,7 +118,8 @@ def _take_glyphs(element: Any, glyphs: dict[str, str]) -> None:
 
 
 def _glyph_id(name: str) -> str:
-    return f"glyph-{name}"
+    """The id of a letter: of the font of all figures without the font's name, for a page has thousands."""
+    return f"glyph-{name.removeprefix('DejaVuSans-')}"
 
 
 def _short_ids(root: Any, name: str) -> None:

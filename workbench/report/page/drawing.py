@@ -38,6 +38,10 @@ def draw_svg(
         engine = figure.get_layout_engine()
         assert engine is not None
         engine.execute(figure)
+        if any(
+            ax.get_aspect() != "auto" for ax in figure.axes
+        ):  # what stands beside such axes moves with them
+            engine.execute(figure)
         figure.set_layout_engine("none")
         file = io.StringIO()
         canvas.print_svg(file, metadata={"Date": None})

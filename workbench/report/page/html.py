@@ -15,7 +15,15 @@ __all__ = ["html_text"]
 
 PAGE = Path(__file__).parent  # where template, style and scripts stand
 TEMPLATE = "page.html.j2"
-VIEWER = ("data", "camera", "shapes", "stage", "charts", "controls")  # in this order, each on those before it
+VIEWER = (
+    "inflate",
+    "data",
+    "camera",
+    "shapes",
+    "stage",
+    "charts",
+    "controls",
+)  # in this order, each on those before it
 VIEWER_HEAD = """// The motion of some runs in WebGL2, from <script type="application/json" id="viewer-data">
 // (the document of workbench/motion/frames.py). Nothing is loaded; without WebGL2 a sentence says so.
 const source = document.getElementById("viewer-data"), root = document.getElementById("viewer-panel");

@@ -4,8 +4,18 @@ const floats = (text) => new Float32Array(bytes(text));
 function table(packed) {                                     // workbench.motion.packing
   if (packed === null || packed === undefined) return null;
   if (typeof packed === "string") return floats(packed);
-  const steps = new Uint16Array(bytes(packed.steps)), n = packed.low.length, out = new Float32Array(steps.length);
-  for (let i = 0; i < steps.length; i++) out[i] = packed.low[i % n] + packed.step[i % n] * steps[i];
+  if (packed.steps) {                                        // as it was written before
+    const steps = new Uint16Array(bytes(packed.steps)), n = packed.low.length;
+    return Float32Array.from(steps, (s, i) => packed.low[i % n] + packed.step[i % n] * s);
+  }
+  const low = floats(packed.low), step = floats(packed.step), n = low.length, count = frames * n;
+  const planes = inflate(new Uint8Array(bytes(packed.differences)), 2 * count), out = new Float32Array(count);
+  const steps = Uint16Array.from({ length: count }, (_, i) => planes[i] | (planes[count + i] << 8));
+  for (let j = 0; j < n; j++) {
+    const column = steps.subarray(j * frames, (j + 1) * frames);  // sums of 16 bits: modulo 65536
+    for (let k = 0; k < packed.order; k++) for (let i = 1; i < frames; i++) column[i] += column[i - 1];
+    for (let i = 0; i < frames; i++) out[i * n + j] = low[j] + step[j] * column[i];
+  }
   return out;
 }
 const data = JSON.parse(source.textContent);
@@ -18,7 +28,9 @@ function quaternions(six) {                                  // in_six of workbe
   }
   return out;
 }
-for (const run of data.runs) {
+for (const run of data.runs) {                               // bodies and members stand once, runs say which
+  if (!Array.isArray(run.bodies)) run.bodies = data.bodies[run.bodies];
+  if (!Array.isArray(run.members)) run.members = data.members[run.members].map((member) => ({ ...member }));
   run.poses = table(run.poses);
   if (run.poses.length === 6 * frames * run.bodies.length) run.poses = quaternions(run.poses);
   run.forces = table(run.forces);

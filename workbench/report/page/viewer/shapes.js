@@ -18,9 +18,9 @@ function turnOnto(axis, across) {                            // z onto a unit ax
   x = unit(x);
   return ofAxes(x, cross(axis, x), axis);
 }
-function rod(a, b, radius, colour) {
+function rod(a, b, radius, colour, mesh = "rod") {           // a capsule of as many corners as one sees
   const d = add(b, a, -1), length = Math.hypot(...d);
-  return { mesh: "capsule", at: add(a, d, .5), q: length > 1e-9 ? turnOnto(unit(d), [1, 0, 0]) : [1, 0, 0, 0], size: [radius, length / 2, -1], colour };
+  return { mesh, at: add(a, d, .5), q: length > 1e-9 ? turnOnto(unit(d), [1, 0, 0]) : [1, 0, 0, 0], size: [radius, length / 2, -1], colour };
 }
 function band(a, b, across, radius, colour) {                // a belt: flat, its face towards what it holds
   const d = add(b, a, -1), length = Math.hypot(...d);
@@ -50,7 +50,7 @@ function memberShapes(run, k, frame, out) {
     const filled = run.forces ? .35 + .65 * Math.min(1, Math.abs(pull) / (.2 * strongest || 1)) : 1;
     const radius = Math.min(full * filled * Math.sqrt(member.rest / length), .45 * length + .02, .25);
     out.solid.push(rod(a, b, r / 3, colour));
-    out.glass.push(rod(on(Math.min(.45, radius / length)), on(1 - Math.min(.45, radius / length)), radius, [...colour.slice(0, 3), .5]));
+    out.glass.push(rod(on(Math.min(.45, radius / length)), on(1 - Math.min(.45, radius / length)), radius, [...colour.slice(0, 3), .5], "bag"));
   } else {
     const reach = acts ? .8 : .55;
     for (let i = 0; i < PIECES; i++) out.solid.push(rod(on(i / PIECES), on((i + reach) / PIECES), acts ? 1.5 * r : r, colour));

@@ -40,29 +40,34 @@ function cone(sides = 12) {
   const triangles = rim.flatMap((_, j) => [[j, (j + 1) % sides, sides], [(j + 1) % sides, j, sides + 1]]);
   return faceted([...rim, [0, 0, 1], [0, 0, 0]], triangles);
 }
-const MESHES = { capsule: capsule(), box: box(), cone: cone() };
+// a rod is thin, and there are hundreds of them: a twelfth of the corners of a capsule
+const MESHES = { capsule: capsule(), rod: capsule(1, 6), bag: capsule(3, 12), box: box(), cone: cone() };
 (data.meshes || []).forEach((mesh, k) => { MESHES[k] = faceted(mesh.vertices, mesh.triangles); });
 const LIGHT = unit([-.35, -.45, .82]);
 
+const OF_A_SHAPE = [["turn", 4], ["place", 3], ["size", 3], ["colour", 4]];
+const FLOATS = OF_A_SHAPE.reduce((sum, [, n]) => sum + n, 0);
 const VERTEX = `#version 300 es
   in vec3 normal; in vec3 corner;
-  uniform mat4 scene; uniform vec4 turn; uniform vec3 place, size; uniform bool flat_; uniform vec3 light;
-  out vec3 n; out vec3 at;
+  in vec4 turn; in vec3 place, size; in vec4 colour;          // of a shape
+  uniform mat4 scene; uniform bool flat_; uniform vec3 light;
+  out vec3 n; out vec3 at; out vec4 paint;
   vec3 rotated(vec3 p) { vec3 t = 2.0 * cross(turn.yzw, p); return p + turn.x * t + cross(turn.yzw, t); }
   void main() {
     vec3 p = size.z < 0.0 ? normal * size.x + corner * size.y : corner * size;
     at = rotated(p) + place;
     if (flat_) at = vec3(at.xy - light.xy * at.z / light.z, 0.002);
     n = rotated(normal);
+    paint = colour;
     gl_Position = scene * vec4(at, 1.0);
   }`;
 const FRAGMENT = `#version 300 es
   precision highp float;
-  in vec3 n; in vec3 at;
-  uniform vec4 colour; uniform vec3 light, eye; uniform int kind;
+  in vec3 n; in vec3 at; in vec4 paint;
+  uniform vec3 light, eye; uniform int kind;
   out vec4 result;
   void main() {
-    if (kind == 1) { result = colour; return; }              // a shadow
+    if (kind == 1) { result = paint; return; }              // a shadow
     if (kind == 2) {                                         // the ground: a grid of 0.5 m that fades
       vec2 d = abs(mod(at.xy + 0.25, 0.5) - 0.25);
       float reach = length(at - eye), width = 0.006 + 0.0012 * reach;
@@ -71,14 +76,14 @@ const FRAGMENT = `#version 300 es
       return;
     }
     float s = dot(normalize(n), light);
-    result = vec4(colour.rgb * (0.45 + 0.55 * (0.35 * abs(s) + 0.65 * max(s, 0.0))), colour.a);
+    result = vec4(paint.rgb * (0.45 + 0.55 * (0.35 * abs(s) + 0.65 * max(s, 0.0))), paint.a);
   }`;
 
 function stage(canvas) {
   const gl = canvas.getContext("webgl2", { antialias: true, stencil: true, alpha: false });
   if (!gl) return null;
   const losing = gl.getExtension("WEBGL_lose_context");      // asked for now: a lost context gives none
-  let U = null, arrays = {}, draws = 0, lost = false, scene = null;
+  let U = null, arrays = {}, shapesNow = null, draws = 0, lost = false, scene = null;
 
   function prepare() {                                       // all that a lost context takes with it
     const program = gl.createProgram();
@@ -88,14 +93,14 @@ function stage(canvas) {
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
-    gl.bindAttribLocation(program, 0, "normal");
-    gl.bindAttribLocation(program, 1, "corner");
+    ["normal", "corner", ...OF_A_SHAPE.map(([name]) => name)].forEach((name, i) => gl.bindAttribLocation(program, i, name));
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) return false;
     gl.useProgram(program);
     U = Object.fromEntries(
-      ["scene", "turn", "place", "size", "flat_", "light", "eye", "colour", "kind"].map((name) => [name, gl.getUniformLocation(program, name)]));
+      ["scene", "flat_", "light", "eye", "kind"].map((name) => [name, gl.getUniformLocation(program, name)]));
     arrays = {};
+    shapesNow = gl.createBuffer();
     for (const [name, mesh] of Object.entries(MESHES)) {
       arrays[name] = gl.createVertexArray();
       gl.bindVertexArray(arrays[name]);
@@ -105,25 +110,43 @@ function stage(canvas) {
         gl.enableVertexAttribArray(i);
         gl.vertexAttribPointer(i, 3, gl.FLOAT, false, 24, 12 * i);
       }
+      gl.bindBuffer(gl.ARRAY_BUFFER, shapesNow);
+      let at = 0;
+      OF_A_SHAPE.forEach(([, n], k) => {
+        gl.enableVertexAttribArray(2 + k);
+        gl.vertexAttribPointer(2 + k, n, gl.FLOAT, false, 4 * FLOATS, 4 * at);
+        gl.vertexAttribDivisor(2 + k, 1);
+        at += n;
+      });
     }
     gl.enable(gl.DEPTH_TEST);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     return true;
   }
-  function one(shape) {
-    gl.uniform4fv(U.turn, shape.q);
-    gl.uniform3fv(U.place, shape.at);
-    gl.uniform3fv(U.size, shape.size);
-    gl.uniform4fv(U.colour, shape.colour);
-    gl.bindVertexArray(arrays[shape.mesh]);
-    gl.drawArrays(gl.TRIANGLES, 0, MESHES[shape.mesh].length / 6);
-    draws++;
+  function all(shapes) {                                     // in their order, neighbours of one form at once
+    for (let i = 0, next; i < shapes.length; i = next) {
+      const { mesh } = shapes[i];
+      for (next = i; next < shapes.length && shapes[next].mesh === mesh; next++);
+      const given = new Float32Array(FLOATS * (next - i));
+      for (let k = i; k < next; k++) {
+        const { q, at, size, colour } = shapes[k];
+        given.set(q, FLOATS * (k - i));
+        given.set(at, FLOATS * (k - i) + 4);
+        given.set(size, FLOATS * (k - i) + 7);
+        given.set(colour, FLOATS * (k - i) + 10);
+      }
+      gl.bindVertexArray(arrays[mesh]);
+      gl.bindBuffer(gl.ARRAY_BUFFER, shapesNow);
+      gl.bufferData(gl.ARRAY_BUFFER, given, gl.STREAM_DRAW);
+      gl.drawArraysInstanced(gl.TRIANGLES, 0, MESHES[mesh].length / 6, next - i);
+      draws += next - i;
+    }
   }
   function ground(run, shapes) {
     const at = subject(run).middle;
     gl.uniform1i(U.flat_, 0);
     gl.uniform1i(U.kind, 2);
-    one({ mesh: "box", at: [at[0], at[1], -.01], q: [1, 0, 0, 0], size: [60, 60, .01], colour: [1, 1, 1, 1] });
+    all([{ mesh: "box", at: [at[0], at[1], -.01], q: [1, 0, 0, 0], size: [60, 60, .01], colour: [1, 1, 1, 1] }]);
     gl.uniform1i(U.kind, 1);                                 // shadows: every pixel darkened once
     gl.uniform1i(U.flat_, 1);
     gl.enable(gl.BLEND);
@@ -131,7 +154,7 @@ function stage(canvas) {
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
     gl.depthMask(false);
-    for (const shape of shapes) one({ ...shape, colour: [.2, .22, .25, .28] });
+    all(shapes.map((shape) => ({ ...shape, colour: [.2, .22, .25, .28] })));
     gl.clear(gl.STENCIL_BUFFER_BIT);
     gl.disable(gl.STENCIL_TEST);
     gl.depthMask(true);
@@ -142,7 +165,7 @@ function stage(canvas) {
   function through(shapes) {                                 // blended over what stands there
     gl.enable(gl.BLEND);
     gl.depthMask(false);
-    shapes.forEach(one);
+    all(shapes);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
   }
@@ -150,7 +173,7 @@ function stage(canvas) {
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.ALWAYS, 1, 255);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
-    shapes.forEach(one);
+    all(shapes);
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.stencilOp(gl.KEEP, gl.INCR, gl.INCR);
     gl.depthFunc(gl.GREATER);
@@ -173,7 +196,7 @@ function stage(canvas) {
     gl.uniform3fv(U.light, LIGHT);
     gl.uniform3fv(U.eye, cam.eye);
     ground(run, [...shapes.solid, ...shapes.occupant]);
-    shapes.solid.forEach(one);
+    all(shapes.solid);
     occupant(shapes.occupant);
     through([...ghosts, ...shapes.glass]);
     gl.disable(gl.DEPTH_TEST);
