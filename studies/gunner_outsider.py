@@ -1,24 +1,28 @@
 """The layouts of a finished loop of the gunner's restraints, tried by an outsider; who stays in the hatch.
 
     python -m studies.gunner_outsider study.toml [runs against the robust layout] [seed]
+        [--rivals runs against each rival] [--box independent cases] [--corners evaluations]
 
 The study's campaign stands beside it. The robust layout, the one of the nominal case and the uniform one are
 run in the same independent cases of the box, from which the share of cases follows in which the gunner is
-retained; then the outsider of `studies.loop_claims` searches for a worse case for each, with a quarter of the
-runs for the two rivals. All are judged over all cases that the loop or the outsider found for any of them.
-Retained: `ejected` is 0, he never rose above the hatch. No surrogate, seed or case of the loop is used.
+retained; then the outsider of `studies.loop_claims` searches for a worse case for each, unless told otherwise
+with a quarter of the runs for a rival. All are judged over all cases that the loop or the outsider found for
+any of them. Retained: `ejected` is 0, he never rose above the hatch. No surrogate, seed or case of the loop
+is used. With `--corners` the plainest rival stands beside: the nominal case and 50 random corners at once,
+from the layout of the nominal case, with so many evaluations.
 """
 
-import sys
+from argparse import ArgumentParser
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from studies.loop_claims import outsider
-from studies.loop_rivals import Runs
+from studies.loop_rivals import CORNERS, Runs, drawn_case
+from workbench.engine.layout.optimise import optimise_layout
 from workbench.errors import StudyError
 from workbench.robust_layout.model import LayoutModel, load_layout_model
 from workbench.search.evidence.attack.share import Share, counted_share
@@ -26,12 +30,13 @@ from workbench.space.box import Space
 from workbench.study.loading import load_study
 from workbench.system.atomic import read_json
 
-__all__ = ["LAYOUTS", "Tried", "lines", "loop_of", "main", "tried"]
+__all__ = ["AT_ONCE", "LAYOUTS", "Tried", "corners_at_once", "lines", "loop_of", "main", "tried"]
 
 Array = np.ndarray[Any, Any]
 Case = Mapping[str, Any]
 
 LAYOUTS = ("robust", "nominal only", "uniform")
+AT_ONCE = f"{CORNERS} corners"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,37 +81,62 @@ def loop_of(study_file: Path) -> tuple[LayoutModel, Space, Mapping[str, Any]]:
     return model, study.space, found
 
 
+def corners_at_once(
+    model: LayoutModel, space: Space, loop: Mapping[str, Any], *, evaluations: int, seed: int
+) -> tuple[Array, float]:
+    """The layout for the nominal case and random corners, all at once, and its worst deviation over them."""
+    rng = np.random.default_rng([seed, 50])
+    cases = [dict(loop["cases"][0]), *(drawn_case(space, rng, corner=True) for _ in range(CORNERS))]
+    start = np.array(loop["layouts"]["nominal only"]["density"])
+    found = optimise_layout(
+        replace(model.problem(cases), start=start), max_evaluations=evaluations, multi_start=False,
+        compare=False, probes=0,
+    )  # fmt: skip
+    return found.density, model.as_response(found.value)
+
+
 def tried(
     model: LayoutModel, space: Space, loop: Mapping[str, Any], *, budget: int, seed: int,
+    rivals: int | None = None, of_the_box: int | None = None, corners: int = 0,
     tell: Callable[[str], None] = lambda text: None,
 ) -> list[Tried]:  # fmt: skip
-    """The layouts of a loop, each in independent cases and against the outsider."""
+    """The layouts of a loop, each in independent cases and against the outsider.
+
+    budget: runs of his against the robust layout. rivals, of_the_box: against each other one, and independent
+    cases; None for a quarter of it. corners: evaluations for the layout of `corners_at_once`; 0 for none.
+    """
     runs, rng = Runs(model), np.random.default_rng([seed, 5])
-    table = space.quantile(rng.random((budget // 4, space.dimension)))
+    rivals, of_the_box = (budget // 4 if n is None else n for n in (rivals, of_the_box))
+    table = space.quantile(rng.random((of_the_box, space.dimension)))
     box: list[Case] = [space.canonical(dict(zip(space.names, row, strict=True))) for row in table.tolist()]
     cases: list[Case] = [dict(case) for case in loop["cases"]]
-    names = [name for name in LAYOUTS if name in loop["layouts"]]
-    densities = {name: np.array(loop["layouts"][name]["density"]) for name in names}
+    names = [name for name in LAYOUTS if name in loop["layouts"]] + [AT_ONCE] * bool(corners)
+    densities = {name: np.array(loop["layouts"][name]["density"]) for name in names if name != AT_ONCE}
+    stated = {name: float(loop["layouts"][name]["worst"]) for name in densities}
     met: dict[str, float] = {}
     for name in names:
+        if name == AT_ONCE:
+            densities[name], stated[name] = corners_at_once(
+                model, space, loop, evaluations=corners, seed=seed
+            )
+            tell(f"{AT_ONCE} at once: {stated[name]:.4f} {model.unit} over them")
         inside = runs.values(densities[name], box)
         cases.append(box[int(inside.argmax())])
-        share = 1.0 if name == names[0] else 0.25
-        worst, case = outsider(runs, densities[name], space, budget=int(share * budget), seed=seed)
+        runs_here = budget if name == names[0] else rivals
+        worst, case = outsider(runs, densities[name], space, budget=runs_here, seed=seed)
         met[name] = max(worst, float(inside.max()))
         cases.append(case)
         tell(f"{name}: the box {inside.max():.4f}, the outsider {worst:.4f} {model.unit}, {runs.made} runs")
-    return [_judged(name, densities[name], runs, box, cases, loop, met[name]) for name in names]
+    return [_judged(name, densities[name], runs, box, cases, stated[name], met[name]) for name in names]
 
 
 def _judged(
-    name: str, density: Array, runs: Runs, box: list[Case], cases: list[Case], loop: Mapping[str, Any],
-    met: float,
-) -> Tried:  # fmt: skip
+    name: str, density: Array, runs: Runs, box: list[Case], cases: list[Case], stated: float, met: float
+) -> Tried:
     stays = [_retained(o) for o in runs.of(density)(box, purpose="study")]
     there = [_retained(o) for o in runs.of(density)(cases, purpose="study")]
     return Tried(
-        name=name, stated=float(loop["layouts"][name]["worst"]), met=met,
+        name=name, stated=stated, met=met,
         over_all=float(runs.values(density, cases).max()), of_the_box=counted_share(sum(stays), len(stays)),
         worst_of_the_box=float(runs.values(density, box).max()), cases=(sum(there), len(there)),
         runs=runs.made,
@@ -132,10 +162,21 @@ def lines(found: list[Tried], unit: str) -> list[str]:
 
 def main() -> None:
     """Print the table."""
-    file, *rest = sys.argv[1:]
-    budget, seed = (int(rest[0]) if rest else 1000), (int(rest[1]) if len(rest) > 1 else 4711)
-    model, space, loop = loop_of(Path(file))
-    found = tried(model, space, loop, budget=budget, seed=seed, tell=lambda text: print(text, flush=True))
+    ask = ArgumentParser(
+        prog="python -m studies.gunner_outsider", description=(__doc__ or "").splitlines()[0]
+    )
+    ask.add_argument("study", type=Path)
+    ask.add_argument("budget", nargs="?", type=int, default=1000, help="runs against the robust layout")
+    ask.add_argument("seed", nargs="?", type=int, default=4711)
+    ask.add_argument("--rivals", type=int, help="runs against each other layout (a quarter)")
+    ask.add_argument("--box", type=int, help="independent cases of the box (a quarter)")
+    ask.add_argument("--corners", type=int, default=0, help="evaluations for 50 corners at once (none)")
+    given = ask.parse_args()
+    model, space, loop = loop_of(given.study)
+    found = tried(
+        model, space, loop, budget=given.budget, seed=given.seed, rivals=given.rivals, of_the_box=given.box,
+        corners=given.corners, tell=lambda text: print(text, flush=True),
+    )  # fmt: skip
     print("\n".join(lines(found, model.unit)), flush=True)
 
 

@@ -35,7 +35,7 @@ from workbench.robust_layout.record import LoopSettings
 from workbench.space.box import Space
 from workbench.study.loading import load_study
 
-__all__ = ["CORNERS", "Runs", "box", "counting", "outsider", "row", "sample_approach"]
+__all__ = ["CORNERS", "Runs", "box", "counting", "drawn_case", "outsider", "row", "sample_approach"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -106,7 +106,8 @@ def nominal(space: Space) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _drawn(space: Space, rng: np.random.Generator, *, corner: bool) -> dict[str, Any]:
+def drawn_case(space: Space, rng: np.random.Generator, *, corner: bool) -> dict[str, Any]:
+    """A random case of a space, or one of its corners."""
     case: dict[str, Any] = {}
     for p in space.parameters:
         if p.lower is None or p.upper is None:
@@ -123,7 +124,7 @@ def _drawn(space: Space, rng: np.random.Generator, *, corner: bool) -> dict[str,
 def outsider(runs: Runs, density: Array, space: Space, *, budget: int, seed: int) -> list[Case]:
     """The worst cases that a plain search finds on a layout, worst first."""
     rng = np.random.default_rng([seed, 77])
-    cases = [_drawn(space, rng, corner=k % 2 == 0) for k in range(2 * budget // 3)]
+    cases = [drawn_case(space, rng, corner=k % 2 == 0) for k in range(2 * budget // 3)]
     values = runs.values(density, cases)
     left = budget - len(cases)
     for start in np.argsort(-values)[:20]:
@@ -147,7 +148,7 @@ def outsider(runs: Runs, density: Array, space: Space, *, budget: int, seed: int
 def sample_approach(model: OccupantRestraint, space: Space, *, evaluations: int, seed: int) -> Array:
     """The layout for random corners, optimised all at once."""
     rng = np.random.default_rng([seed, 50])
-    cases = [nominal(space), *(_drawn(space, rng, corner=True) for _ in range(CORNERS))]
+    cases = [nominal(space), *(drawn_case(space, rng, corner=True) for _ in range(CORNERS))]
     return optimise_layout(model.problem(cases), max_evaluations=evaluations).density
 
 

@@ -1,12 +1,14 @@
 """All kinds at once over three manoeuvres, beside a sequence of parts, for as many runs of the engine.
 
     python -m studies.gunner.restraints.at_once [evaluations of each part] [hands: none, one or both]
+    python -m studies.gunner.restraints.at_once 20 drawn [seed] [how many]
 
 180 belts, 180 airbags and 36 retractors, a budget for each kind; the largest g1 over severe braking (1.5 s),
 step steer (1 s) and rollover (2.5 s). In parts: belts in braking, then airbags beside them in the rollover,
 then retractors beside both, as the decomposition by active status does, with one objective for all. At once:
 all variables over all three grounds, from its own start and from where the parts end. An evaluation of a part
-is one run, one of the whole three.
+is one run, one of the whole three. The gunner is that of the source's worst cases, or drawn: hands, grip,
+mass, seat and joints anywhere in the ranges of the rollover's study.
 """
 
 import sys
@@ -65,13 +67,25 @@ class Compared:
     at_once: Array
 
 
-def whole(grounds: Mapping[str, float] = GROUNDS, *, hands: str = "both") -> LayoutProblem:
-    """All kinds over some grounds; hands: as in `Case`."""
+def drawn(rng: np.random.Generator) -> dict[str, Any]:
+    """A gunner of the rollover's study, but for road and retractors."""
+    joints = ("shoulder_tx", "elbow", "hip_tx")
+    return {
+        "hands": str(rng.choice(["none", "one", "both"])), "grip": float(rng.uniform(350.0, 700.0)),
+        "mass": float(rng.uniform(60.0, 95.0)), "seat_cap": float(rng.uniform(300.0, 1000.0)),
+        "factors": {joint: float(2.0 ** rng.uniform(-1.0, 1.0)) for joint in joints},
+    }  # fmt: skip
+
+
+def whole(
+    grounds: Mapping[str, float] = GROUNDS, *, gunner_is: Mapping[str, Any] = WORST_GUNNER
+) -> LayoutProblem:
+    """All kinds over some grounds; gunner_is: what of `Case` is his."""
     scenarios = []
     for ground, t_end in grounds.items():
         design = Design(
             name=ground, on=ground, goal="largest g1", window=(0.0, t_end), opens=KINDS, budgets=BUDGETS,
-            gunner={**WORST_GUNNER, "hands": hands},
+            gunner=gunner_is,
         )  # fmt: skip
         case, some = case_of(design), places(design)
         system = joined(carrier(case), gunner(case), members(case, some))
@@ -86,11 +100,11 @@ def whole(grounds: Mapping[str, float] = GROUNDS, *, hands: str = "both") -> Lay
     )  # fmt: skip
 
 
-def compare(evaluations: int = 20, *, hands: str = "both") -> Compared:
+def compare(evaluations: int = 20, *, gunner_is: Mapping[str, Any] = WORST_GUNNER) -> Compared:
     """Parts and at once, for as many runs."""
-    problem = whole(hands=hands)
-    braked = whole({"braking": GROUNDS["braking"]}, hands=hands)
-    rolled = whole({"rollover": GROUNDS["rollover"]}, hands=hands)
+    problem = whole(gunner_is=gunner_is)
+    braked = whole({"braking": GROUNDS["braking"]}, gunner_is=gunner_is)
+    rolled = whole({"rollover": GROUNDS["rollover"]}, gunner_is=gunner_is)
     belts, airbags, retractors = (np.flatnonzero(row) for row in problem.costs)
     parts = [
         Part(name="belts", variables=belts.tolist(), problem=braked),
@@ -120,15 +134,32 @@ def _from(problem: LayoutProblem, design: Array) -> LayoutProblem:
 def main() -> None:
     """Print the comparison."""
     evaluations = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    hands = sys.argv[2] if len(sys.argv) > 2 else "both"
-    c = compare(evaluations, hands=hands)
-    print(
-        f"hands {hands}: worst deviation without members {c.nothing:.4f} m; in parts {c.in_parts:.4f} m for "
-        f"{c.runs_in_parts} runs; at once {c.own_start:.4f} m for {c.runs_at_once}, from where the parts end "
-        f"{c.from_parts:.4f} m for as many more"
-    )
-    for ground, (sequence, together) in c.by_ground.items():
-        print(f"    {ground:10} in parts {sequence:.4f} m, at once {together:.4f} m")
+    who, *rest = sys.argv[2:] or ["both"]
+    if who != "drawn":
+        print(
+            "\n".join(lines(compare(evaluations, gunner_is={**WORST_GUNNER, "hands": who}), f"hands {who}"))
+        )
+        return
+    seed, count = (*(int(text) for text in rest), *(1, 3)[len(rest) :])
+    rng = np.random.default_rng([seed, 18])
+    for _ in range(count):
+        one = drawn(rng)
+        said = f"{one['mass']:.0f} kg, hands {one['hands']}, grip {one['grip']:.0f} N"
+        print("\n".join(lines(compare(evaluations, gunner_is=one), said)), flush=True)
+
+
+def lines(c: Compared, who: str) -> list[str]:
+    """What is printed of a comparison."""
+    return [
+        f"{who}: worst deviation without members {c.nothing:.4f} m; in parts {c.in_parts:.4f} m for "
+        f"{c.runs_in_parts} runs; at once {c.own_start:.4f} m for {c.runs_at_once} "
+        f"({100 * (c.own_start / c.in_parts - 1):+.1f} %), from where the parts end {c.from_parts:.4f} m "
+        f"for as many more",
+        *(
+            f"    {ground:10} in parts {sequence:.4f} m, at once {together:.4f} m"
+            for ground, (sequence, together) in c.by_ground.items()
+        ),
+    ]
 
 
 if __name__ == "__main__":

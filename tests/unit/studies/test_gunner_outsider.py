@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from studies import gunner_outsider as module
-from studies.gunner_outsider import lines, loop_of, main, tried
+from studies.gunner_outsider import corners_at_once, lines, loop_of, main, tried
+from studies.loop_rivals import drawn_case
 from workbench.errors import StudyError
+from workbench.robust_layout.model import load_layout_model
 from workbench.study.loading import load_study
 from workbench.system.atomic import write_json
 
@@ -64,6 +66,39 @@ def test_a_run_that_fails_does_not_count_as_retained():
     (one, *_) = tried(Fails(), SPACE, a_loop(worst=0.3), budget=200, seed=3)
     assert 20 <= one.of_the_box.hits <= 45  # of 50, a third fails
     assert one.beyond == 0.0
+
+
+def test_corners_at_once_stand_beside_where_they_are_asked_for(monkeypatch):
+    said = {}
+
+    def made(model, space, loop, *, evaluations, seed):
+        said.update(evaluations=evaluations, seed=seed)
+        return np.array([0.7, 0.0]), 0.9
+
+    monkeypatch.setattr(module, "corners_at_once", made)
+    found = tried(Slope(), SPACE, a_loop(), budget=120, seed=6, rivals=30, of_the_box=20, corners=7)
+    assert [one.name for one in found] == ["robust", "nominal only", "uniform", module.AT_ONCE]
+    assert (said, found[-1].stated) == ({"evaluations": 7, "seed": 6}, 0.9)
+    assert {one.of_the_box.draws for one in found} == {20}
+    assert found[-1].runs <= 120 + 3 * 30 + 4 * (20 + 10)
+
+
+@pytest.mark.slow
+def test_corners_are_made_from_the_nominal_layout_and_are_no_worse(monkeypatch):
+    model = load_layout_model(
+        "studies.gunner.restraints.model:restraint",
+        {"on": "rollover", "t_end": 0.4, "step": 1.25e-3, "airbags": 9.0},
+    )
+    monkeypatch.setattr(module, "CORNERS", 2)
+    start = np.full(model.members, 9.0 / 180.0)
+    loop = {"cases": [dict(NOMINAL)], "layouts": {"nominal only": {"density": start.tolist()}}}
+    density, value = corners_at_once(model, SPACE, loop, evaluations=3, seed=2)
+    rng = np.random.default_rng([2, 50])
+    cases = [dict(NOMINAL), *(drawn_case(SPACE, rng, corner=True) for _ in range(2))]
+    assert value == pytest.approx(
+        max(model.responses(density, case)["deviation"] for case in cases), rel=1e-3
+    )
+    assert value <= max(model.responses(start, case)["deviation"] for case in cases) * (1 + 1e-9)
 
 
 def test_the_outsider_shares_no_code_with_the_adversary():
