@@ -201,6 +201,7 @@ def claim_of(
         found = find_robust_layout(
             counted if corners else model, space, evaluator=runs.of, folder=Path(folder),
             start=[nominal(space)], settings=settings_of_the_demo(seed), identity="study", tell=tell,
+            coarse=runs.coarse,
         )  # fmt: skip
         spent = time.process_time() - begun
     rivals = {}

@@ -32,6 +32,7 @@ from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.loop import find_robust_layout
 from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.robust_layout.record import LoopSettings
+from workbench.robust_layout.scouts import coarse_runs
 from workbench.space.box import Space
 from workbench.study.loading import load_study
 
@@ -47,7 +48,8 @@ KEPT = 0.6  # of a range at least stays in a box
 
 @dataclass(slots=True)
 class Runs:
-    """True runs of layouts in memory, in two threads; `made` counts them."""
+    """True runs of layouts in memory, in two threads; `made` counts them, and those of scouts as if they
+    cost as much."""
 
     model: LayoutModel
     known: dict[tuple[str, str], Outcome] = field(default_factory=dict)
@@ -71,6 +73,18 @@ class Runs:
                 self.known |= dict(zip(new, threads.map(one, new.values()), strict=True))
             self.made += len(new)
             return [self.known[key] for key in keys]
+
+        return evaluate
+
+    def coarse(self, density: Array) -> Evaluator:
+        """The evaluator of scouts for one layout."""
+        of = coarse_runs(self.model, threads=1)
+        assert of is not None
+        inner = of(density)
+
+        def evaluate(rows: Sequence[Case], *, purpose: str) -> list[Outcome]:
+            self.made += len(rows)
+            return inner(rows, purpose=purpose)
 
         return evaluate
 
@@ -181,7 +195,7 @@ def row(seed: int, *, budget: int, settings: LoopSettings = SETTINGS, steps: int
     with TemporaryDirectory() as folder:
         found = find_robust_layout(
             counted, space, evaluator=runs.of, folder=Path(folder), start=[nominal(space)],
-            settings=replace(settings, seed=seed), identity="study",
+            settings=replace(settings, seed=seed), identity="study", coarse=runs.coarse,
         )  # fmt: skip
     spent = runs.made + simulated[0]
     layouts = {

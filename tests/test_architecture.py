@@ -236,7 +236,7 @@ OPENERS = {
     "workbench.models.opening": {place.partition(":")[0] for place in KINDS.values()},
 }
 """Modules that open others by names in a table, and those others."""
-OPENERS_OF_THE_USERS = {"workbench.models.python", "workbench.robust_layout.loading"}
+OPENERS_OF_THE_USERS = {"workbench.models.python", "workbench.robust_layout.model"}
 
 
 def test_what_is_opened_by_name_is_known_and_closes_no_circle():

@@ -52,6 +52,7 @@ from workbench.robust_layout.record import (
     reasons_against_green,
 )
 from workbench.robust_layout.scenarios import stratified_cases
+from workbench.robust_layout.scouts import SCOUTS
 from workbench.search.evidence.grade import fewest_runs
 from workbench.space.box import Space
 
@@ -78,12 +79,14 @@ def find_robust_layout(
     settings: LoopSettings,
     identity: str,
     tell: Callable[[str], None] = lambda text: None,
+    coarse: Callable[[Array], Evaluator] | None = None,
 ) -> RobustLayout:
     """Run the loop from the cases in `start`, the nominal one first, and a stratified set.
 
     Args:
         evaluator: density -> evaluator of its true runs.    folder: where `rounds/` is kept.
         identity: changes when the model changes, so that stored layouts are not taken for current.
+        coarse: density -> evaluator of its runs at a longer step, for scouts; None: no scouts are sent.
 
     Raises:
         StudyError: the nominal case cannot be run, by the optimiser or at all.
@@ -92,7 +95,8 @@ def find_robust_layout(
     oracle = LayoutOracle(
         model=model, space=space, evaluator=evaluator, folder=folder / "rounds", identity=identity,
         budget=settings.budget, corners=settings.corners, seed=settings.seed,
-        going_on=settings.going_on,
+        going_on=settings.going_on, coarse=coarse,
+        scouts=SCOUTS * settings.budget if settings.scouts is None else settings.scouts,
     )  # fmt: skip
     drawn = stratified_cases(space, settings.scenarios, seed=settings.seed)
     cases = distinct([space.canonical(case) for case in [*start, *drawn]])

@@ -15,6 +15,8 @@ step: a case that breaks a layout is believed when it breaks it there too. `resp
 cases, threads=...)` gives the responses, or the error, of many cases in one call (`runs.py`).
 """
 
+import importlib
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import blake2b
@@ -27,10 +29,9 @@ from numpy.typing import NDArray
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.errors import StudyError
 from workbench.models.protocol import ModelSpec
-from workbench.robust_layout.loading import load_problem
 from workbench.system.atomic import read_json
 
-__all__ = ["LAYOUT", "LayoutModel", "LayoutRun", "layout_name", "load_layout_model"]
+__all__ = ["LAYOUT", "LayoutModel", "LayoutRun", "layout_name", "load_layout_model", "load_problem"]
 
 Array = NDArray[np.float64]
 
@@ -65,6 +66,36 @@ class LayoutModel(Protocol):
 
     def responses(self, density: Array, uncertain: Mapping[str, Any]) -> Mapping[str, float]:
         """One true run."""
+
+
+def load_problem(
+    reference: str, options: Mapping[str, Any] | None = None, *, folder: Path | None = None
+) -> Any:
+    """Call "module:function" with the options; modules beside the study file are found.
+
+    Raises StudyError when the reference cannot be resolved or the function refuses its options.
+
+    >>> load_problem("studies.trusses:cantilever").title
+    'cantilever'
+    """
+    module_name, _, function_name = reference.partition(":")
+    if not module_name or not function_name:
+        raise StudyError(f"layout problem needs the form 'module:function', got '{reference}'")
+    if folder is not None and str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+    try:
+        function = getattr(importlib.import_module(module_name), function_name)
+    except ModuleNotFoundError as error:
+        raise StudyError(
+            f"layout problem '{reference}': no module '{error.name}'. Put it beside the study file or "
+            "install it"
+        ) from error
+    except AttributeError as error:
+        raise StudyError(f"layout problem '{reference}': module has no '{function_name}'") from error
+    try:
+        return function(**dict(options or {}))
+    except (TypeError, ValueError) as error:
+        raise StudyError(f"layout problem '{reference}' with {dict(options or {})}: {error}") from error
 
 
 def load_layout_model(

@@ -4,10 +4,11 @@
 that breaks there needs no attack. `attack` sends the adversary of `workbench.search.evidence.attack` against
 the bound: it has no surrogate, and every turn of the loop has a seed of its own, so that a layout is never
 attacked by the numbers that it was mended for. It begins at the worst case known, with a part of its budget
-that goes to corners and climbs alone: most layouts of a loop break there. One that does not break spends the
-rest, even draws among it, and where it breaks nothing but no two of its climbs from elsewhere arrived at the
-worst, it goes on from there, three times at most. The layout that is returned is attacked to the end, though
-it broke: by how much it may be off rests on the whole budget.
+that goes to corners and climbs alone: most layouts of a loop break there. One that does not meets the cases
+that scouts at a longer step found worst (`workbench.robust_layout.scouts`), and then the rest, even draws
+among it. Where that breaks nothing but no two of its climbs from elsewhere arrived at the worst, it goes on
+from there, three times at most. The layout that is returned is attacked to the end, though it broke: by how
+much it may be off rests on the whole budget.
 
 What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed
 (`workbench.search.evidence.attack.belief`).
@@ -26,6 +27,7 @@ from workbench.errors import NotEnoughRuns
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cuts import spread_out_worst
 from workbench.robust_layout.model import LayoutModel, layout_name
+from workbench.robust_layout.scouts import worst_of_scouts
 from workbench.search.evidence.attack.adversary import DEFAULT_SPLIT, Split, attack
 from workbench.search.evidence.attack.belief import Believing
 from workbench.search.evidence.attack.record import Attack
@@ -43,6 +45,7 @@ Case = Mapping[str, Any]
 
 TURNS = 1000  # apart are the seeds of attacks that go on from those of other turns
 RAIDS = 500  # the same, of raids
+SCOUTED = 250  # the same, of what scouts chose
 RAID = 0.4  # of the budget of an attack: no even draws, which a layout that breaks has no use for
 CORNERS_FIRST = Split(interior=0.0, corner=0.25, near_corner=0.15)  # of the raid
 THE_REST = Split(interior=0.4, corner=0.1, near_corner=0.05)  # of what it leaves
@@ -82,12 +85,16 @@ def is_settled(attack: Mapping[str, Any]) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Part:
-    """Of what is spent on a layout.    seed: added to the number of the turn."""
+    """Of what is spent on a layout.    seed: added to the number of the turn.
+
+    scouts: at a longer step, whose worst cases are all that is run.
+    """
 
     seed: int
     budget: int
     split: Split
     is_last_of_an_attack: bool = True
+    scouts: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +102,7 @@ class LayoutOracle:
     """budget: true runs of each attack.    corners: random corners looked at before.
     evaluator: density -> evaluator of its true runs.    folder: where ended attacks are kept.
     identity: changes when the model changes.    going_on: attacks after the first, at most.
+    coarse: density -> evaluator of runs at a longer step, None without.    scouts: such runs of an attack.
     """
 
     model: LayoutModel
@@ -106,6 +114,8 @@ class LayoutOracle:
     corners: int
     seed: int
     going_on: int = 3
+    coarse: Callable[[Array], Evaluator] | None = None
+    scouts: int = 0
 
     def look(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         """The worst of the known cases and of the random corners of this turn."""
@@ -127,20 +137,48 @@ class LayoutOracle:
         by_name = [sorted(case.items()) for case in cases]
         text = repr((self.identity, self.space.hash, layout_name(density), by_name, limit, turn))
         text += repr((self.budget, self.seed, self.going_on, to_the_end))
-        place = self.folder / f"attack-{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
+        text += "" if self.coarse is None else repr(self.scouts)
+        attacked = self._kept(
+            "attack",
+            text,
+            lambda: asdict(self._attacked(density, cases, limit=limit, turn=turn, to_the_end=to_the_end)),
+        )
+        return Found(**attacked)
+
+    def _kept(self, what: str, text: str, make: Callable[[], Any]) -> Any:
+        """What was made once and is a function of `text`, in `folder`."""
+        place = self.folder / f"{what}-{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
         kept = read_json(place)
         if kept is None:
-            kept = asdict(self._attacked(density, cases, limit=limit, turn=turn, to_the_end=to_the_end))
+            kept = make()
             place.parent.mkdir(parents=True, exist_ok=True)
             write_json(place, kept)
-        return Found(**kept)
+        return kept
+
+    def _scouted(
+        self, density: Array, worst: tuple[Case, float] | None, *, limit: float, seed: int
+    ) -> list[dict[str, Any]]:
+        """The cases that scouts chose, worst known by then; kept in `folder`."""
+        assert self.coarse is not None
+        evaluate = self.coarse(density)
+        case = None if worst is None else sorted(worst[0].items())
+        text = repr((self.identity, self.space.hash, layout_name(density), case, limit, seed, self.scouts))
+        found: list[dict[str, Any]] = self._kept(
+            "scouts",
+            text,
+            lambda: worst_of_scouts(
+                evaluate, self.space, response=self.model.response, limit=limit, known=worst,
+                budget=self.scouts, seed=seed,
+            ),
+        )  # fmt: skip
+        return found
 
     def _attacked(
         self, density: Array, cases: Sequence[Case], *, limit: float, turn: int, to_the_end: bool
     ) -> Found:
         belief = self._belief(density, limit)
         known = belief(cases, purpose="cases")
-        record = self._until_settled(belief, known, limit=limit, turn=turn, to_the_end=to_the_end)
+        record = self._until_settled(density, belief, known, limit=limit, turn=turn, to_the_end=to_the_end)
         made = [*known, *(attempt.outcome for attempt in record.attempts)]
         found = self._found(made, belief, runs=record.runs, status=record.sentence)
         return Found(
@@ -149,10 +187,17 @@ class LayoutOracle:
         )  # fmt: skip
 
     def _until_settled(
-        self, evaluate: Evaluator, known: Sequence[Outcome], *, limit: float, turn: int, to_the_end: bool
+        self,
+        density: Array,
+        evaluate: Evaluator,
+        known: Sequence[Outcome],
+        *,
+        limit: float,
+        turn: int,
+        to_the_end: bool,
     ) -> Attack:
-        """An attack, its raid first; where it broke nothing and is not settled, more that begin at the worst
-        known by then.
+        """An attack, its raid first, then what scouts chose; where it broke nothing and is not settled, more
+        that begin at the worst known by then.
 
         What breaks the first limit breaks the layout, so a layout cannot pass by small rises of its worst.
         """
@@ -165,10 +210,14 @@ class LayoutOracle:
         for part in self._parts():
             replicate = turn + part.seed
             seed = int(stream(self.seed, "attack of a layout", replicate=replicate).integers(2**31))
+            scouted = self._scouted(density, worst, limit=limit, seed=seed) if part.scouts else []
+            if part.scouts and not scouted:
+                continue
             made = attack(
-                evaluate, self.space, value=limit, budget=part.budget, seed=seed, response=name,
-                split=part.split, known=[] if worst is None else [worst],
+                evaluate, self.space, value=limit, budget=len(scouted) or part.budget, seed=seed,
+                response=name, split=part.split, known=[] if worst is None else [worst], scouted=scouted,
             )  # fmt: skip
+            made = replace(made, scouts=part.scouts)
             if made.parameters is not None and made.largest is not None:
                 if worst is None or made.largest > worst[1] + NOTICEABLE * abs(worst[1]):
                     # what climbs arrived at before is not the worst any more
@@ -188,10 +237,10 @@ class LayoutOracle:
         raid = round(RAID * self.budget)
         first = [whole]
         if raid and SearchSpace.of(self.space).size > self.budget:
-            first = [
-                _Part(seed=RAIDS, budget=raid, split=CORNERS_FIRST, is_last_of_an_attack=False),
-                _Part(seed=0, budget=self.budget - raid, split=THE_REST),
-            ]
+            first = [_Part(seed=RAIDS, budget=raid, split=CORNERS_FIRST, is_last_of_an_attack=False)]
+            if self.coarse is not None and self.scouts:
+                first.append(replace(first[0], seed=SCOUTED, scouts=self.scouts))
+            first.append(_Part(seed=0, budget=self.budget - raid, split=THE_REST))
         if self.budget < fewest_runs(self.space.dimension):
             return first  # too short to say anything by its silence, however often
         return first + [replace(whole, seed=again * TURNS) for again in range(1, 1 + self.going_on)]

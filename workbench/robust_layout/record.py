@@ -39,7 +39,7 @@ class LoopSettings:
     budget: true runs of each attack.    corners: random ones looked at before.    rounds: at most.
     tolerance: relative excess of the worst case over the bound that is accepted.
     going_on: attacks after the first, at most, where that one broke nothing and no two of its climbs arrived
-    at the worst case.
+    at the worst case.    scouts: runs at a longer step in each attack; None: `SCOUTS` times the budget.
     """
 
     scenarios: int = 24
@@ -50,6 +50,7 @@ class LoopSettings:
     tolerance: float = 0.02
     seed: int = 0
     going_on: int = GOING_ON
+    scouts: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

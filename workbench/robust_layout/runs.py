@@ -11,7 +11,7 @@ the database.
 
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -35,6 +35,7 @@ from workbench.robust_layout.model import (
     LayoutRun,
     layout_name,
 )
+from workbench.robust_layout.scouts import coarse_runs
 from workbench.space.box import Space
 from workbench.system.atomic import write_json
 from workbench.workers.processes import ProcessPool
@@ -97,6 +98,14 @@ class LayoutRuns:
             return self._evaluate(name, rows, purpose)
 
         return evaluate
+
+    @property
+    def coarse(self) -> Callable[[Array], Evaluator] | None:
+        """density -> evaluator of runs at a longer step, which are not kept; None where the model has none
+        or a run has to be one that can be ended."""
+        if not self._may_run_here:
+            return None
+        return coarse_runs(self._model, threads=1 if self._inline else int(self._pool["workers"] or 1))  # type: ignore[call-overload]
 
     def counts(self) -> dict[str, int]:
         """Runs by status."""

@@ -27,7 +27,7 @@ from workbench.errors import Interrupted, StudyError
 from workbench.report.lines.layout import layout_lines
 from workbench.robust_layout.bill import layout_bill, write_bill
 from workbench.robust_layout.document import check_gradient, finite, layout_document
-from workbench.robust_layout.loading import load_problem
+from workbench.robust_layout.model import load_problem
 from workbench.stages.work import Work
 from workbench.system.atomic import read_json, write_json
 

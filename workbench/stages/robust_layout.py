@@ -59,6 +59,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     settings = LoopSettings(
         scenarios=table["scenarios"], evaluations=table["evaluations"], budget=table["budget"],
         corners=table["corners"], rounds=table["rounds"], tolerance=table["tolerance"], seed=study.seed,
+        scouts=table.get("scouts"),
     )  # fmt: skip
     nominal = study.space.canonical(table["nominal"])
     start = [nominal, *_worst_cases(campaign, table)]
@@ -80,6 +81,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
             found = find_robust_layout(
                 model, study.space, evaluator=runs.of, folder=campaign.folder, start=start, settings=settings,
                 identity=identity, tell=lambda text: campaign.progress.stage("robust_layout", text),
+                coarse=runs.coarse,
             )  # fmt: skip
             rounds += found.rounds
             campaign.progress.stage("robust_layout", f"{table['samples']} samples of the uncertainty")

@@ -307,6 +307,7 @@ class RobustLayoutTable(Table):
     evaluations: Count = 30
     budget: Count = 1500
     corners: Annotated[int, Field(ge=0)] = 100
+    scouts: Annotated[int, Field(ge=0)] | None = None
     rounds: Annotated[int, Field(ge=1, le=100)] = 8
     tolerance: Positive = 0.02
     samples: Annotated[int, Field(ge=10)] = 1000

@@ -90,11 +90,7 @@ class GunnerRestraint:
             [
                 Scenario(
                     system=system, t_end=self.t_end, steps=self.searched or self.steps,
-                    objective=Maximum(
-                        quantity=Deviation(
-                            bodies=FIGURE, shares=shares_of(system), reference="vehicle", weights=(1.0,) * 3
-                        )
-                    ),
+                    objective=Maximum(quantity=_deviation(system)),
                 )
                 for system in systems
             ],
@@ -139,6 +135,17 @@ class GunnerRestraint:
         found = simulate_cases(runs, responses_of, t_end=self.t_end, steps=self.steps, threads=threads)
         return [run.error if run.found is None else run.found for run in found]
 
+    def coarsened(
+        self, density: Array, cases: Sequence[Mapping[str, Any]], *, threads: int = 0
+    ) -> list[dict[str, float] | Exception]:
+        """The deviation alone, at four times the step: off by 7e-4 in the median of 40 corners of a rollover
+        and by 8e-3 at most."""
+        made = [acting_members(self.system(uncertain), self._checked(density)) for uncertain in cases]
+        runs = [EngineCase(system=system, density=few) for system, few in made]
+        steps = max(1, self.steps // 4)
+        found = simulate_cases(runs, _deviation_of, t_end=self.t_end, steps=steps, threads=threads)
+        return [run.error if run.found is None else {self.response: run.found} for run in found]
+
     def refined(self, density: Array, uncertain: Mapping[str, Any]) -> dict[str, float]:
         """The same at half the step, before a case that breaks a layout is believed."""
         return responses_of(self._run(density, uncertain, 2 * self.steps))
@@ -156,6 +163,16 @@ class GunnerRestraint:
         cells = [(order.index(s.gunner_point), columns.index((s.layer, s.vehicle_point))) for s in sites()]
         names = [f"{point}, layer {layer}" for layer, point in columns]
         return [rows[number] for number in order], names, cells * len(self.kinds)
+
+
+def _deviation(system: TreeSystem) -> Deviation:
+    """g1: the squared distance of the mass centre from its start, in the vehicle's frame, m2."""
+    return Deviation(bodies=FIGURE, shares=shares_of(system), reference="vehicle", weights=(1.0,) * 3)
+
+
+def _deviation_of(run: TreeTrajectory) -> float:
+    """The largest deviation of a run, m."""
+    return sqrt(_deviation(run.system).values(run).max())
 
 
 def restraint(

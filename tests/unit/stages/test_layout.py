@@ -17,7 +17,7 @@ from workbench.figures.layout import (
 )
 from workbench.report.lines.layout import layout_lines
 from workbench.robust_layout.document import check_gradient
-from workbench.robust_layout.loading import load_problem
+from workbench.robust_layout.model import load_problem
 from workbench.stages.layout import run_layout
 
 SHORT = {"problem": "studies.two_body_layout:problem", "options": {"case": "short"}, "evaluations": 12}

@@ -4,6 +4,7 @@
                  uncertainty beyond the value is counted
     corner       corners, in equal shares of every combination of unordered levels; all where they fit
     near corner  the same with some coordinates inside
+    scouted      cases that were given, run before all others
     change, pair, cliff, pattern, gradient    climbs from the claimed case, from other cases known to be bad,
                  and from the best cases of each stratum, see `workbench.search.evidence.attack.climbs`
     empty place  cases far from all others, once climbs repeat each other
@@ -65,6 +66,7 @@ def attack(
     known: Sequence[tuple[Mapping[str, Any], float]] = (),
     goes_on: bool = False,
     enough: float | None = None,
+    scouted: Sequence[Mapping[str, Any]] = (),
 ) -> Attack:
     """Look for a case beyond `value` over `space` with up to `budget` true runs.
 
@@ -97,6 +99,8 @@ def attack(
         sign=1.0 if sense == "max" else -1.0,
         budget=budget,
     )
+    if scouted:
+        trials.run(where.unit(scouted), ["scouted"] * len(scouted))
     every = where.points() if where.size <= budget else None
     rng = stream(seed, "attack")
     strata = Strata.of(where, rng=rng)

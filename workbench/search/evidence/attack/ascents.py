@@ -82,7 +82,7 @@ class Ascents:
 
     def run(self) -> Arrivals:
         """Climb, and begin another climb whenever one has ended."""
-        self.plain = list(range(len(self.trials.outcomes)))
+        self.plain = [i for i, kind in enumerate(self.trials.kinds) if kind != "scouted"]
         active: list[_Going] = []
         starts = self._starts()
         while self.trials.left > 0:

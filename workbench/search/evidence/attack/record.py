@@ -35,7 +35,8 @@ class Attack:
     worse than all before, the claim included. `independent`: values of the independent cases, None where
     there is none; `share` of them lie beyond `value`, with the exact 95 % interval, and `failing` gave no
     value. `arrived` of `climbs` that began at drawn cases, not at the claimed one, met the worst value known
-    to within 2 %. `strata` of `strata_in_all` combinations of unordered levels were drawn from.
+    to within 2 %. `strata` of `strata_in_all` combinations of unordered levels were drawn from. `scouts`
+    at a longer step, not among the true runs, chose some of the cases.
     """
 
     value: float
@@ -56,6 +57,7 @@ class Attack:
     climbs: int = 0
     arrived: int = 0
     raised_from: float | None = None
+    scouts: int = 0
 
     def raised_to(self, value: float) -> "Attack":
         """The same seen from a value at least as bad as all that was found: a search took up what the attack
@@ -107,6 +109,7 @@ class Attack:
             climbs=self.climbs + later.climbs,
             arrived=(self.arrived if is_quiet else 0) + later.arrived,
             raised_from=self.raised_from,
+            scouts=self.scouts + later.scouts,
         )
 
     @property
@@ -147,6 +150,8 @@ class Attack:
     def sentence(self) -> str:
         """What the attack says about the claim."""
         runs = f"{self.runs} true runs of an adversary"
+        if self.scouts:
+            runs += f" and its {self.scouts} scouts at a longer step"
         if self.raised_from is not None:
             last = (
                 f", and the last {self.since} of them" if self.since < self.runs else " in small steps, and"
@@ -201,6 +206,7 @@ class Attack:
             "run_key": self.run_key,
             "excess": self.excess,
             "since": self.since,
+            "scouts": self.scouts,
             "climbs": self.climbs,
             "arrived": self.arrived,
             "share": self.share.to_dict(),

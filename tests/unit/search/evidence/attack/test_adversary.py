@@ -191,3 +191,17 @@ def test_useless_arguments_are_refused(options, message):
 def test_a_space_without_a_case_is_refused():
     with pytest.raises(StudyError, match="no case of the space meets its constraints: loosen them"):
         _attack(space=_cube(2, ("x0 + x1 <= -1",)))
+
+
+def test_scouted_cases_are_run_first_and_no_climb_begins_there():
+    hidden = {f"x{k}": 0.5 for k in range(8)}
+
+    def needle(**x):
+        return 100.0 if x == hidden else _sum(**x)
+
+    found = _attack(needle, _cube(8), value=200.0, budget=400, scouted=[hidden])
+    plain = _attack(_sum, _cube(8), value=200.0, budget=400)
+    assert (found.attempts[0].kind, found.attempts[0].value, found.largest) == ("scouted", 100.0, 100.0)
+    assert found.kinds["scouted"] == 1
+    assert found.runs == 400  # it is one of the budget
+    assert found.arrived == 0 < plain.arrived
