@@ -39,6 +39,7 @@ __all__ = [
 ]
 
 ROUNDING = 1e-9  # of the value: what a sum in another order may change
+NEGLIGIBLE = 1e-3  # of the value: a layout that is better by less is as good
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,7 +186,7 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
         against.extend(f"its verdict is green although {why}" for why in _against_green(document))
     for name, kept in document["layouts"].items():
         lowest = max((v for v in kept["values"] if v is not None), default=float("inf"))
-        if lowest < document["bound"] * (1 - ROUNDING):
+        if lowest < document["bound"] - NEGLIGIBLE * abs(document["bound"]):
             against.append(f"the layout '{name}' is better over the cases known, {lowest:.6g}")
     against.extend(_against_shares(attack, "attack"))
     against.extend(against_rounds(document))
@@ -206,7 +207,7 @@ def _against_green(document: Mapping[str, Any]) -> Iterator[str]:
     if others is None:
         yield "no other start was tried"
     elif not others["agrees"] or others["apart"] > tolerance * (1 + ROUNDING):
-        yield f"other starts stayed {100 * others['apart']:.3g} % above it"
+        yield f"other starts came no nearer to it than {100 * others['apart']:.3g} %"
     ended = document["optimiser"]
     if ended is not None and (ended["kkt"] is None or ended["kkt"] > ended["allowed"]):
         how = "ended" if ended["converged"] else "stopped at its limit"

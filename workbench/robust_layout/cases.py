@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.engine.errors import EngineError
+from workbench.engine.layout.bound.binding import FEWEST, ByScenario
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.purify import purify
@@ -17,10 +18,13 @@ from workbench.robust_layout.document import check_gradient, layout_document
 from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["Optimised", "optimise_for_cases", "trivial_layouts"]
+__all__ = ["Optimised", "Search", "failing", "optimise_for_cases", "trivial_layouts"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
+Search = Literal["all cases", "binding cases", "several starts"]
+
+MORE = 2  # times the evaluations, for a search from several starts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +43,18 @@ def trivial_layouts(problem: LayoutProblem) -> dict[str, Array]:
     return {"uniform": problem.into_budgets(problem.lower + share * width), "none": problem.lower.copy()}
 
 
+def failing(model: LayoutModel, cases: Sequence[Case]) -> list[int]:
+    """Which of these cases the optimiser cannot run on their own; the last of them where it can run each."""
+    found = []
+    for k, case in enumerate(cases):
+        try:
+            problem = model.problem([case])
+            problem.checked(problem.into_budgets(problem.start.copy()))
+        except (EngineError, ArithmeticError):
+            found.append(k)
+    return found or [len(cases) - 1]
+
+
 def optimise_for_cases(
     model: LayoutModel,
     cases: Sequence[Case],
@@ -47,15 +63,21 @@ def optimise_for_cases(
     folder: Path,
     evaluations: int,
     identity: str,
+    search: Search = "all cases",
 ) -> Optimised | str:
-    """The engine's layout for these cases, made once and kept in `folder`; a sentence when there is none."""
+    """The engine's layout for these cases, made once and kept in `folder`; a sentence when there is none.
+
+    search: with all cases at every step, or with those that bind; the latter also from several starts beside
+        the one that is given. Few cases, and those that cannot be run alone, are searched all at once.
+    """
     # by name: cases that an attack found come back from its file in another order of their parameters
     text = repr((identity, [sorted(case.items()) for case in cases], evaluations))
     text += "" if start is None else layout_name(start)
+    text += "" if search == "all cases" else search
     place = folder / f"{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
     document = read_json(place)
     if document is None:
-        document = _optimise(model, cases, start, evaluations)
+        document = _optimise(model, cases, start, evaluations, search)
         folder.mkdir(parents=True, exist_ok=True)
         write_json(place, document)
     if "error" in document:
@@ -64,15 +86,19 @@ def optimise_for_cases(
 
 
 def _optimise(
-    model: LayoutModel, cases: Sequence[Case], start: Array | None, evaluations: int
+    model: LayoutModel, cases: Sequence[Case], start: Array | None, evaluations: int, search: Search
 ) -> dict[str, Any]:
     try:
         problem = model.problem(cases)
         given = problem if start is None else replace(problem, start=problem.into_budgets(start.copy()))
+        if len(cases) < FEWEST or not isinstance(problem.evaluate, ByScenario):
+            search = "all cases"
+        several = search == "several starts"
         # the loop judges the trivial layouts itself, and looks from other starts
         result = optimise_layout(
-            given, max_evaluations=evaluations, compare=False, multi_start=start is None, probes=0
-        )
+            given, max_evaluations=MORE * evaluations if several else evaluations, compare=False, probes=0,
+            multi_start=several or start is None, scenarios="all" if search == "all cases" else "binding",
+        )  # fmt: skip
         clean = purify(problem, result.density) if problem.geometry is not None else None
         check = check_gradient(model.problem(cases[:1]))  # one case tells whether gradients are right
     except (EngineError, ArithmeticError) as error:

@@ -1,6 +1,6 @@
 """Every layout that a robust loop has made, and what it gives by true runs in all cases found."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +18,7 @@ __all__ = ["ROUNDS", "JudgedLayouts"]
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
+NEGLIGIBLE = 1e-3  # relative: a layout that is better by less is as good
 ROUNDS = "rounds"  # where the layouts of the loop itself come from
 
 
@@ -28,6 +29,7 @@ class JudgedLayouts:
     evaluator: density -> evaluator of its true runs.    response: which of their outputs counts.
     documents: of the optimised ones, as `layout.json`.    latest: the name of the one made last.
     origins: of the optimised ones: the start that they descend from, ROUNDS for those of the loop itself.
+    known: of those that `add` was called for: how many of the cases were known then, the first ones.
     """
 
     evaluator: Callable[[Array], Evaluator]
@@ -37,19 +39,20 @@ class JudgedLayouts:
     documents: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     origins: dict[str, str] = field(default_factory=dict)
     latest: str = "uniform"
+    known: dict[str, int] = field(default_factory=dict)
     _answers: dict[str, dict[str, float | None]] = field(default_factory=dict)  # of layouts, by case
 
     def add(self, name: str, made: Optimised, *, origin: str) -> list[str]:
         """Judge an optimised layout from now on, and its purified form where that is no worse."""
         self.latest = name
         self.layouts[name], self.documents[name] = made.density, made.document
-        self.origins[name] = origin
+        self.origins[name], self.known[name] = origin, len(self.cases)
         clean = made.document.get("purified")
         if not clean or not clean["accepted"] or clean["value"] > clean["before"]:
             return [name]
         pure = f"{name}, purified"
         self.layouts[pure], self.documents[pure] = np.array(clean["density"]), made.document
-        self.origins[pure] = origin
+        self.origins[pure], self.known[pure] = origin, len(self.cases)
         return [name, pure]
 
     def of(self, origin: str, *, others: bool = False) -> list[str]:
@@ -71,14 +74,28 @@ class JudgedLayouts:
             known.update(zip(missing, self.read(outcomes), strict=True))
         return [known[key] for key in names]
 
-    def worst(self, name: str) -> float:
-        """The largest response of a layout in any case."""
-        return largest(self.values(name))
+    def worst(self, name: str, *, first: int | None = None) -> float:
+        """The largest response of a layout in any case, or in any of the first ones."""
+        return largest(self.values(name)[:first])
 
-    def best(self, names: Sequence[str] | None = None) -> str:
-        """The layout, of these or of all, whose worst over the known cases is smallest."""
+    def best(self, names: Sequence[str] | None = None, *, rather: Collection[str] = ()) -> str:
+        """The layout, of these or of all, whose worst over the known cases is smallest; one of `rather`,
+        where that is as good but for next to nothing."""
         known = {name: self.worst(name) for name in (self.layouts if names is None else names)}
-        return min(known, key=lambda name: known[name])
+        least = min(known.values())
+        enough = least + NEGLIGIBLE * abs(least)
+        return min(known, key=lambda name: (name not in rather or known[name] > enough, known[name]))
+
+    def near(self, names: Sequence[str], *, share: float, since: int) -> list[int]:
+        """Cases in which one of these layouts reaches a share of the worst of the first of them, and all
+        cases from `since` on."""
+        values = [self.values(name) for name in names]
+        high = share * largest(values[0])
+        return [
+            k
+            for k, pair in enumerate(zip(*values, strict=True))
+            if k >= since or any(v is not None and v >= high for v in pair)
+        ]
 
     def read(self, outcomes: Sequence[Outcome]) -> list[float | None]:
         """The response of every run, None where it gave none."""

@@ -30,10 +30,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.engine.errors import EngineError
 from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator
-from workbench.robust_layout.cases import Optimised, optimise_for_cases, trivial_layouts
+from workbench.robust_layout.cases import Optimised, Search, failing, optimise_for_cases, trivial_layouts
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.judged import ROUNDS, JudgedLayouts
 from workbench.robust_layout.model import LayoutModel
@@ -65,6 +64,7 @@ NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
 JOINING = 6  # cases that join the next optimisation at most
 LONGER = 2  # optimisations more, at most, of a layout that is not settled
 LAST = 3  # layouts at least that may be attacked one after the other when the rounds are spent
+SETTLED = 2  # best layouts that get more evaluations after the rounds, at most
 GAIN = 1e-3  # relative improvement that is worth another one
 JUDGED = "judged in the cases of the others alone"
 
@@ -124,6 +124,7 @@ class _Loop:
     ended: set[str] = field(default_factory=set)  # layouts that were attacked to the end
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    settled: int = 0  # best layouts that got more evaluations after the rounds
     compared: bool = False  # with the layouts that are looked at once
     begins_at: Array | None = None  # the first round
 
@@ -142,28 +143,31 @@ class _Loop:
         alone = self.for_one_case("nominal only")
         others = OtherStarts(
             judged=self.judged,
-            optimised=lambda best, start: self.optimised(self.active(best), start),
+            optimised=lambda best, start, search: self.optimised(self.active(best), start, search),
             starts=starts if alone is None else {"second start": alone, **starts},
             tolerance=self.settings.tolerance, tell=self.tell,
         )  # fmt: skip
         while True:
-            self.until_it_holds(others)
+            agreed = self.until_it_holds() and others.agree()
             others.first()
             robust = self.attacked_best()
+            if agreed and self.holds(robust) and not others.agrees():  # what was found since parts them
+                others.agree()
+                robust = self.attacked_best()
             if self.holds(robust) or len(self.rounds) >= self.settings.rounds:
                 return self.result(robust, others.found())
 
-    def until_it_holds(self, others: OtherStarts) -> None:
-        """Rounds, until the best layout of all holds against an attack or all are spent."""
+    def until_it_holds(self) -> bool:
+        """Rounds, until the best layout of all holds against an attack or all are spent; whether it does."""
         while len(self.rounds) < self.settings.rounds:
             if not self.round(len(self.rounds) + 1):
                 continue
             if not self.compared:
                 self.compared = True
                 self.compare()
-            others.agree()
-            if self.holds(self.judged.best()):
-                return
+            if self.holds(self.chosen()):
+                return True
+        return False
 
     def limit(self, bound: float) -> float:
         """What a worst case may reach without breaking a bound."""
@@ -175,6 +179,10 @@ class _Loop:
             return False
         worst = max(self.worst[name].value, self.judged.worst(name))
         return worst <= self.limit(self.bounds[name])
+
+    def chosen(self) -> str:
+        """The best layout; one that holds against an attack, where it is as good but for next to nothing."""
+        return self.judged.best(rather=[name for name in self.bounds if self.holds(name)])
 
     def round(self, number: int) -> bool:
         """One layout, one look and perhaps an attack; True when nothing breaks the bound."""
@@ -226,23 +234,28 @@ class _Loop:
                 origin = self.judged.origins.get(best, ROUNDS)  # a trivial layout is where rounds begin
                 self.judged.add(f"round {number}", made, origin=origin)
                 return usable, made, note
-            self.unusable |= self.culprits(usable)  # they still judge every layout by true runs
+            culprits = failing(self.model, [self.judged.cases[k] for k in usable])
+            self.unusable |= {usable[k] for k in culprits}  # they still judge every layout by true runs
             note = self.failures[-1]
             if len(usable) == 1:
                 return usable, None, note
 
     def longer(self, name: str, new: str) -> bool:
         """Spend more evaluations where the optimiser had not ended; True when they gave a better layout."""
-        document = self.judged.documents.get(name)
-        if document is None or document["converged"] or promise_of(document) <= FIRST_ORDER:
+        if not self.is_unsettled(name):
             return False
         before = self.judged.worst(name)
         self.tell(f"more evaluations for the layout '{name}'")
-        made = self.optimised(self.active(name), self.judged.layouts[name])
+        made = self.optimised(self.active(name), self.judged.layouts[name], "binding cases")
         if made is None:
             return False
         added = self.judged.add(new, made, origin=self.judged.origins[name])
         return min(self.judged.worst(n) for n in added) < before - GAIN * abs(before)
+
+    def is_unsettled(self, name: str) -> bool:
+        """Whether the optimiser stopped at its limit where the first-order condition does not hold."""
+        document = self.judged.documents.get(name)
+        return document is not None and not document["converged"] and promise_of(document) > FIRST_ORDER
 
     def join(self, found: Found, bound: float) -> None:
         """Let what broke a bound judge every layout from now on."""
@@ -257,31 +270,16 @@ class _Loop:
         The others cost time and change nothing; every layout is judged in them all the same, and one that
         breaks there is not chosen.
         """
-        values, latest = (self.judged.values(name) for name in (best, self.judged.latest))
-        high = NEAR * largest(values)
-        near = [
-            k
-            for k, pair in enumerate(zip(values, latest, strict=True))
-            if k >= self.fresh or any(v is not None and v >= high for v in pair)
-        ]
+        near = self.judged.near([best, self.judged.latest], share=NEAR, since=self.fresh)
         return [k for k in near if k not in self.unusable] or [0]
 
-    def culprits(self, usable: Sequence[int]) -> set[int]:
-        """Cases that fail on their own; the one added last when none does."""
-        found = set()
-        for k in usable:
-            try:
-                problem = self.model.problem([self.judged.cases[k]])
-                problem.checked(problem.into_budgets(problem.start.copy()))
-            except (EngineError, ArithmeticError):
-                found.add(k)
-        return found or {usable[-1]}
-
-    def optimised(self, indices: Sequence[int], start: Array | None) -> Optimised | None:
+    def optimised(
+        self, indices: Sequence[int], start: Array | None, search: Search = "all cases"
+    ) -> Optimised | None:
         """The layout for these cases; None, with the reason in `failures`, when it cannot be made."""
         found = optimise_for_cases(
             self.model, [self.judged.cases[k] for k in indices], start=start, folder=self.folder / "rounds",
-            evaluations=self.settings.evaluations, identity=self.identity,
+            evaluations=self.settings.evaluations, identity=self.identity, search=search,
         )  # fmt: skip
         if isinstance(found, str):
             self.failures.append(found)
@@ -338,7 +336,8 @@ class _Loop:
                 self.judged.join(broken[:JOINING])
 
     def attacked_best(self) -> str:
-        """The best layout over all cases found for any layout, attacked; rounds that are left start there.
+        """The best layout over all cases found for any layout, settled and attacked; rounds that are left
+        start there.
 
         Where none is left, it is attacked by the whole budget, and against the bound that it broke: what is
         said of it is the last word. Of those that were the best before, each broke in a raid; after as many
@@ -349,7 +348,11 @@ class _Loop:
         left = max(LAST, self.settings.rounds) if is_spent else None
         while True:
             self.judged.join([found.case for found in self.worst.values()])
-            name = self.judged.best()
+            name = self.chosen()
+            if left != 0 and self.settled < SETTLED and self.is_unsettled(name):
+                self.settled += 1
+                self.longer(name, f"evaluations added {self.settled}")
+                name = self.chosen()
             if name not in self.bounds:
                 if left == 0:
                     return name

@@ -5,6 +5,11 @@ layout of one case, that in which the layout of the nominal case is worst, from 
 from random densities, until one agrees with the best within the tolerance. One that is worse gets more
 evaluations first; one that is better becomes the best, and is attacked in its turn. A later call goes on from
 the layouts of the earlier ones, since cases have joined in between.
+
+Two layouts agree over the cases that were known when the one of the other start was made: there both were
+searched for. Cases that are found later break one and not the other by chance, and a layout for more cases is
+no better: where the best one stays within the tolerance of that value over all cases, too, the other start
+promises no more than that.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.engine.layout.formulation.problem import LayoutProblem
-from workbench.robust_layout.cases import Optimised
+from workbench.robust_layout.cases import Optimised, Search
 from workbench.robust_layout.judged import JudgedLayouts
 from workbench.robust_layout.record import OtherStartsFound, excess
 from workbench.space.streams import stream
@@ -30,13 +35,13 @@ LONGER = 2  # optimisations more, at most, of a layout that is worse than the be
 class OtherStarts:
     """Layouts from other starts, by the title of the start.
 
-    optimised: best layout so far, densities to start from (None: the problem's) -> the layout for the cases
-        that are active, None when it cannot be made.
+    optimised: best layout so far, densities to start from (None: the problem's), how to search -> the
+        layout for the cases that are active, None when it cannot be made.
     starts: title -> densities.
     """
 
     judged: JudgedLayouts
-    optimised: Callable[[str, Array | None], Optimised | None]
+    optimised: Callable[[str, Array | None, Search], Optimised | None]
     starts: Mapping[str, Array | None]
     tolerance: float
     tell: Callable[[str], None]
@@ -50,19 +55,33 @@ class OtherStarts:
         if not any(self.judged.of(title) for title in self.starts):
             self._reaches_the_best(next(iter(self.starts)))
 
+    def agrees(self) -> bool:
+        """Whether one does now, without making any."""
+        found = self.found()
+        return found is not None and found.agrees
+
     def found(self) -> OtherStartsFound | None:
-        """The best layout of another start than that of the best one, over all cases; None without any."""
+        """The layout of another start than that of the best one that is nearest to it; None without any."""
         judged = self.judged
         if not judged.origins:
             return None
         best = judged.best(list(judged.origins))
-        others = judged.of(judged.origins[best], others=True)
-        if not others:
-            return None
-        worst = judged.worst(judged.best(others))
-        apart = excess(worst, judged.worst(best))
+        found = [self._beside(best, name) for name in judged.of(judged.origins[best], others=True)]
+        return min((one for pair in found for one in pair), key=lambda one: one.apart, default=None)
+
+    def _beside(self, best: str, other: str) -> list[OtherStartsFound]:
+        """A layout beside the best one over all cases, and over those that were known when it was made."""
+        judged, top = self.judged, self.judged.worst(best)
         tried = tuple(dict.fromkeys(judged.origins.values()))
-        return OtherStartsFound(worst=worst, apart=apart, agrees=apart <= self.tolerance, starts=tried)
+        found = []
+        for cases in {len(judged.cases), judged.known.get(other, len(judged.cases))}:
+            worst = judged.worst(other, first=cases)
+            beside = (judged.worst(best, first=cases), top)
+            apart = max(excess(max(worst, v), min(worst, v)) for v in beside)
+            found.append(OtherStartsFound(
+                worst=worst, cases=cases, apart=apart, agrees=apart <= self.tolerance, starts=tried
+            ))  # fmt: skip
+        return found
 
     def _reaches_the_best(self, title: str) -> bool:
         """One start, and its layout continued until that agrees with the best or gains too little to get
@@ -75,7 +94,7 @@ class OtherStarts:
             start = judged.layouts[judged.best(mine)] if mine else self.starts[title]
             before = judged.worst(judged.best(mine)) if mine else float("inf")
             self.tell(f"the layout from the {title}{f', continued {turn}' if turn else ''}")
-            made = self.optimised(judged.best(), start)
+            made = self.optimised(judged.best(), start, "binding cases" if mine else "several starts")
             if made is None:
                 return False
             added = judged.add(f"{title}, continued {len(mine)}" if mine else title, made, origin=title)
@@ -86,13 +105,14 @@ class OtherStarts:
         return self._near(title)
 
     def _near(self, title: str) -> bool:
-        """Whether the best layout of this start is as good as that of all others, within the tolerance."""
+        """Whether this start and the others agree on the best layout."""
         judged = self.judged
         mine, others = judged.of(title), judged.of(title, others=True)
         if not mine or not others:
             return False
-        ends = [judged.worst(judged.best(names)) for names in (mine, others)]
-        return excess(max(ends), min(ends)) <= self.tolerance
+        best = judged.best([*mine, *others])
+        witnesses = others if best in mine else mine
+        return any(one.agrees for name in witnesses for one in self._beside(best, name))
 
 
 def random_densities(problem: LayoutProblem, *, seed: int) -> Array:

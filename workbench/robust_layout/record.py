@@ -75,12 +75,15 @@ class Round:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OtherStartsFound:
-    """worst: of the best layout that descends from another start than the best one does, over all cases.
+    """worst: of a layout that descends from another start than the best one does, over the cases it is held
+    beside the best one in: the first `cases` of those that were found, which were known when it was made.
 
-    apart: by which share that lies above the best.    starts: where the layouts came from.
+    apart: by which share that lies above or below the best one, over these cases or over all: the larger.
+    starts: where the layouts came from.
     """
 
     worst: float
+    cases: int
     apart: float
     agrees: bool
     starts: tuple[str, ...]
@@ -198,7 +201,7 @@ def reasons_against_green(
     if others is None:
         said.append("no layout could be made from another start: a better one may stand elsewhere")
     elif not others.agrees:
-        said.append(f"layouts from other starts stayed {100 * others.apart:.3g} % above this one")
+        said.append(f"layouts from other starts came no nearer to this one than {100 * others.apart:.3g} %")
     if worst.attack is not None and any(worst.attack["failures"].values()):
         said.append(f"{sum(worst.attack['failures'].values())} runs of the attack gave no value")
     if worst.disbelieved:

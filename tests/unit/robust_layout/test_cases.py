@@ -1,6 +1,9 @@
 """Layouts for given cases are made once."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
+import pytest
 
 from tests.sample_layout import TwoMembers
 from workbench.robust_layout import cases as cases_of
@@ -26,3 +29,52 @@ def test_a_layout_is_found_again_whatever_the_order_of_a_cases_parameters(tmp_pa
     assert len(made) == 1
     layout({"u": 1.0, "v": 0.1}, {"u": -1.0, "v": 0.5})
     assert len(made) == 2
+
+
+@dataclass
+class ByCase:
+    """An objective that can be evaluated in some of its cases."""
+
+    model: TwoMembers
+    cases: list
+
+    def __call__(self, design):
+        return self.model.problem(self.cases).evaluate(design)
+
+    def of_scenarios(self, chosen):
+        return ByCase(self.model, [self.cases[k] for k in chosen])
+
+
+class TwoMembersByCase(TwoMembers):
+    def problem(self, scenarios):
+        return replace(super().problem(scenarios), evaluate=ByCase(TwoMembers(), list(scenarios)))
+
+
+@pytest.mark.parametrize(
+    ("model", "number", "search", "expected"),
+    [
+        (TwoMembersByCase(), 12, "all cases", ("all", False, 6)),
+        (TwoMembersByCase(), 12, "binding cases", ("binding", False, 6)),
+        (TwoMembersByCase(), 12, "several starts", ("binding", True, 12)),
+        (TwoMembersByCase(), 10, "several starts", ("all", False, 6)),
+        (TwoMembers(), 12, "several starts", ("all", False, 6)),
+    ],
+)
+def test_many_cases_that_can_be_run_alone_are_searched_by_those_that_bind(
+    tmp_path, monkeypatch, model, number, search, expected
+):
+    asked, real = [], cases_of.optimise_layout
+
+    def optimise(problem, *, scenarios, multi_start, max_evaluations, **others):
+        asked.append((scenarios, multi_start, max_evaluations))
+        return real(problem, max_evaluations=max_evaluations, **others)
+
+    monkeypatch.setattr(cases_of, "optimise_layout", optimise)
+    cases = [{"u": u, "v": 0.0} for u in np.linspace(-1, 1, number)]
+    given = {"start": np.full(2, 0.4), "folder": tmp_path, "evaluations": 6, "identity": "two"}
+    assert isinstance(optimise_for_cases(model, cases, search=search, **given), Optimised)
+    optimise_for_cases(model, cases, search=search, **given)
+    assert asked == [expected]
+    other = "binding cases" if search == "all cases" else "all cases"
+    optimise_for_cases(model, cases, search=other, **given)
+    assert len(asked) == 2  # another search is another layout

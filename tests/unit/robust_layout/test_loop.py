@@ -206,12 +206,12 @@ def test_what_an_open_loop_says_rests_on_the_whole_budget(tmp_path, monkeypatch,
 
 
 def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
-    apart = OtherStartsFound(worst=9.0, apart=0.3, agrees=False, starts=("rounds", "second start"))
+    apart = OtherStartsFound(worst=9.0, cases=99, apart=0.3, agrees=False, starts=("rounds", "second start"))
     monkeypatch.setattr(OtherStarts, "found", lambda self: apart)
     found, folder = run(tmp_path)
     assert found["closed"]
     assert found["verdict"] == "amber"
-    assert found["reasons"] == ["layouts from other starts stayed 30 % above this one"]
+    assert found["reasons"] == ["layouts from other starts came no nearer to this one than 30 %"]
     assert "it does not agree within 2 %" in (folder / "report.md").read_text()
     monkeypatch.setattr(OtherStarts, "found", lambda self: None)
     (tmp_path / "none").mkdir()

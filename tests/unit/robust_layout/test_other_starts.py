@@ -13,9 +13,11 @@ CASES = [{"u": 0.0}, {"u": 1.0}]
 
 
 def height(density, u):
-    """Local minima at densities 1, 2 and 3, of heights 10, 8 and 8.1; in the case u = 1 the third is 9."""
+    """Local minima at densities 1, 2 and 3, of heights 10, 8 and 8.1; in the case u = 1 the third is 9, in
+    the case u = 2 they are 9 and 9.5."""
     end = round(float(density[0]))
-    return {1: 10.0, 2: 8.0, 3: 9.0 if u else 8.1}[end] + abs(float(density[0]) - end)
+    heights = {0: (10.0, 8.0, 8.1), 1: (10.0, 8.0, 9.0), 2: (10.0, 9.0, 9.5)}[round(u)]
+    return heights[end - 1] + abs(float(density[0]) - end)
 
 
 def judged(cases=CASES):
@@ -35,7 +37,7 @@ def starts(layouts, ends, said=None):
     """Other starts that end where `ends` says, one after the other; None where it cannot be made."""
     left = iter(ends)
 
-    def optimised(best, start):
+    def optimised(best, start, search):
         end = next(left)
         return None if end is None else layout(end)
 
@@ -89,16 +91,39 @@ def test_starts_that_all_end_elsewhere_do_not_agree():
     assert found.apart == pytest.approx(1 / 8)
 
 
-def test_a_case_that_joins_later_decides_again():
+def test_a_case_that_breaks_the_other_alone_says_nothing_of_the_best():
+    layouts = judged(CASES[:1])
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [3.0])
+    assert others.agree()  # 8.1 and 8 in the first case
+    layouts.join(CASES[1:])
+    assert layouts.worst("second start") == 9.0
+    found = others.found()
+    assert (found.worst, found.cases, found.agrees) == (8.1, 1, True)
+    assert found.apart == pytest.approx(0.1 / 8)
+    assert others.agrees()
+
+
+def test_a_case_that_raises_the_best_beyond_what_another_start_promises_decides_again():
     layouts = judged(CASES[:1])
     layouts.add("round 1", layout(2.0), origin=ROUNDS)
     others = starts(layouts, [3.0, 2.0])
-    assert others.agree()  # 8.1 and 8 in the first case
-    layouts.join(CASES[1:])
-    assert others.found().apart == pytest.approx(1 / 8)
-    assert not others.found().agrees
+    assert others.agree()
+    layouts.join([{"u": 2.0}])
+    assert others.found().apart == pytest.approx(0.5 / 9)  # 9.5 and 9; it was 8.1 before, a tenth below
+    assert not others.agrees()
     assert others.agree()  # by the layout that goes on from the second start
-    assert others.found().agrees
+    assert others.agrees()
+
+
+def test_the_first_search_of_a_start_is_the_wider_one():
+    layouts, asked = judged(), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [2.49, 2.2, 2.1])
+    made = others.optimised
+    others.optimised = lambda best, start, search: asked.append(search) or made(best, start, search)
+    assert others.agree()
+    assert asked == ["several starts", "binding cases", "binding cases"]
 
 
 def test_a_better_one_needs_another_that_agrees_with_it():
@@ -137,3 +162,13 @@ def test_random_densities_keep_the_budget_and_are_those_of_the_seed():
     assert drawn.min() >= 0.0
     np.testing.assert_array_equal(drawn, random_densities(problem, seed=4))
     assert not np.allclose(drawn, random_densities(problem, seed=5))
+
+
+def test_a_layout_that_is_better_by_next_to_nothing_is_no_better():
+    layouts = judged()
+    layouts.add("round 1", layout(2.001), origin=ROUNDS)
+    layouts.add("second start", layout(2.0), origin="second start")
+    layouts.add("third start", layout(2.1), origin="third start")
+    assert layouts.best() == "second start"
+    assert layouts.best(rather=["round 1", "third start"]) == "round 1"
+    assert layouts.best(rather=["third start"]) == "second start"

@@ -58,7 +58,7 @@ def answer_cards(folder: CampaignFolder) -> list[Card]:
     if (layout := folder["layout"]) is not None:
         cards.append(_no_better_than(loop, _layout(layout, is_judged=loop is not None)))
     if (robust := folder["robust"]) is not None:
-        cards.append(_no_better_than(loop, _robust(robust)))
+        cards.append(_no_better_than(loop, _robust(robust, attacked=_attacked(loop))))
     if (screening := folder["screening"]) is not None:
         cards.append(_screening(screening))
         if screening.get("leave_one_out"):
@@ -192,7 +192,13 @@ def _layout(layout: Mapping[str, Any], *, is_judged: bool) -> Card:
     )
 
 
-def _robust(robust: Mapping[str, Any]) -> Card:
+def _attacked(loop: Mapping[str, Any] | None) -> str:
+    """How the layout of a closed loop was attacked, or ""."""
+    return "" if loop is None or not loop.get("closed") else str(loop.get("status", ""))
+
+
+def _robust(robust: Mapping[str, Any], *, attacked: str) -> Card:
+    """The card of designs over the uncertainty.    attacked: how the last of them was."""
     unit, last = str(robust.get("unit") or "1"), robust["summaries"][-1]
     first = robust["summaries"][0]
     sign = 1.0 if robust.get("sense", "max") == "max" else -1.0
@@ -208,6 +214,7 @@ def _robust(robust: Mapping[str, Any]) -> Card:
     doubtful = bool(robust.get("left_out") and robust.get("warnings"))
     if doubtful:
         detail += " Runs failed and may hide something worse."
+    detail = f"{detail} {attacked}".rstrip()
     doubtful |= beyond is not None and beyond[0] > 0
     return Card(
         question="Does it hold over the whole uncertainty?",

@@ -165,9 +165,13 @@ def _layout(loop: Mapping[str, Any], unit: str) -> list[str]:
     others = loop.get("other_starts")
     if others is not None:
         agrees = "agrees" if others["agrees"] else "does not agree"
+        known = others.get("cases", len(loop["cases"]))
+        where = "same cases"
+        if known != len(loop["cases"]):
+            where = f"{known} cases that were known when it was made"
         said.append(
-            f"A layout optimised from another start reaches {quantity(others['worst'], unit, 4)} in the same "
-            f"cases: it {agrees} within {100 * loop['tolerance']:.3g} %."
+            f"A layout optimised from another start reaches {quantity(others['worst'], unit, 4)} in the "
+            f"{where}: it {agrees} within {100 * loop['tolerance']:.3g} %."
         )
     return [*said, str(loop["status"])]
 

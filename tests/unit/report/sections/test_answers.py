@@ -41,6 +41,15 @@ def test_no_card_on_a_layout_is_green_over_an_open_loop(tmp_path):
         )
 
 
+def test_the_green_card_of_a_closed_loop_says_how_it_was_attacked(tmp_path):
+    said = "1516 true runs of an adversary found nothing more than 0.4 % above the bound: the loop is closed."
+    closed = {**OPEN, "closed": True, "verdict": "green", "status": said}
+    after, _ = cards_with(tmp_path / "closed", loop=closed)
+    still, _ = cards_with(tmp_path / "open", loop={**OPEN, "status": said})
+    assert after["robust"].detail.endswith(said)
+    assert said not in still["robust"].detail
+
+
 @pytest.mark.parametrize(
     ("grade", "level"), [("proved", "good"), ("attacked", "good"), ("searched", "plain")]
 )

@@ -24,7 +24,7 @@ from ..outcome.history import Recorder
 from .probing import values_alone
 from .trust_region import TrustRegionRun
 
-__all__ = ["CHECK", "BindingRun", "ByScenario", "binding_scenarios", "is_by_scenario"]
+__all__ = ["CHECK", "FEWEST", "BindingRun", "ByScenario", "binding_scenarios", "is_by_scenario"]
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ _AT_ONCE = 1e-2  # of the largest value: scenarios this close below it are in th
 CHECK = 0.4  # of an evaluation: runs of all scenarios whose slopes nobody asks for
 _FALL = 2.0  # what a bound may still fall, in what it fell in the second half of a block
 _RADIUS = 0.3  # of the trust region at the beginning of every block, at least
-_FEWEST = 11  # scenarios, as few as it was measured with
+FEWEST = 11  # scenarios, as few as it was measured with
 
 
 @runtime_checkable
@@ -51,7 +51,7 @@ class ByScenario(Protocol):
 def is_by_scenario(problem: LayoutProblem, first: Evaluation) -> bool:
     """Whether a search by binding scenarios can be made: several histories, and each can be run alone."""
     scenarios, nodes = np.atleast_2d(first.values).shape
-    return isinstance(problem.evaluate, ByScenario) and scenarios >= _FEWEST and nodes > 1
+    return isinstance(problem.evaluate, ByScenario) and scenarios >= FEWEST and nodes > 1
 
 
 @dataclass(slots=True, kw_only=True)
