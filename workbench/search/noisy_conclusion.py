@@ -55,6 +55,7 @@ def concluded_by_mean(
         audit=audit_runs(means, model, rng=stream(seed, "audit")),
         profile=profile_of(ledger, model, where.unit([dict(first.parameters)])[0]),
         repeated=stated,
+        not_attacked=asked.attack or 0,
         border=border_of(
             means, model, success, given_are_even=asked.given_are_even, rng=stream(seed, "border")
         ),

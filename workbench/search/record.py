@@ -72,6 +72,7 @@ class WorstCase:
     repeated: Mean | None = None
     border: Border | None = None
     scale: UsedScale | None = None
+    not_attacked: int = 0
 
     @property
     def mean(self) -> float | None:
@@ -103,7 +104,13 @@ class WorstCase:
     def grade_sentence(self) -> str:
         """The grade in words, with the numbers of the attack where there was one."""
         said = self.grade.value if self.attack is None else self.attack.sentence
-        return f"{self.grade.name.capitalize()}: {said}."
+        missing = (
+            f" The attack of {self.not_attacked} runs was not made: the runs have noise, and an adversary takes "
+            "each for exact."
+            if self.not_attacked
+            else ""
+        )
+        return f"{self.grade.name.capitalize()}: {said}.{missing}"
 
     @property
     def history(self) -> np.ndarray:

@@ -82,6 +82,17 @@ def test_noise_is_found_out_by_one_run_made_again():
     assert found.evaluations == 50
 
 
+def test_an_attack_that_noise_kept_from_being_made_is_told():
+    found = worst_case(noisy(4), BOX, budget=50, attack=30, seed=2)
+    assert found.attack is None
+    assert found.evaluations == 50
+    assert found.to_dict()["grade_sentence"] == (
+        "Searched: only the search has looked, by its own surrogate. The attack of 30 runs was not made: the "
+        "runs have noise, and an adversary takes each for exact."
+    )
+    assert "attack" not in worst_case(noisy(4), BOX, budget=50, seed=2).grade_sentence
+
+
 def test_slight_noise_is_asked_for_late_and_found():
     """Noise of 3 % of the range: no luckiest run is reported, no gap of nearly nothing stated."""
     for seed in (0, 1):
