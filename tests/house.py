@@ -78,7 +78,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
         "errors",
     ),
     "workbench/engine/integration": ("*", "_kernels"),
-    "workbench/engine/layout": ("*", "bound separable whole", "outcome", "formulation"),
+    "workbench/engine/layout": ("*", "paths", "bound separable whole", "outcome", "formulation"),
     "workbench/engine/planar": ("*", "_kernels"),
     "workbench/engine/tree": ("robot_files", "*", "loops steps", "_kernels"),
     "doe": ("*", "optimal", "latin", "criteria portable", "_kernel_cache"),

@@ -21,12 +21,10 @@ from numpy.typing import NDArray
 
 from .bound.binding import is_by_scenario
 from .bound.binding_starts import by_binding_scenarios
-from .bound.central_path import has_interior
 from .bound.equivalent_loads import VARIANTS, equivalent_static_loads
 from .bound.linear_steps import linear_steps
 from .bound.min_max import min_max
 from .bound.probing import probes_by_default
-from .bound.secant_path import follow_paths, follow_secant_path
 from .formulation.aggregate import aggregated
 from .formulation.law_variables import values_at
 from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProblem
@@ -39,6 +37,8 @@ from .outcome.limits import limit_outcomes
 from .outcome.optimality import Certificate
 from .outcome.result import FIRST_ORDER, HistoryEntry, LayoutResult, LayoutStatus, LimitOutcome
 from .outcome.verdicts import verdicts
+from .paths.central_path import has_interior
+from .paths.secant_path import follow_paths, follow_secant_path
 from .separable.presets import (
     ConvexLinearisation,
     DiagonalQuadratic,

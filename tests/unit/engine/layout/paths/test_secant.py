@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.engine.layout.bound.secant import SecantMemory, _learnt
+from workbench.engine.layout.paths.secant import SecantMemory, _learnt
 
 
 def test_every_row_is_learnt_in_its_own_scale():

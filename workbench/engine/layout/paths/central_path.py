@@ -15,10 +15,10 @@ strongly. Budgets stay strictly met, so every iterate is a feasible design.
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bound.quadratic import BoundState, NewtonSystem
 from ..formulation.problem import Evaluation, InvalidLayout, LayoutProblem
 from ..outcome.history import Recorder
 from ..outcome.optimality import linear_promise
-from .quadratic import BoundState, NewtonSystem
 
 __all__ = ["follow_central_path", "has_interior", "strictly_inside"]
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from studies import trusses
-from workbench.engine.layout.bound.central_path import follow_central_path
-from workbench.engine.layout.bound.secant_path import follow_paths
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.history import Recorder
+from workbench.engine.layout.paths.central_path import follow_central_path
+from workbench.engine.layout.paths.secant_path import follow_paths
 
 
 @pytest.mark.slow

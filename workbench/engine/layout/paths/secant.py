@@ -21,7 +21,9 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-__all__ = ["Curvature", "SecantMemory"]
+from .barrier import ModelledRows
+
+__all__ = ["Curvature", "SecantMemory", "SecantModel"]
 
 Array = NDArray[np.float64]
 
@@ -37,6 +39,7 @@ _NEW = 1e-4  # part of a move, squared, that counts as new
 _PROJECTED = 0.3  # how far the curvature along a change may be from the whole prior
 _SHORT = 1e-6  # change, for a move of length 1, that says nothing
 _ANGLE = 1e-2  # updates whose correction is nearly orthogonal to the move say nothing
+_STIFFEN, _RELAX = 4.0, 0.5  # of the curvature after a refused and after an accepted step
 _FAINT = 0.01  # of the largest derivative: where slopes vanish the prior would know no curvature
 
 
@@ -106,6 +109,50 @@ class SecantMemory:
             ]),
             signs=np.concatenate([c.signs for c in parts]),
         )  # fmt: skip
+
+
+@dataclass(slots=True, kw_only=True)
+class SecantModel:
+    """Linear rows at the design where it was placed, with the learnt curvature of their weighted sum.
+
+    free (members,): those that may change    lower (members,)    memory: of moves, kept by the path
+    """
+
+    free: NDArray[np.bool_]
+    lower: Array
+    memory: SecantMemory
+    stiff: float = 1.0
+    x: Array = field(default_factory=lambda: np.zeros(0))
+    values: Array = field(default_factory=lambda: np.zeros(0))
+    slopes: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    curvature: Curvature | None = None
+
+    def place(self, x: Array, values: Array, gradients: Array, weights: Array) -> None:
+        """At a design (members,): values (r,) and gradients (r, members) there, weights (r,) of the sum."""
+        self.x, self.values, self.slopes = x, values, gradients[:, self.free]
+        distance = (x - self.lower)[self.free]
+        self.curvature = self.memory.curvature(distance, self.slopes, weights, stiffness=self.stiff)
+
+    def at(self, step: Array, weights: Array) -> ModelledRows:
+        """After a step (n,) of the free members; the weights are those of the place."""
+        assert self.curvature is not None
+        return ModelledRows(
+            values=self.values + self.slopes @ step, slopes=self.slopes, diagonal=self.curvature.diagonal,
+            columns=self.curvature.columns, signs=self.curvature.signs, slope=self.curvature.times(step),
+        )  # fmt: skip
+
+    def learn(self, trial: Array, values: Array, gradients: Array, *, taken: bool) -> bool:
+        """Moves are in the memory. Any rows will do."""
+        return True
+
+    def stiffen(self) -> bool:
+        """More curvature."""
+        self.stiff *= _STIFFEN
+        return True
+
+    def relax(self) -> None:
+        """Half of the way back."""
+        self.stiff = max(1.0, _RELAX * self.stiff)
 
 
 def _learnt(
