@@ -52,10 +52,8 @@ def are_compliances(x: Array, values: Array, gradients: Array) -> bool:
 
     >>> import numpy as np
     >>> x = np.array([1.0, 2.0])
-    >>> are_compliances(x, np.array([1.5]), -np.array([[1.0, 1.0]]) / x**2)  # 1/x_1 + 1/x_2
-    True
-    >>> are_compliances(x, np.array([2.5]), -np.array([[1.0, 1.0]]) / x**2)
-    False
+    >>> [are_compliances(x, np.array([c]), -np.array([[1.0, 1.0]]) / x**2) for c in (1.5, 2.5)]  # sum 1/x
+    [True, False]
     """
     if not (values > 0).all() or not (x >= 0).all():
         return False
@@ -65,7 +63,7 @@ def are_compliances(x: Array, values: Array, gradients: Array) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Bounds:
-    """At a design: two bounds, the lower one's elongations (members,), and W (p, members) of its curvature."""
+    """At a design: two bounds, the lower one's elongations (members,), and W (p, members), its curvature."""
 
     above: float
     below: float
