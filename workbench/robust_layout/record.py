@@ -46,7 +46,7 @@ class LoopSettings:
     evaluations: int = 30
     budget: int = 1500
     corners: int = 100
-    rounds: int = 8
+    rounds: int = 12
     tolerance: float = 0.02
     seed: int = 0
     going_on: int = GOING_ON
