@@ -6,9 +6,11 @@
 z is the change of log(x - lower + e): a member may shrink by the same share in every step, so that it can
 vanish, and a stress that behaves like force over area bends little. A step is taken when the merit
 max g + rho max(0, c) falls (exact penalty, Fletcher 1989); rho follows the multipliers. Where as many limits
-as members are active, as in trusses with limited stresses, the steps converge like Newton's. Limits that are
-far from active stay out of the programme until a step would break them. The margin keeps iterates on the
-feasible side: it follows what the last step broke.
+as members are active, as in trusses with limited stresses, the steps converge like Newton's. A short step
+that brings less than a quarter of its promise is corrected: the programme is solved again with what the
+limits came to at its end, c(x') + dc_l D (z - z'), and the better of both is the step (second-order
+correction). Limits that are far from active stay out of the programme until a step would break them. The
+margin keeps iterates on the feasible side: it follows what the last step broke.
 """
 
 import numpy as np
@@ -28,6 +30,8 @@ _RADIUS, _LARGEST, _SMALLEST = 0.7, 2.0, 1e-7
 _CLEARANCE = 1e-6  # e, as a share of the width
 _FAR = 0.5  # limits below -_FAR enter the programme only when a step would break them
 _MARGIN = 1e-9  # least margin, in the unit of the limits
+_POOR = 0.25  # of the promise: the step is corrected, the radius reduced
+_CLOSE = 0.15  # radius of short steps; of longer ones the region is what is wrong
 _QUIET = 8  # steps in a row that bring less than the tolerance
 
 
@@ -61,6 +65,17 @@ def linear_steps(
             radius *= 0.3
             continue
         ratio = (merit - _merit(tried, rho, margin)) / promise
+        if ratio < _POOR and radius < _CLOSE and recorder.evaluations + 1 < max_evaluations:
+            again = _programme(problem, x, evaluation, radius, rho, margin, came_to=(trial, tried))
+            other = None if again is None else problem.into_budgets(again[0])
+            found = None if other is None else problem.tried(other)
+            if other is not None and found is None:
+                recorder.fail(other, radius=radius)
+            elif other is not None and found is not None:
+                corrected = (merit - _merit(found, rho, margin)) / promise
+                if corrected > ratio:
+                    trial, tried, other, found, ratio = other, found, trial, tried, corrected
+                recorder.add(other, found, radius=radius, accepted=False)
         taken = ratio > 1e-4
         recorder.add(trial, tried, radius=radius, accepted=taken)
         broken = _violation(tried)
@@ -70,7 +85,7 @@ def linear_steps(
             margin = float(np.clip(broken, _MARGIN, max(0.3 * margin, 0.02 * radius)))
         if ratio > 0.75:
             radius = min(1.5 * radius, _LARGEST)
-        elif ratio < 0.25:
+        elif ratio < _POOR:
             radius *= 0.4
         if quiet >= _QUIET:
             return _violation(evaluation) <= FIRST_ORDER
@@ -87,9 +102,13 @@ def _merit(evaluation: Evaluation, rho: float, margin: float) -> float:
 
 
 def _programme(
-    problem: LayoutProblem, x: Array, evaluation: Evaluation, radius: float, rho: float, margin: float
-) -> tuple[Array, float, float, float] | None:
-    """Next design, predicted largest row and violation, and the sum of the prices of the limits."""
+    problem: LayoutProblem, x: Array, evaluation: Evaluation, radius: float, rho: float, margin: float, *,
+    came_to: tuple[Array, Evaluation] | None = None,
+) -> tuple[Array, float, float, float] | None:  # fmt: skip
+    """Next design, predicted largest row and violation, and the sum of the prices of the limits.
+
+    came_to: a trial and its evaluation, by which the limits are corrected.
+    """
     n = problem.members
     width = problem.upper - problem.lower
     e = _CLEARANCE * width
@@ -104,6 +123,10 @@ def _programme(
     slopes = problem.checked_gradients(evaluation, rows) * D
     c = np.asarray(evaluation.constraints, dtype=float) + margin
     dc = np.asarray(evaluation.constraint_gradients, dtype=float).reshape(-1, n) * D
+    if came_to is not None:
+        there, found = came_to
+        c = np.asarray(found.constraints, dtype=float) + margin
+        c -= dc @ np.where(D > 0, np.log((there - problem.lower + e) / np.where(D > 0, D, 1.0)), 0.0)
     unit = max(float(np.abs(slopes).max()), 1e-300)
     weight = max(rho / unit, 1.0 if rho == 0 else 0.0) * 10.0
     room = np.maximum(problem.limits - problem.costs @ x, 0.0)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from studies import trusses
+from workbench.engine.layout.bound.linear_steps import linear_steps
 from workbench.engine.layout.formulation.problem import InvalidLayout, static_problem
 from workbench.engine.layout.optimise import optimise_layout
+from workbench.engine.layout.outcome.history import Recorder
 from workbench.engine.layout.outcome.result import LayoutStatus
 
 
@@ -88,3 +90,20 @@ def test_a_failing_trial_shortens_the_step():
     result = optimise_layout(problem, "linear_steps", max_evaluations=60)
     assert result.value == pytest.approx(3.0, rel=1e-6)
     assert result.status is LayoutStatus.CONVERGED
+
+
+def test_poor_steps_are_corrected_and_nothing_is_hidden():
+    # 200 bars: stresses of light members bend strongly
+    one = trusses.ground_structure(
+        columns=6, rows=4, width=3.0, height=2.0, loads=((((0.0, -1.0), (3.0, 2.0)),),)
+    )
+    problem, seen = trusses.stress_limited(one), []
+    inner = problem.evaluate
+    problem = replace(problem, evaluate=lambda x: (seen.append(x.copy()), inner(x))[1])
+    recorder = Recorder(problem, keep=True)
+    linear_steps(problem, recorder, max_evaluations=60, tolerance=1e-6)
+    assert recorder.best <= 1.005 * trusses.least_volume(one)
+    assert recorder.evaluations <= 60
+    assert len(recorder.history) == recorder.evaluations == len(seen)
+    refused = [entry for entry in recorder.history if not entry.accepted]
+    assert len(refused) >= 3
