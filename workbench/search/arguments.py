@@ -10,7 +10,14 @@ from workbench.errors import StudyError
 from workbench.models.evaluator import Reading
 from workbench.search.evidence.enclosure import Enclosure
 
-__all__ = ["Arguments"]
+__all__ = ["AMONG_NOISE", "Arguments", "default_budget"]
+
+RUNS, AMONG_NOISE = 60, 120  # with as many the gap of a mean is a tenth of the range
+
+
+def default_budget(noise: bool | None) -> int:
+    """The true runs of a search that nobody gave a budget; a declared noise has to be averaged out."""
+    return AMONG_NOISE if noise else RUNS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +34,7 @@ class Arguments:
 
     response: str | Reading | None = None
     sense: str = "max"
-    budget: int = 60
+    budget: int = RUNS
     seed: int = 0
     workers: int = 1
     tolerance: float = 1e-3

@@ -105,8 +105,8 @@ class WorstCase:
         """The grade in words, with the numbers of the attack where there was one."""
         said = self.grade.value if self.attack is None else self.attack.sentence
         missing = (
-            f" The attack of {self.not_attacked} runs was not made: the runs have noise, and an adversary takes "
-            "each for exact."
+            f" The attack of {self.not_attacked} runs was not made: the runs have noise, and an adversary "
+            "takes each for exact."
             if self.not_attacked
             else ""
         )

@@ -30,7 +30,7 @@ import numpy as np
 
 from surrogates.analysis.success import SuccessChance
 from workbench.models.evaluator import FunctionEvaluator, Reading, RepeatingEvaluator
-from workbench.search.arguments import Arguments
+from workbench.search.arguments import Arguments, default_budget
 from workbench.search.attacked import attacked
 from workbench.search.conclusion import concluded
 from workbench.search.evidence.enclosure import Enclosure, check_enclosure
@@ -58,7 +58,7 @@ def worst_case(
     *,
     response: str | Reading | None = None,
     sense: str = "max",
-    budget: int = 60,
+    budget: int | None = None,
     seed: int = 0,
     start: Start = (),
     workers: int = 1,
@@ -79,7 +79,8 @@ def worst_case(
         space: names, bounds, units and kinds of the uncertain parameters.
         response: a name, or a function of the mapping of outputs; not needed when there is one response.
         sense: "max" when large is bad, "min" when small is bad.
-        budget: true runs to spend, the start design included; runs given in `start` cost nothing.
+        budget: true runs to spend, the start design included; runs given in `start` cost nothing. None: 60,
+            and 120 where `noise` is True.
         seed: of the start design and of the search's random candidates.
         start: runs already made: outcomes, `runs` of another search, mappings of parameters and responses,
             or a DataFrame of them.
@@ -125,7 +126,7 @@ def worst_case(
     asked = Arguments(
         response=response,
         sense=sense,
-        budget=budget,
+        budget=default_budget(noise) if budget is None else budget,
         seed=seed,
         workers=workers,
         tolerance=tolerance,

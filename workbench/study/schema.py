@@ -9,7 +9,7 @@ from dataclasses import fields
 from math import isinf, isnan
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model, model_validator
 
 from workbench.models.histories import REDUCTIONS
 from workbench.models.readers import KEYS, READERS
@@ -228,8 +228,9 @@ class WorstCaseTable(Table):
     other responses; `quantile` asks for the value that is kept to with that chance, too. `batch` is how many
     runs the search proposes at once, whoever runs them; `enclosure` names a function that bounds the response
     over a box; `attack` is how many runs an adversary gets beside the budget; `noise` says whether the model
-    gives another value when it is run again, which is found out where nobody says; `failures`
-    "worst" counts a failed run as worse than any value; `transform` is the scale on which it is modelled."""
+    gives another value when it is run again, which is found out where nobody says; where it does, a budget
+    that is not given is 120; `failures` "worst" counts a failed run as worse than any value; `transform` is
+    the scale on which it is modelled."""
 
     response: Text | None = None
     responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None
@@ -248,6 +249,13 @@ class WorstCaseTable(Table):
     noise: bool | None = None
     failures: Literal["avoid", "worst"] | None = None
     transform: Literal["auto", "none", "log", "box-cox", "yeo-johnson"] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _more_runs_among_noise(cls, table: Any) -> Any:
+        if isinstance(table, Mapping) and table.get("noise") is True:
+            return {"budget": 120, **table}
+        return table
 
 
 class LayoutTable(Table):

@@ -5,10 +5,13 @@ import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.search import loop
+from workbench.search import worst_case as module
+from workbench.search.arguments import AMONG_NOISE
 from workbench.search.evidence.grade import Grade
 from workbench.search.worst_case import worst_case
 from workbench.search.worst_cases import worst_cases
 from workbench.space.box import Parameter, Space
+from workbench.study.schema import WorstCaseTable
 
 BOX = Space([Parameter("a", lower=-1.0, upper=2.0, unit="m"), Parameter("b", lower=0.0, upper=1.0)])
 NOISE = 0.5  # a tenth of the range of the bowl
@@ -43,6 +46,24 @@ def test_the_worst_point_is_found_and_its_mean_held_by_the_interval(found):
     low, high = found.interval
     assert low < 4.0 < high
     assert max(run.value for run in found.runs) > high  # the luckiest run is no worst case
+
+
+def test_a_declared_noise_gets_twice_the_runs_where_no_budget_is_given(monkeypatch):
+    asked = []
+    monkeypatch.setattr(module, "search_worst_case", lambda *given, **options: asked.append(given[2]))
+    worst_case(bowl, BOX, noise=True)
+    worst_case(bowl, BOX)
+    worst_case(bowl, BOX, noise=True, budget=50)
+    assert [arguments.budget for arguments in asked] == [120, 60, 50]
+
+
+@pytest.mark.parametrize(
+    ("table", "budget"),
+    [({"noise": True}, 120), ({}, 60), ({"noise": False}, 60), ({"noise": True, "budget": 9}, 9)],
+)
+def test_the_study_does_so_too(table, budget):
+    assert WorstCaseTable(response="y", **table).budget == budget
+    assert AMONG_NOISE == 120
 
 
 def test_the_gap_is_that_of_the_mean(found):
