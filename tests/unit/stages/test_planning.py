@@ -71,7 +71,7 @@ def test_nothing_is_known_until_the_first_run(study):
 
 def test_the_last_attack_of_a_robust_loop_may_go_on():
     plan = plan_study(load_study(str(files("studies") / "occupant_demo.toml")))
-    looks, attacks = (6 + 2) * (90 + 18), (6 + 3) * 1500
+    looks, attacks = (10 + 2) * (90 + 18), (10 + 3) * 1500
     assert plan["time"]["robust_layout"]["runs"] == looks + attacks + 3 * 100
 
 
