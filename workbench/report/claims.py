@@ -26,7 +26,7 @@ from typing import Any
 from workbench.errors import Contradiction
 from workbench.report.recounts import against_rounds, against_search, against_summary
 from workbench.search.evidence.attack.share import counted_share
-from workbench.search.evidence.grade import ARRIVED
+from workbench.search.evidence.grade import ARRIVED, AS_GOOD
 
 __all__ = [
     "Claim",
@@ -39,7 +39,6 @@ __all__ = [
 ]
 
 ROUNDING = 1e-9  # of the value: what a sum in another order may change
-NEGLIGIBLE = 1e-3  # of the value: a layout that is better by less is as good
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,9 +183,11 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
         against.append("it is called closed although a sample of the uncertainty lies beyond its bound")
     if document["verdict"] == "green":
         against.extend(f"its verdict is green although {why}" for why in _against_green(document))
+    withstood = attack is not None and document["worst"] <= limit
+    slack = AS_GOOD if withstood else ROUNDING
     for name, kept in document["layouts"].items():
         lowest = max((v for v in kept["values"] if v is not None), default=float("inf"))
-        if lowest < document["bound"] - NEGLIGIBLE * abs(document["bound"]):
+        if lowest < document["bound"] - slack * abs(document["bound"]):
             against.append(f"the layout '{name}' is better over the cases known, {lowest:.6g}")
     against.extend(_against_shares(attack, "attack"))
     against.extend(against_rounds(document))

@@ -12,13 +12,13 @@ from workbench.robust_layout.cases import Optimised
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import layout_name
 from workbench.robust_layout.record import largest
+from workbench.search.evidence.grade import AS_GOOD
 
 __all__ = ["ROUNDS", "JudgedLayouts"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
-NEGLIGIBLE = 1e-3  # relative: a layout that is better by less is as good
 ROUNDS = "rounds"  # where the layouts of the loop itself come from
 
 
@@ -83,7 +83,7 @@ class JudgedLayouts:
         where that is as good but for next to nothing."""
         known = {name: self.worst(name) for name in (self.layouts if names is None else names)}
         least = min(known.values())
-        enough = least + NEGLIGIBLE * abs(least)
+        enough = least + AS_GOOD * abs(least)
         return min(known, key=lambda name: (name not in rather or known[name] > enough, known[name]))
 
     def near(self, names: Sequence[str], *, share: float, since: int) -> list[int]:

@@ -2,7 +2,6 @@
 
 import pytest
 
-from workbench.report import claims
 from workbench.report.claims import (
     Claim,
     Contradiction,
@@ -12,7 +11,6 @@ from workbench.report.claims import (
     robust_layout_claims,
     worst_case_claims,
 )
-from workbench.robust_layout import judged
 from workbench.search.evidence.attack.share import counted_share
 
 WORST = {
@@ -286,5 +284,12 @@ def test_a_worst_case_is_that_of_its_own_list_of_runs(changes, said):
         refuse_contradictions(claim(**changes), [])
 
 
-def test_what_the_loop_takes_for_as_good_is_no_contradiction():
-    assert claims.NEGLIGIBLE == judged.NEGLIGIBLE
+def test_what_withstood_an_attack_may_stand_above_the_best_by_next_to_nothing():
+    better = {**LOOP["layouts"], "round 3": {"values": [1.0 * (1 - 0.5e-3), None], "worst": 1.0}}
+    refuse_contradictions(*robust_layout_claims({**LOOP, "layouts": better}), [])
+    unattacked = {"attack": None, "closed": False, "verdict": "amber", "reasons": ["no attack"]}
+    broken = {"worst": 1.2, "closed": False, "verdict": "amber", "reasons": ["broken"]}
+    for doubts in (unattacked, broken):
+        (wrong,) = robust_layout_claims({**LOOP, **doubts, "layouts": better})
+        with pytest.raises(Contradiction, match="the layout 'round 3' is better over the cases known"):
+            refuse_contradictions(wrong, [])

@@ -5,11 +5,12 @@ from enum import Enum
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.gap import Gap
 
-__all__ = ["ARRIVED", "Grade", "fewest_runs", "grade_of"]
+__all__ = ["ARRIVED", "AS_GOOD", "Grade", "fewest_runs", "grade_of"]
 
 FEWEST_RUNS, PER_INPUT = 100, 25  # of an attack, before its silence says anything; fewer of few inputs
 SILENT = 0.5  # share of an attack's runs that must have followed the last noticeable gain
 ARRIVED = 2  # climbs from elsewhere that must have met the worst value known: peaks met once have sisters
+AS_GOOD = 1e-3  # relative: what is better by less than this is no reason to leave what withstood an attack
 
 
 class Grade(Enum):
