@@ -12,6 +12,8 @@ slack and multiplier are halved at best in a step, because near the end the rows
 strongly. Budgets stay strictly met, so every iterate is a feasible design.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +22,7 @@ from ..formulation.problem import Evaluation, InvalidLayout, LayoutProblem
 from ..outcome.history import Recorder
 from ..outcome.optimality import linear_promise
 
-__all__ = ["follow_central_path", "has_interior", "strictly_inside"]
+__all__ = ["FreePart", "follow_central_path", "has_interior", "strictly_inside"]
 
 Array = NDArray[np.float64]
 
@@ -51,14 +53,35 @@ def strictly_inside(problem: LayoutProblem) -> Array:
     return np.asarray(x)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreePart:
+    """The members that may change: free (members,), their bounds lower, upper (n,), their costs A (m, n), and
+    limits (m,), what the others leave of the budgets."""
+
+    free: NDArray[np.bool_]
+    lower: Array
+    upper: Array
+    A: Array
+    limits: Array
+
+    @classmethod
+    def of(cls, problem: LayoutProblem) -> "FreePart":
+        """Of a problem."""
+        free = problem.free
+        spent = problem.costs[:, ~free] @ problem.lower[~free]
+        return cls(
+            free=free, lower=problem.lower[free], upper=problem.upper[free], A=problem.costs[:, free],
+            limits=problem.limits - spent,
+        )  # fmt: skip
+
+
 def follow_central_path(
     problem: LayoutProblem, recorder: Recorder, *, max_evaluations: int, tolerance: float
 ) -> bool:
     """Evaluate along the central path until the promise falls below the tolerance; True when it did."""
-    free = problem.free
-    lower, upper, A = problem.lower[free], problem.upper[free], problem.costs[:, free]
-    limits = problem.limits - problem.costs[:, ~free] @ problem.lower[~free]
-    n, m = int(free.sum()), problem.budgets
+    part = FreePart.of(problem)
+    free, lower, upper, A, limits = part.free, part.lower, part.upper, part.A, part.limits
+    n, m = len(lower), len(limits)
     x = strictly_inside(problem)
     evaluation = problem.checked(x)
     values, G, W = _rows(problem, evaluation, free)

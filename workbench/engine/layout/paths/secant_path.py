@@ -20,7 +20,7 @@ from ..formulation.problem import Evaluation, LayoutProblem
 from ..outcome.history import Recorder
 from ..outcome.optimality import linear_promise
 from .barrier import RowsModel, barrier_function, barrier_minimum
-from .central_path import follow_central_path, strictly_inside
+from .central_path import FreePart, follow_central_path, strictly_inside
 from .compliance import ComplianceModel, are_compliances
 from .secant import SecantMemory, SecantModel
 
@@ -54,10 +54,9 @@ def follow_secant_path(
     problem: LayoutProblem, recorder: Recorder, *, max_evaluations: int, tolerance: float
 ) -> bool:
     """Evaluate until the linearised rows promise less than the tolerance; True when they do."""
-    free = problem.free
-    lower, upper, A = problem.lower[free], problem.upper[free], problem.costs[:, free]
-    limits = problem.limits - problem.costs[:, ~free] @ problem.lower[~free]
-    n, m = int(free.sum()), problem.budgets
+    part = FreePart.of(problem)
+    free, lower, upper, A, limits = part.free, part.lower, part.upper, part.A, part.limits
+    n, m = len(lower), len(limits)
     x = strictly_inside(problem)
     evaluation = problem.checked(x)
     recorder.add(x, evaluation)
