@@ -25,6 +25,7 @@ from workbench.report.page.blocks import (
     number,
     percent,
     quantity,
+    typeset,
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.fit import GOOD_Q2, trust_in
@@ -194,7 +195,7 @@ def _layout(layout: Mapping[str, Any], *, is_judged: bool) -> Card:
 
 def _attacked(loop: Mapping[str, Any] | None) -> str:
     """How the layout of a closed loop was attacked, or ""."""
-    return "" if loop is None or not loop.get("closed") else str(loop.get("status", ""))
+    return "" if loop is None or not loop.get("closed") else typeset(str(loop.get("status", "")))
 
 
 def _robust(robust: Mapping[str, Any], *, attacked: str) -> Card:
