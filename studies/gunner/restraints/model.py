@@ -135,8 +135,7 @@ class GunnerRestraint:
     def coarsened(
         self, density: Array, cases: Sequence[Mapping[str, Any]], *, threads: int = 0
     ) -> list[dict[str, float] | Exception]:
-        """The deviation alone, at four times the step: off by 7e-4 in the median of 40 corners of a rollover
-        and by 8e-3 at most."""
+        """The deviation alone, at four times the step, see `studies.longer_steps`."""
         return self._many(density, cases, _deviation_of, max(1, self.steps // 4), threads)
 
     def _many(

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from studies.loop_rivals import box
-from studies.occupant_braking import restraint
 from tests.sample_layout import STUDY, TwoMembers
 from tests.unit.robust_layout.test_loop import run
 from workbench.errors import StudyError
@@ -163,27 +161,6 @@ def test_runs_send_scouts_where_none_has_to_be_ended(tmp_path):
             if runs.coarse is not None:
                 (outcome,) = runs.coarse(LAYOUT)(CASES, purpose="attack")
                 assert outcome.outputs == {"push": pytest.approx(1.003)}
-
-
-def test_a_longer_step_ranks_the_cases_of_the_occupant_as_the_true_one():
-    model, rng = restraint(belts=5, airbags=5, steps=500), np.random.default_rng(8)
-    space = box(np.random.default_rng([8, 3]))
-    density = rng.random(model.members)
-    density *= 10 / density.sum()
-    ends = [[p.lower, p.upper] if p.lower is not None else list(p.levels) for p in space.parameters]
-
-    def corner():
-        words = {p.name: e[int(rng.integers(len(e)))] for p, e in zip(space.parameters, ends, strict=True)}
-        return space.canonical(words)
-
-    rows = [corner() for _ in range(40)]
-    fine, coarse = (
-        np.array([found["peak_deviation"] for found in many(density, rows, threads=1)])
-        for many in (model.responses_of_cases, model.coarsened)
-    )
-    assert np.abs(coarse / fine - 1).max() < 0.02
-    assert not np.array_equal(coarse, fine)
-    assert set(np.argsort(-fine)[:3]) <= set(np.argsort(-coarse)[:6])
 
 
 class StopHere(Exception):
