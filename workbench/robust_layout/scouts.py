@@ -1,7 +1,7 @@
 """Scouts: an attack on a layout by runs at a longer step, whose worst cases are then run truly.
 
 What breaks a layout may be one corner in hundreds, with nothing around it that is bad: no climb gets there,
-and no more than many draws meet it. At a longer step a run costs half or less, and ranks the cases as the
+and no more than many draws meet it. At a longer step a run costs about half, and ranks the cases as the
 true one does. So a layout that has held so far is attacked by twice the runs of an attack, most of them
 corners, at the step of the model's `coarsened`; the worst of what they met, far from each other, are the next
 true runs of the adversary. Nothing is said of the scouts' own values.
