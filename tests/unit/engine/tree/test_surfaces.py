@@ -7,7 +7,7 @@ import pytest
 
 from tests.sample_trees import LATERAL, LONGITUDINAL, tree_run
 from workbench.engine.errors import InvalidSystem, NotConverged
-from workbench.engine.integration.schemes import GeneralisedAlpha
+from workbench.engine.integration.schemes import GeneralisedAlpha, RungeKutta8
 from workbench.engine.tree.joints import Floating, Planar, Prescribed, Prismatic, Revolute, SpatialMotion
 from workbench.engine.tree.surfaces import Box, Capsule, Plane, Ring, Road, SpatialContact, Sphere, Tyre
 from workbench.engine.tree.system import SpatialBody, TreeSystem
@@ -224,3 +224,19 @@ def test_a_run_that_stops_names_the_contact_that_pushed_hardest():
     ) as stop:
         tree_run(system, np.zeros(0), np.linspace(0.0, 0.05, 501), GeneralisedAlpha(iterations=2))
     assert stop.value.time > 0.0
+
+
+@pytest.mark.parametrize(
+    ("scheme", "shape", "speed", "steps"),
+    [
+        (GeneralisedAlpha(), Capsule(start=(0.0, 0.0, -0.3), end=(0.0, 0.0, 0.3), radius=0.3), 1000.0, 3),
+        (RungeKutta8(), Sphere(radius=0.5), 100.0, 5),
+    ],
+)
+def test_a_run_that_diverges_stops_before_its_numbers_overflow(scheme, shape, speed, steps):
+    """The laws of contacts are computed with complex numbers, whose division by 0 is an error of its own."""
+    ball = replace(BALL, joint=Floating(position=(0.1, 0.05, 0.65), velocity=(0.0, 0.0, -speed)))
+    hard = SpatialContact(a="ball", shape=shape, radius=0.2, k=1e12, damping=0.5, width=1e-4)
+    system = TreeSystem(bodies=(ball,), contacts=(hard,))
+    with pytest.raises(NotConverged, match="stopped"):
+        tree_run(system, np.zeros(0), np.linspace(0.0, 1.0, steps + 1), scheme)

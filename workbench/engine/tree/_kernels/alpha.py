@@ -32,6 +32,7 @@ STRETCHED = 1.2  # change of the step's length beyond which factors are renewed 
 ROUND = 4e-15  # m or rad: rounding of a condition
 SHORTEST = 1e-4  # of a Newton step: damped further it leads nowhere
 NEARLY = 10.0  # times the tolerance: so near, the last step with new factors leads to rounding
+FAR = 1e20  # times the largest acceleration so far: Newton diverges, and powers of it would overflow
 LOST = -2
 
 
@@ -154,6 +155,7 @@ def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
     floor = max(FLOOR, ROUND * T.closing[node] / R.level[0])
     q0, q, v, w, d = R.position[node - 1], R.position[node], R.velocity[node], R.rate[node], R.move[node]
     begun(T, R, numbers, grid, node, node > 0)
+    far, far_state = FAR * R.level[0], FAR * R.level[1]
     old, rate = -1.0, 1.0
     for step in range(1, count + 1):
         evaluate(T, W, node, q, v, w, fresh)
@@ -182,7 +184,7 @@ def one_step(T, W, P, R, numbers, grid, node, limit, count, fresh):
             size = max(size, abs(x) / level)
         moved(T, q0, d, q)
         R.counts[0] += 1
-        if not size < 1e300:
+        if not (size < FAR and R.level[0] < far and R.level[1] < far_state):
             return -1
         if old >= 0.0:
             rate = size / old if old > 0.0 else 0.0
@@ -247,7 +249,7 @@ def damped_step(T, W, P, R, numbers, grid, node, limit, count):
         if factor(P, R.lu, R.diagonal) != 0:
             return LOST
         size = solved_size(W, P, R, joints, conditions)
-        if not size < 1e300:
+        if not size < FAR:
             return -1
         for i in range(n):
             R.correction[i] = R.right[i]

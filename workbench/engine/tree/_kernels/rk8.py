@@ -23,6 +23,7 @@ from .rotations import inverse_coefficient, inverse_tangent
 from .tangents import motion_mass
 
 SPHERICAL = 3
+FAR = 1e50  # m/s, rad/s or m, rad: no motion, and powers of it would overflow
 
 
 @njit(**INNER)
@@ -83,6 +84,9 @@ def march_rk8(T, W, P, R, A, B, lengths, steps, y):
                     for a in range(n):
                         x[a] += h * A[i, j] * y[j, a]
                         u[a] += h * A[i, j] * w[a]
+            for a in range(n):
+                if not (abs(u[a]) < FAR and abs(x[a]) < FAR):
+                    return step + 1
             moved(T, q, x, R.position[at])
             chart_rates(T, W, x, u, y[i])
             if not rates_at(T, W, P, R, at):
@@ -96,7 +100,7 @@ def march_rk8(T, W, P, R, A, B, lengths, steps, y):
             for j in range(stages):
                 x[a] += h * B[j] * y[j, a]
                 u[a] += h * B[j] * R.rate[node + 1 + j, a]
-            if not abs(u[a]) < 1e100:
+            if not (abs(u[a]) < FAR and abs(x[a]) < FAR):
                 return step + 1
         moved(T, q, x, R.position[new])
     if not rates_at(T, W, P, R, (stages + 1) * steps):
