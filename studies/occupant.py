@@ -134,6 +134,7 @@ def member_sites() -> tuple[Site, ...]:
     return tuple(sites)
 
 
+@lru_cache(maxsize=256)
 def braking(deceleration: float) -> Motion:
     """The vehicle: 17 m/s along -x, braked from 0.5 s with a smooth ramp until it stands."""
     hold = SPEED / deceleration - RAMP
@@ -145,7 +146,7 @@ def braking(deceleration: float) -> Motion:
         """The smoothstep 3 s^2 - 2 s^3 over RAMP and its integrals, continued linearly."""
         if t <= 0.0:
             return 0.0  # most of the samples of a run: before the brakes, and before the vehicle stands
-        s = min(max(t / RAMP, 0.0), 1.0)
+        s = min(t / RAMP, 1.0)
         late = max(t - RAMP, 0.0)
         if order == 0:
             return s * s * (3 - 2 * s)

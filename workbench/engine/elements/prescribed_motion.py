@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -14,9 +15,15 @@ Planar = Callable[[float], Any]  # t -> (x, y, theta)
 DIFFERENCE = 1e-4  # s; fourth-order differences of a user's position lose about 1e-11 relative
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+GRIDS = 4  # whose samples are kept with a motion: those of a run, of its start, of longer and shorter steps
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class Motion:
     """(x, y, theta) of a driven body as a function of time, with its two derivatives.
+
+    Functions of time alone: what was sampled once on a grid is not asked for again, as in many cases of one
+    motion.
 
     Give velocity and acceleration where you can; otherwise they are taken by fourth-order central differences
     of the position over 1e-4 s.
@@ -45,11 +52,22 @@ class Motion:
         >>> Motion(position=lambda t: (17.0 * t, 0.0, 0.0)).sampled(np.array([0.0, 2.0]))[:, 0, 0]
         array([ 0., 34.])
         """
-        moments = times.tolist()
+        kept = _SAMPLES.setdefault(self, {})
+        grid = times.tobytes()
+        found = kept.get(grid)
+        if found is None:
+            found = self._sampled(times.tolist())
+            if len(kept) >= GRIDS:
+                kept.clear()
+            kept[grid] = found
+        return found
+
+    def _sampled(self, moments: list[float]) -> Array:
         found = np.empty((len(moments), 2, 3))
         found[:, 0] = np.array([self.position(t) for t in moments], dtype=float)
         speed = self.velocity or self.speed
         found[:, 1] = np.array([speed(t) for t in moments], dtype=float)
+        found.flags.writeable = False
         return found
 
     def push(self, t: float) -> Array:
@@ -57,6 +75,9 @@ class Motion:
         if self.acceleration:
             return np.asarray(self.acceleration(t), float)
         return _slope(self.speed, t)
+
+
+_SAMPLES: WeakKeyDictionary[Motion, dict[bytes, Array]] = WeakKeyDictionary()
 
 
 def _slope(f: Callable[[float], Array], t: float) -> Array:

@@ -11,6 +11,9 @@ __all__ = ["FEASIBLE", "RANK", "Redundancy", "redundancy"]
 Array = np.ndarray[Any, Any]
 
 FEASIBLE = 1e-9  # m or rad; positions typed in with ten digits pass
+CLEAR = (
+    1e-3  # of a row of length one is left by those before it: far from the limit, so rounding decides nothing
+)
 RANK = 1e-9  # singular values below this share of the largest count as zero
 
 
@@ -27,10 +30,14 @@ def redundancy(row_names: Sequence[str], phi_q: Array) -> Redundancy:
     m = len(phi_q)
     if m == 0:
         return Redundancy(rank=0, rows=())
+    scaled = phi_q / np.maximum(np.linalg.norm(phi_q, axis=1, keepdims=True), 1e-300)
+    # |R| holds what Gram-Schmidt leaves of each row: where none is small, nobody depends on earlier ones
+    if m <= phi_q.shape[1] and (np.abs(np.diag(np.linalg.qr(scaled.T, mode="r"))) >= CLEAR).all():
+        return Redundancy(rank=m, rows=())
     names: list[str] = []
     basis = np.zeros((0, phi_q.shape[1]))
     for r in range(m):
-        row = phi_q[r] / max(np.linalg.norm(phi_q[r]), 1e-300)
+        row = scaled[r]
         for _ in range(2):
             row = row - basis.T @ (basis @ row)
         size = np.linalg.norm(row)

@@ -9,6 +9,7 @@ meets whom, once per system. Rows are exchanged within the band: the pivots of p
 dense way.
 """
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,23 +42,32 @@ class Saddle(NamedTuple):
 def saddle_of(n: int, pair: Array, row: Array) -> Saddle | None:
     """The band of a system with n coordinates; None where it is not narrow: the dense way is faster.
 
-    pair (P, 2), row (m, 4) as in `Tables`.
+    pair (P, 2), row (m, 4) as in `Tables`. Systems of one structure, as many cases of a system, share it.
     """
-    free, total = n // 3, n + len(row)
-    if total < LEAST:
+    if n + len(row) < LEAST:
         return None
+    ends = tuple(map(tuple, row[:, 2:].tolist()))
+    return _band(n, tuple(map(tuple, pair.tolist())), ends, NARROW)
+
+
+@lru_cache(maxsize=64)
+def _band(
+    n: int, pair: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, ...], ...], narrow: float
+) -> Saddle | None:
+    """The same; ends: the two bodies of every row."""
+    free, total = n // 3, n + len(ends)
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
     met = {(body, body) for body in range(free)}
-    for i, j in pair.tolist():
+    for i, j in pair:
         if i < free and j < free:
             met |= {(i, j), (j, i)}
     tangent = np.array([(3 * i + a, 3 * j + b) for i, j in sorted(met) for a in range(3) for b in range(3)])
     joint = np.array([
         (r, 3 * body + a)
-        for r, line in enumerate(row.tolist())
-        for body in sorted(set(line[2:]))
+        for r, both in enumerate(ends)
+        for body in sorted(set(both))
         if body < free
         for a in range(3)
     ], np.int64).reshape(-1, 2)  # fmt: skip
@@ -67,7 +77,7 @@ def saddle_of(n: int, pair: Array, row: Array) -> Saddle | None:
     order = np.empty(total, np.int64)
     order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(total)
     width = int(np.abs(order[rows] - order[columns]).max())
-    if NARROW * (3 * width + 1) > total:
+    if narrow * (3 * width + 1) > total:
         return None
     place = order[tangent]
     there, here = order[joint[:, 0] + n], order[joint[:, 1]]
