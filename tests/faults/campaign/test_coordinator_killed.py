@@ -220,6 +220,7 @@ def test_a_kill_before_every_database_operation(forks, tmp_path):
     assert last > 30
 
 
+@pytest.mark.slow
 def test_a_kill_before_some_operations_on_files(forks, tmp_path):
     assert kill_before_every(forks, range(1, 400, 23), tmp_path, 6, what="files") is not None
 

@@ -82,6 +82,7 @@ def count_of_ok(path):
         db.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_is_four_and_nothing_is_repeated(tmp_path, signal_number):
     study = write_study(tmp_path, runs=40, pause=0.05)
@@ -157,6 +158,7 @@ def test_a_signal_between_the_runs_is_four_too(tmp_path, signal_number, stage):
         assert "report:" in out
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_five_and_the_rest_follows_later(tmp_path):
     study = write_study(tmp_path, runs=600, pause=0)
     process = start(study, file_limit=150_000)
@@ -191,6 +193,7 @@ def remount(place, options):
     subprocess.run(["mount", "-o", f"remount,{options}", str(place)], check=True)
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_and_one_that_turns_read_only(tmp_path, small_disk):
     study = write_study(tmp_path, runs=600, pause=0)
     folder = small_disk / "c"

@@ -41,6 +41,7 @@ def killed(folder, work, what, first, step):
     return found["kills"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("work", ["growth", "rereading"])
 def test_a_kill_in_another_write_loses_nothing(tmp_path, work):
     assert killed(tmp_path, work, "database", 11, 50) >= 1

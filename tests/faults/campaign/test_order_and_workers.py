@@ -70,6 +70,7 @@ def results(folder, workers):
     return design, screening, worst, stages_of
 
 
+@pytest.mark.slow
 def test_one_two_and_four_workers(tmp_path):
     one, two, four = (results(tmp_path / str(n), n) for n in (1, 2, 4))
     assert one == two == four

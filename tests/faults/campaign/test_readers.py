@@ -123,6 +123,7 @@ def filled(study):
     return study.with_suffix(".holdfast")
 
 
+@pytest.mark.slow
 def test_every_verb_looks_at_a_running_campaign(tmp_path):
     study = made(tmp_path, runs=24, quick=12)
     run = subprocess.Popen(

@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[3]
 MODEL = """
 import time
@@ -97,6 +99,7 @@ def killed_after(folder, runs):
     process.communicate()
 
 
+@pytest.mark.slow
 def test_kills_in_either_design_change_no_number(tmp_path):
     whole, folder = finished(study_in(tmp_path / "whole")), study_in(tmp_path / "killed")
     for runs in (20, 120):  # 96 of the samples and the nominal scenario are run for each design

@@ -242,6 +242,7 @@ def test_edits_midway(tmp_path):
     assert len(keys) >= 6
 
 
+@pytest.mark.slow
 def test_what_a_stage_left_that_is_asked_for_no_more_stops_nothing(tmp_path):
     edited = Edited(np.random.default_rng(1))
     edited.stages = ("screen", "worst_case")

@@ -70,6 +70,7 @@ def test_in_the_plane():
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_in_space():
     rng = np.random.default_rng(7)
     tree = random_tree(rng)

@@ -70,6 +70,7 @@ def test_slopes_by_every_sort_of_parameter(scheme, seed):
         assert found[name] == pytest.approx(exact, rel=EXACT, abs=1e-11), name
 
 
+@pytest.mark.slow
 def test_systems_of_another_structure_are_refused():
     system = brick_on_a_rod(np.random.default_rng(1))
     run = simulate(system, [0.8, 0.6], 0.05, 5)

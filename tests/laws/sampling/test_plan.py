@@ -1,6 +1,7 @@
 """What holds for every design over every space: bounds, balance, constraints, identities."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -58,6 +59,7 @@ def test_levels_are_balanced_and_physical_values_come_back(space, kind, runs, se
     np.testing.assert_array_equal(again.unit, design.unit)
 
 
+@pytest.mark.slow
 @CASES
 @given(
     bound=st.floats(0.3, 1.9),
@@ -73,6 +75,7 @@ def test_a_constraint_is_met_by_every_run_whatever_it_leaves(bound, runs, kind):
     assert space.feasible(design.unit).all()
 
 
+@pytest.mark.slow
 @CASES
 @given(runs=st.integers(2, 20), times=st.integers(1, 3), more=st.integers(1, 10), seed=st.integers(0, 100))
 def test_ids_are_different_and_stay_with_their_points(runs, times, more, seed):

@@ -142,6 +142,7 @@ def test_the_advice_says_where():
     assert "put them where x2 is above 6 mm: 80 % of the squared error lies there" in found.advice
 
 
+@pytest.mark.slow
 def test_no_input_above_the_stated_share_is_missing():
     """Steps and kinks, where inputs do go missing: 16 screenings of 64 runs, one may be wrong by its 95 %."""
     functions = {

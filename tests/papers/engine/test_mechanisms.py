@@ -116,6 +116,7 @@ def test_pendulum_undamped_over_ten_seconds():
     assert np.abs(sharp.mechanical_energy()).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_two_windows_undamped_keep_their_energy_as_in_joint_coordinates():
     # rho = 1 in independent coordinates: 1.4e-4 J at a millisecond, as measured in minimal coordinates
     runs = [simulate(four_bars(2), [], 10.0, n, scheme=GeneralisedAlpha(rho=1.0)) for n in (5000, 10000)]
@@ -152,6 +153,7 @@ def test_more_windows_move_as_one_angle_does(windows, t_end):
     np.testing.assert_allclose(pin(run)[-1], end, atol=5e-5)  # the library asks for 1e-3
 
 
+@pytest.mark.slow
 def test_order_eight_says_when_a_stage_falls_on_a_dead_point():
     said = []
     for steps in range(1000, 1020):

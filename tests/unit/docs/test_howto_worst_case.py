@@ -9,6 +9,7 @@ import pytest
 PAGE = Path(__file__).parents[3] / "docs" / "howto" / "how-sure-is-this-worst-case.md"
 
 
+@pytest.mark.slow
 def test_the_snippets_run_in_order(capsys):
     names: dict[str, Any] = {}
     first, gradients, enclosed, several = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)

@@ -93,6 +93,7 @@ def test_the_policy_needs_no_exception_for_styles_or_handlers(page, outline):
     assert "unsafe" not in page
 
 
+@pytest.mark.slow
 def test_same_folder_gives_the_same_bytes(folder, page, tmp_path):
     files = ["report.html", "report.md", *(f"tables/{p.name}" for p in (folder / "tables").glob("*.csv"))]
     before = {name: (folder / name).read_bytes() for name in files}

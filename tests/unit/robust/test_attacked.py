@@ -51,6 +51,7 @@ def test_what_the_attack_finds_is_the_worst_scenario():
     assert found.value >= found.lower
 
 
+@pytest.mark.slow
 def test_a_design_that_an_attack_has_broken_is_exchanged_for_a_better_one():
     def f(x, u):
         # the best design but for a pocket of scenarios in which only it is bad

@@ -89,6 +89,7 @@ def test_a_border_that_depends_on_the_design_gives_a_design_that_stands_a_little
     assert result.value == pytest.approx(0.7079, rel=0.04)
 
 
+@pytest.mark.slow
 def test_nan_is_a_failure_as_an_exception_is():
     def model(x, u):
         return math.nan if u["u0"] > 0.8 else plane(x, u)
@@ -188,6 +189,7 @@ def test_an_evaluator_that_runs_batches_gives_the_same():
     assert set(evaluate.purposes) == {"minimax start", "minimax fill", "minimax oracle"}
 
 
+@pytest.mark.slow
 def test_given_scenarios_that_cannot_be_run_do_no_harm():
     scenarios = [{"u0": 1.0, "u1": 1.0}, {"u0": 0.0, "u1": -1.0}]
     result = minimax(failing(lambda x, u: u["u0"] > 0.5), *SPACES, seed=0, scenarios=scenarios)
@@ -211,6 +213,7 @@ def test_a_model_that_always_fails_is_refused_after_its_start():
     assert len(calls) == 32
 
 
+@pytest.mark.slow
 def test_designs_that_all_fail_are_refused_with_the_counts():
     start = []
 

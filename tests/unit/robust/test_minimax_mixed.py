@@ -117,6 +117,7 @@ def test_a_small_budget_falls_back_to_a_smaller_trend(name, budget):
     assert function(result.design, result.scenario) == pytest.approx(result.value, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_categories_that_fail_are_left_out():
     function, designs, uncertainty = PROBLEMS["four levels and three"]
 

@@ -35,6 +35,7 @@ def attacked(monkeypatch):
     return names
 
 
+@pytest.mark.slow
 def test_what_no_attack_is_left_for_is_not_called_attacked(tmp_path, monkeypatch, attacked):
     monkeypatch.setattr(loop_module, "LAST", 1)
     found, folder = run(tmp_path, rounds=1)
@@ -50,6 +51,7 @@ def test_what_no_attack_is_left_for_is_not_called_attacked(tmp_path, monkeypatch
     assert "it was not attacked itself" in (folder / "report.md").read_text()
 
 
+@pytest.mark.slow
 def test_three_are_attacked_though_there_was_one_round(tmp_path, attacked):
     run(tmp_path, rounds=1)
     assert len(set(attacked)) == 3

@@ -110,6 +110,7 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
     assert found["closed"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rounds", [1, 2])
 def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
     """The layout of the last round breaks; the best over the cases of all layouts is another one."""
@@ -187,6 +188,7 @@ def test_rounds_that_are_left_are_used_where_the_best_layout_breaks_in_the_end(t
     assert found["closed"] or rounds[-1] == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("broke_before", [False, True])
 def test_what_an_open_loop_says_rests_on_the_whole_budget(tmp_path, monkeypatch, broke_before):
     """Every layout breaks at once: an attack would end after two fifths of its runs."""
@@ -205,6 +207,7 @@ def test_what_an_open_loop_says_rests_on_the_whole_budget(tmp_path, monkeypatch,
     assert found["attack"]["runs"] == 60
 
 
+@pytest.mark.slow
 def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
     apart = OtherStartsFound(worst=9.0, cases=99, apart=0.3, agrees=False, starts=("rounds", "second start"))
     monkeypatch.setattr(OtherStarts, "found", lambda self: apart)
@@ -292,6 +295,7 @@ def test_each_turn_of_the_oracle_draws_other_corners_and_the_same_when_repeated(
     assert not (seen[0] & seen[1]) - corners
 
 
+@pytest.mark.slow
 def test_a_case_beyond_the_optimiser_is_named_and_the_loop_goes_on(tmp_path):
     found, folder = run(tmp_path, changed("nominal =", "options = { forbidden = -0.5 }\nnominal ="))
     assert "InvalidLayout in " in found["failures"][0]
@@ -300,6 +304,7 @@ def test_a_case_beyond_the_optimiser_is_named_and_the_loop_goes_on(tmp_path):
     assert "this direction is beyond the optimiser" in write_report(folder).read_text()
 
 
+@pytest.mark.slow
 def test_a_budget_of_zero_gives_no_members(tmp_path):
     found, folder = run(tmp_path, changed("nominal =", "options = { budget = 0.0 }\nnominal ="))
     assert json.loads((folder / "layout.json").read_text())["density"] == [0.0, 0.0]

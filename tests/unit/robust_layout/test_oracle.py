@@ -120,6 +120,7 @@ def test_a_short_attack_does_not_go_on(tmp_path, attacks, monkeypatch):
     assert [one["budget"] for one in asked] == [24, 36]
 
 
+@pytest.mark.slow
 def test_a_loop_in_which_no_climbs_arrive_is_closed_by_attacks_that_go_on_alone(tmp_path, attacks):
     _, changes = attacks
     changes["all"] = {"arrived": 0, "is_exhaustive": False}

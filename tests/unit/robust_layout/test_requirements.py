@@ -65,6 +65,7 @@ def test_one_sample_beyond_fails_and_so_does_a_run_without_a_value():
     assert "confidence at most 13.9 % of" in said
 
 
+@pytest.mark.slow
 def test_a_loop_tells_what_is_required_first(tmp_path):
     text = STUDY + f"required = {{ push = [-inf, {ROBUST + 0.1}] }}\n"
     path = tmp_path / "two.toml"

@@ -29,6 +29,7 @@ def searches(monkeypatch):
     return made
 
 
+@pytest.mark.slow
 def test_the_best_of_all_is_searched_on_where_it_is_not_settled(tmp_path, monkeypatch, searches):
     """Said to be unsettled once, after the rounds."""
     left, attacked_best, longer = [], _Loop.attacked_best, _Loop.longer
@@ -56,6 +57,7 @@ def test_the_best_of_all_is_searched_on_where_it_is_not_settled(tmp_path, monkey
     assert found["worst"] <= 1.001 * min(kept["worst"] for kept in found["layouts"].values())
 
 
+@pytest.mark.slow
 def test_rounds_search_with_all_cases_and_other_starts_by_those_that_bind(tmp_path, searches):
     run(tmp_path)
     asked = [search for search, _ in searches]

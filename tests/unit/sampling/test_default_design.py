@@ -101,6 +101,7 @@ def test_a_design_for_a_regression_and_a_table_are_not_judged_by_how_they_fill_t
     assert cost_of_design({"algorithm": "table", "quality": {}}) is None
 
 
+@pytest.mark.slow
 def test_an_optimised_design_may_be_poor_by_its_constraints():
     tied = Space(NUMBERS[:2], ("x0 - x1 <= 0.05", "x1 - x0 <= 0.05"))
     document = make_design(tied, DEFAULT, 12, options=DesignOptions(swaps=300)).to_dict()

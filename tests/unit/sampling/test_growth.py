@@ -57,6 +57,7 @@ def test_in_many_dimensions_a_grown_design_is_as_good_as_one_drawn_at_once(d):
     assert (new.max(axis=0) > 0.43).all(), "drawn in by some per cent, no more"
 
 
+@pytest.mark.slow
 def test_runs_that_fill_a_side_are_not_drawn_in():
     """The space became wider: the new runs lie beyond the old ones, in however many dimensions."""
     space = Space([Parameter(f"x{k}", lower=0, upper=1) for k in range(12)])

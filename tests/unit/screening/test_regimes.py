@@ -67,6 +67,7 @@ def test_it_is_said_and_worst_cases_speak_of_one_regime(found):
     assert regime_name(9.0, None) == ""
 
 
+@pytest.mark.slow
 def test_unnamed_off_and_smooth():
     unnamed = screen(rows(), SPACE, Response("flight", unit="m"), effects=False)
     assert "of 60 runs are in another regime (8" in regime_text(unnamed.to_dict())[0]

@@ -59,6 +59,7 @@ def test_runs_of_the_attack_come_after_those_of_the_search():
     assert {run.proposal.split(":")[0] for run in found.runs[plain.evaluations :]} == {"attack"}
 
 
+@pytest.mark.slow
 def test_by_default_no_run_is_spent_where_too_few_are_left_for_a_claim():
     space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
     plain = worst_case(lambda a, b: a + b, space, budget=60, attack=0)
@@ -67,6 +68,7 @@ def test_by_default_no_run_is_spent_where_too_few_are_left_for_a_claim():
     assert worst_case(lambda a, b: a + b, space, budget=60).evaluations == plain.evaluations
 
 
+@pytest.mark.slow
 def test_by_default_the_attack_makes_no_more_runs_than_the_search_and_keeps_to_the_budget():
     def f(**x):
         return 3.0  # of ten inputs: the search ends after ten runs per input
@@ -78,6 +80,7 @@ def test_by_default_the_attack_makes_no_more_runs_than_the_search_and_keeps_to_t
     assert found.grade is Grade.ATTACKED
 
 
+@pytest.mark.slow
 def test_a_search_that_the_attack_proved_wrong_goes_on_with_what_it_has_left():
     space = Space([Parameter("a", lower=0, upper=1), Parameter("b", lower=0, upper=1)])
 

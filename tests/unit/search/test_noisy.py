@@ -103,6 +103,7 @@ def test_noise_is_found_out_by_one_run_made_again():
     assert found.evaluations == 50
 
 
+@pytest.mark.slow
 def test_an_attack_that_noise_kept_from_being_made_is_told():
     found = worst_case(noisy(4), BOX, budget=50, attack=30, seed=2)
     assert found.attack is None

@@ -27,7 +27,8 @@ def half(a, b):
     return a - b * b
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_search_goes_on_where_half_of_its_start_fails(seed):
     found = worst_case(half, UNIT, budget=40, seed=seed)
     assert found.value == pytest.approx(1.0, abs=1e-3)
@@ -42,6 +43,7 @@ def test_further_start_points_are_those_of_the_seed():
     assert [run.parameters for run in once.runs] == [run.parameters for run in again.runs]
 
 
+@pytest.mark.slow
 def test_limits_that_exclude_most_of_the_start_are_searched():
     found = worst_case(belt, BELT, response=within("force", {"travel": (None, 0.6)}), budget=40, seed=0)
     assert found.value == pytest.approx(2.4, rel=0.01)  # load 2, slack 0.2

@@ -195,6 +195,7 @@ def test_constraints_hold_for_every_run():
     assert result.value == pytest.approx(2.25, rel=0.02)
 
 
+@pytest.mark.slow
 def test_failed_runs_are_data_and_the_search_goes_round_them():
     def brittle(a, b):
         if a > 1.5:

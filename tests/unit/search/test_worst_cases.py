@@ -40,6 +40,7 @@ def test_a_weighted_sum_is_searched():
     assert found.parameters["b"] == pytest.approx(0.0, abs=1e-2)
 
 
+@pytest.mark.slow
 def test_runs_outside_the_limits_are_excluded_and_counted():
     found = worst_case(model, BOX, response=within("load", {"travel": (None, 2.0)}), budget=45, seed=0)
     # a (1 + b) with a^2 + b = 2: a (3 - a^2) is largest at a = 1, b = 1

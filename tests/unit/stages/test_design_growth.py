@@ -131,6 +131,7 @@ def test_a_design_without_answers_is_drawn_afresh(study):
         assert run_stage(campaign, "design")["physical"] != first["physical"]
 
 
+@pytest.mark.slow
 def test_a_grown_design_of_the_default_kind_is_as_good_as_a_fresh_one():
     from workbench.sampling.plan import make_design
     from workbench.space.box import Parameter, Space

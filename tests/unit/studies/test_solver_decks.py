@@ -54,6 +54,7 @@ def test_64_runs_name_the_drivers_of_2000(response, seed):
         assert truth.above(0.02) <= set(found.selected)
 
 
+@pytest.mark.slow
 def test_tables_hold_2000_runs_inside_their_bounds():
     for name, deck in DECKS.items():
         runs = reference_runs(name)

@@ -50,6 +50,7 @@ def f(a, b, c):
 """
 
 
+@pytest.mark.slow
 def test_a_study_says_which_regime_it_speaks_of(tmp_path):
     (tmp_path / "flight.py").write_text(MODEL)
     (tmp_path / "s.toml").write_text(STUDY.format(names='["held", "left the vehicle"]', asked="auto"))

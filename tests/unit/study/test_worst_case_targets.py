@@ -91,6 +91,7 @@ def test_the_worst_of_a_weighted_sum(tmp_path):
     assert 'id="figure-parallel"' in page
 
 
+@pytest.mark.slow
 def test_the_worst_within_limits_of_another_response(tmp_path):
     limited = 'response = "load"\nwithin = { travel = [-inf, 0.0] }\nbudget = 20'
     folder, document = found(tmp_path, limited + '\n[design]\nkind = "sobol"\nruns = 8')

@@ -72,6 +72,7 @@ def at_taken(objective, run):
     return At(a=objective.a, b=objective.b, c=objective.c, nodes=nodes)
 
 
+@pytest.mark.slow
 def test_gradients_and_slopes_are_those_of_differences(tree):
     """At moved densities and masses the same steps are halved: the run is a smooth function of them."""
     system, density, objective, rng = tree
@@ -115,6 +116,7 @@ def test_a_run_with_halved_steps_goes_on_as_the_whole(tree):
             )
 
 
+@pytest.mark.slow
 def test_a_loop_with_halved_steps_is_that_over_its_grid():
     system = four_bar()
     density, times = np.full(len(system.members), 0.5), np.linspace(0.0, 0.1, 6)

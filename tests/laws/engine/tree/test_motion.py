@@ -126,6 +126,7 @@ def falling_figure():
     return TreeSystem(bodies=tuple(bodies), gravity=(0.0, 0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_a_figure_in_free_fall_keeps_its_momenta_and_energy_with_order_8():
     run = tree_run(falling_figure(), np.zeros(0), np.linspace(0.0, 2.0, 401), RungeKutta8())
     moved = run.momentum() - run.momentum()[0]

@@ -140,6 +140,7 @@ def test_a_vented_bag_throws_nobody_back(speed):
     assert 0.0 <= thrown(bag, speed=speed, returned=0.0) <= 0.05  # no faster than the bag pushes at all
 
 
+@pytest.mark.slow
 def test_what_such_members_store_is_not_counted():
     """Neither in the energy nor in its rate and slopes, in the plane and in space."""
     laws = [replace(law, returned=0.5) for law in LAWS[:2]]

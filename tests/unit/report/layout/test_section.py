@@ -34,6 +34,7 @@ def text_of(page):
     )
 
 
+@pytest.mark.slow
 def test_the_page_stays_small(page):
     assert len(page.encode()) < LARGEST_PAGE
 

@@ -17,6 +17,7 @@ def box(d, **more):
     return Space([Parameter(name, lower=0.0, upper=1.0) for name in "abcdefgh"[:d]], **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("width", [0.02, 0.08])
 def test_a_peak_in_a_corner_that_no_run_came_near_is_found(width, seed):
@@ -56,6 +57,7 @@ def test_corners_are_kept_back_where_they_are_a_quarter_of_the_budget_at_most(bu
     assert CornerPlan.of(ledger, budget=budget).reserved is reserved
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("budget", "all_fit"), [(100, True), (56, False)])
 def test_a_search_that_ends_early_runs_the_corners_where_all_fit(budget, all_fit):
     found = worst_case(
@@ -81,6 +83,7 @@ def test_a_corner_that_is_worse_begins_the_search_anew():
     assert found.status is Status.BUDGET or found.gap.width <= 1e-3
 
 
+@pytest.mark.slow
 def test_corners_that_break_a_constraint_are_no_corners():
     found = worst_case(lambda a, b: a - b, box(2, constraints=("a + b <= 1.5",)), budget=30, seed=0)
     assert found.audit.corners == 3

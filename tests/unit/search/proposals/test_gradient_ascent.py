@@ -22,6 +22,7 @@ def peak(**x):
     )
 
 
+@pytest.mark.slow
 def test_gradients_place_a_smooth_worst_case_exactly():
     with_gradients = worst_case(peak, BOX, budget=40, seed=0)
     without = worst_case(lambda **x: peak(**x)[0], BOX, budget=40, seed=0)
@@ -43,6 +44,7 @@ def test_small_is_bad_with_gradients_too():
     assert found.value < 1e-5
 
 
+@pytest.mark.slow
 def test_gradients_of_a_response_by_name_respect_levels_and_failures():
     space = Space(
         [
