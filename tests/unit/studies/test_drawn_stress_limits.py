@@ -1,0 +1,24 @@
+"""Searches under stress limits on trusses that are drawn come to the optimum of the linear programme."""
+
+import pytest
+
+from studies.drawn_stress_limits import drawn, run
+
+
+def test_a_seed_is_a_truss_and_its_load_cases():
+    one, three = drawn(3), drawn(3, cases=3)
+    assert (one.loads.shape[1], three.loads.shape[1]) == (1, 3)
+    assert len(one.ends) == len(three.ends)
+
+
+def test_a_small_truss_ends_within_one_percent_of_the_programme():
+    (found,) = run(1, 1, fewest=10, most=60)
+    assert 0.999 < found.ratio < 1.01
+    assert found.near_after is not None
+    assert found.near_after <= 100
+
+
+@pytest.mark.slow
+def test_so_do_larger_ones():
+    for found in run(500, 2, fewest=387, most=450):
+        assert 0.999 < found.ratio < 1.01, found
