@@ -1,6 +1,6 @@
 """Least volumes of drawn trusses under stress limits, beside the linear programme of plastic design.
 
-    python -m studies.drawn_stress_limits first_seed number fewest_bars most_bars [cases]
+    python -m studies.drawn_stress_limits first_seed number fewest_bars most_bars [--cases N]
 
 Rectangular ground structures of 3 to 10 by 2 to 6 points, held on the left, each with a load in a drawn
 direction at a drawn point of the right edge, or with several such load cases. The search begins at the even
@@ -8,8 +8,8 @@ design and has 100 evaluations. Under one load case the programme is the optimum
 bound, which an elastic truss need not reach.
 """
 
-import sys
 import time
+from argparse import ArgumentParser
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -22,6 +22,7 @@ __all__ = ["EVALUATIONS", "Held", "drawn", "run"]
 
 EVALUATIONS = 100
 NEAR = 1.01  # of the programme
+DRAWS = 1000  # seeds without a truss of the size that is asked for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,9 +60,14 @@ def drawn(seed: int, *, cases: int = 1) -> Truss:
 
 
 def run(first: int, number: int, *, fewest: int, most: int, cases: int = 1) -> Iterator[Held]:
-    """So many searches on trusses of `fewest` to `most` bars, from a seed on."""
-    seed = first
+    """So many searches on trusses of `fewest` to `most` bars, from a seed on.
+
+    Raises ValueError where a thousand seeds in a row draw none of that size.
+    """
+    seed = last = first
     while number:
+        if seed - last > DRAWS:
+            raise ValueError(f"no truss of {fewest} to {most} bars in {DRAWS} draws: ask for other sizes")
         truss = drawn(seed, cases=cases)
         if fewest <= len(truss.ends) <= most:
             optimum, begun = least_volume(truss), time.process_time()
@@ -72,23 +78,32 @@ def run(first: int, number: int, *, fewest: int, most: int, cases: int = 1) -> I
                 near_after=next(near, None), refused=sum(not made.accepted for made in found.history),
                 status=found.status.name, cpu=time.process_time() - begun,
             )  # fmt: skip
-            number -= 1
+            number, last = number - 1, seed
         seed += 1
 
 
 def main() -> None:
     """A line for each search, as it ends."""
-    first, number, fewest, most = map(int, sys.argv[1:5])
-    cases = int(sys.argv[5]) if len(sys.argv) > 5 else 1
+    parser = ArgumentParser(description="Least volumes of drawn trusses beside the linear programme.")
+    parser.add_argument("first", type=int, help="seed of the first draw")
+    parser.add_argument("number", type=int, help="of searches")
+    parser.add_argument("fewest", type=int, help="bars")
+    parser.add_argument("most", type=int, help="bars; at most 1,132 are drawn")
+    parser.add_argument("--cases", type=int, default=1, help="load cases (default 1)")
+    asked = parser.parse_args()
     held = 0
-    for search in run(first, number, fewest=fewest, most=most, cases=cases):
-        held += search.ratio <= NEAR
-        print(
-            f"{search.seed:6} {search.bars:5} bars {search.cases} cases {search.ratio:.4f} of the programme "
-            f"{search.status} 1 % after {search.near_after} refused {search.refused} {search.cpu:.1f} CPU s",
-            flush=True,
-        )
-    print(f"{held} of {number} within 1 % of the programme")
+    try:
+        for one in run(asked.first, asked.number, fewest=asked.fewest, most=asked.most, cases=asked.cases):
+            held += one.ratio <= NEAR
+            after = "never within 1 %" if one.near_after is None else f"1 % after {one.near_after}"
+            print(
+                f"{one.seed:5} {one.bars:5} bars  {one.ratio:.4f}  {one.status}  {after}  "
+                f"refused {one.refused}  {one.cpu:.1f} CPU s",
+                flush=True,
+            )
+    except ValueError as error:
+        parser.error(str(error))
+    print(f"{held} of {asked.number} within 1 % of the programme")
 
 
 if __name__ == "__main__":

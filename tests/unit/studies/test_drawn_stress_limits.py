@@ -2,6 +2,7 @@
 
 import pytest
 
+from studies import drawn_stress_limits
 from studies.drawn_stress_limits import drawn, run
 
 
@@ -16,6 +17,12 @@ def test_a_small_truss_ends_within_one_percent_of_the_programme():
     assert 0.999 < found.ratio < 1.01
     assert found.near_after is not None
     assert found.near_after <= 100
+
+
+def test_sizes_that_are_never_drawn_are_refused(monkeypatch):
+    monkeypatch.setattr(drawn_stress_limits, "DRAWS", 5)
+    with pytest.raises(ValueError, match="no truss of 5000 to 6000 bars in 5 draws: ask for other sizes"):
+        next(run(1, 1, fewest=5000, most=6000))
 
 
 @pytest.mark.slow
