@@ -130,6 +130,13 @@ def test_a_star_and_small_systems_are_solved_densely():
     assert compiled(chain(np.random.default_rng(827), 3)).saddle is None
 
 
+def test_systems_of_one_structure_share_the_band_and_no_others():
+    one, other = (chain(np.random.default_rng(seed), 24) for seed in (829, 830))
+    assert compiled(one).saddle is compiled(other).saddle is not None
+    longer, closed = chain(np.random.default_rng(829), 25), chain(np.random.default_rng(829), 24, closed=True)
+    assert len({id(compiled(system).saddle) for system in (one, longer, closed)}) == 3
+
+
 def test_a_run_goes_on_to_the_bit():
     system, times = chain(np.random.default_rng(828), 24), np.linspace(0.0, 0.1, 41)
     whole = simulate(system, np.ones(48), times=times)

@@ -44,21 +44,21 @@ def saddle_of(n: int, pair: Array, row: Array) -> Saddle | None:
 
     pair (P, 2), row (m, 4) as in `Tables`. Systems of one structure, as many cases of a system, share it.
     """
-    if n + len(row) < LEAST:
+    total = n + len(row)
+    if total < LEAST:
         return None
     ends = tuple(map(tuple, row[:, 2:].tolist()))
-    return _band(n, tuple(map(tuple, pair.tolist())), ends, NARROW)
+    band = _band(n, tuple(map(tuple, pair.tolist())), ends)
+    return None if NARROW * (3 * int(band.width[0]) + 1) > total else band
 
 
 @lru_cache(maxsize=64)
-def _band(
-    n: int, pair: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, ...], ...], narrow: float
-) -> Saddle | None:
-    """The same; ends: the two bodies of every row."""
-    free, total = n // 3, n + len(ends)
+def _band(n: int, pair: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, ...], ...]) -> Saddle:
+    """The band, however wide.    ends: the two bodies of every row."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+    free, total = n // 3, n + len(ends)
     met = {(body, body) for body in range(free)}
     for i, j in pair:
         if i < free and j < free:
@@ -77,8 +77,6 @@ def _band(
     order = np.empty(total, np.int64)
     order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(total)
     width = int(np.abs(order[rows] - order[columns]).max())
-    if narrow * (3 * width + 1) > total:
-        return None
     place = order[tangent]
     there, here = order[joint[:, 0] + n], order[joint[:, 1]]
     return Saddle(
