@@ -134,7 +134,7 @@ def member_sites() -> tuple[Site, ...]:
     return tuple(sites)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # one motion for all cases of a deceleration, which is sampled once
 def braking(deceleration: float) -> Motion:
     """The vehicle: 17 m/s along -x, braked from 0.5 s with a smooth ramp until it stands."""
     hold = SPEED / deceleration - RAMP

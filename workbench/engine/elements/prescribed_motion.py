@@ -13,8 +13,6 @@ Array = np.ndarray[Any, Any]
 Planar = Callable[[float], Any]  # t -> (x, y, theta)
 
 DIFFERENCE = 1e-4  # s; fourth-order differences of a user's position lose about 1e-11 relative
-
-
 GRIDS = 4  # whose samples are kept with a motion: those of a run, of its start, of longer and shorter steps
 
 
@@ -47,7 +45,8 @@ class Motion:
     def sampled(self, times: Array) -> Array:
         """(k, 2, 3) position and velocity at the times (k,), the numbers of `place` and `speed`.
 
-        Plain tuples go into one array: a small array for every sample costs more than a motion does.
+        Read-only, and kept for the next run on the same grid. Plain tuples go into one array: a small array
+        for every sample costs more than a motion does.
 
         >>> Motion(position=lambda t: (17.0 * t, 0.0, 0.0)).sampled(np.array([0.0, 2.0]))[:, 0, 0]
         array([ 0., 34.])

@@ -11,9 +11,7 @@ __all__ = ["FEASIBLE", "RANK", "Redundancy", "redundancy"]
 Array = np.ndarray[Any, Any]
 
 FEASIBLE = 1e-9  # m or rad; positions typed in with ten digits pass
-CLEAR = (
-    1e-3  # of a row of length one is left by those before it: far from the limit, so rounding decides nothing
-)
+CLEAR = 1e-3  # of a row of length one, left by those before it: far from the limit of what counts as zero
 RANK = 1e-9  # singular values below this share of the largest count as zero
 
 
