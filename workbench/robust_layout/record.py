@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import NotEnoughRuns
 from workbench.robust_layout.oracle import Found
+from workbench.search.evidence.attack.record import attackers
 
 __all__ = [
     "FIRST_ORDER",
@@ -153,15 +154,14 @@ def loop_status(found: Found, bound: float | None, *, closed: bool, needed: int)
             "best in the cases that are known by now; it was not attacked itself. The loop is not closed."
         )
     above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
+    scouts = 0 if found.attack is None else found.attack.get("scouts", 0)  # none in attacks kept from before
+    who = attackers(found.runs, scouts)
     if closed:
-        return (
-            f"{found.runs} true runs of an adversary found nothing more than {above} above the bound: the "
-            "loop is closed."
-        )
+        return f"{who} found nothing more than {above} above the bound: the loop is closed."
     if needed:
         return (
-            f"{found.runs} true runs of an adversary found nothing more than {above} above the bound. That "
-            f"is too short an attack to call the loop closed: it takes {needed}."
+            f"{who} found nothing more than {above} above the bound. That is too short an attack to call the "
+            f"loop closed: it takes {needed}."
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
     return (

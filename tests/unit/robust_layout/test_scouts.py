@@ -1,5 +1,7 @@
 """Scouts at a longer step meet a corner that an attack passes by, and what they choose is run truly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from workbench.models.evaluator import FunctionEvaluator
 from workbench.models.protocol import ModelSpec
 from workbench.robust_layout import loop
 from workbench.robust_layout.oracle import LayoutOracle
+from workbench.robust_layout.record import loop_status
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.scouts import coarse_runs
 from workbench.space.box import Space
@@ -87,6 +90,18 @@ def test_a_layout_that_holds_gets_the_rest_of_the_attack(tmp_path):
     assert found.attack["kinds"]["scouted"] == found.runs - 600 > 0
     assert found.attack["share"]["draws"] >= 140
     assert found.attack["arrived"] == 0  # no climb began at what the scouts had found
+
+
+def test_a_loop_that_scouts_have_tried_says_so(tmp_path):
+    found, _ = attacked(tmp_path, Cliff(), limit=3.0)
+    who = (
+        f"{found.runs} true runs of an adversary and its 3000 scouts at a longer step found nothing more than"
+    )
+    assert loop_status(found, 3.0, closed=True, needed=0).startswith(who)
+    assert loop_status(found, 3.0, closed=False, needed=9999).startswith(who)
+    kept = {key: value for key, value in found.attack.items() if key != "scouts"}
+    before = loop_status(replace(found, attack=kept), 3.0, closed=True, needed=0)
+    assert before.startswith(f"{found.runs} true runs of an adversary found nothing more than")
 
 
 def test_scouts_are_not_sent_twice(tmp_path):

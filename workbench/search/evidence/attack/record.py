@@ -11,7 +11,7 @@ from workbench.models.evaluator import Outcome
 from workbench.search.evidence.attack.ascents import NEAR
 from workbench.search.evidence.attack.share import Share, counted_share
 
-__all__ = ["Attack", "Attempt"]
+__all__ = ["Attack", "Attempt", "attackers"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,9 +149,7 @@ class Attack:
     @property
     def sentence(self) -> str:
         """What the attack says about the claim."""
-        runs = f"{self.runs} true runs of an adversary"
-        if self.scouts:
-            runs += f" and its {self.scouts} scouts at a longer step"
+        runs = attackers(self.runs, self.scouts)
         if self.raised_from is not None:
             last = (
                 f", and the last {self.since} of them" if self.since < self.runs else " in small steps, and"
@@ -218,3 +216,13 @@ class Attack:
             "seed": self.seed,
             "sentence": self.sentence,
         }
+
+
+def attackers(runs: int, scouts: int) -> str:
+    """Who looked: true runs, and what was sent ahead of them.
+
+    >>> attackers(1516, 3000)
+    '1516 true runs of an adversary and its 3000 scouts at a longer step'
+    """
+    ahead = f" and its {scouts} scouts at a longer step" if scouts else ""
+    return f"{runs} true runs of an adversary{ahead}"
