@@ -12,7 +12,8 @@ __all__ = ["robust_layout_lines"]
 def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:
     """Rounds of the loop, and the layouts beside each other."""
     unit = unit_suffix(document["unit"])
-    text = [f"Robust layout of {document['title']}: worst {document['response']} by true runs"]
+    title = f"Robust layout of {document['title']}: worst {document['response']} by true runs"
+    text = wrapped(title, 79)
     head = ("round", "", "cases", "bound", "worst found", "gap")
     rows = [
         (

@@ -3,6 +3,7 @@
 from workbench.report.lines.design import design_lines
 from workbench.report.lines.layout import layout_lines
 from workbench.report.lines.robust import robust_lines
+from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.report.lines.screening import method_lines, screening_lines
 from workbench.report.lines.tables import format_number
 from workbench.report.lines.worst_case import worst_case_lines
@@ -170,3 +171,18 @@ def test_failures_of_a_comparison_are_told_within_80_columns():
     long = {**summary, "design": "as it stands today, with the old belt and no airbag at all", "failed": 0}
     text += robust_lines({**robust, "summaries": [summary, long], "paired": {long["design"]: [1, 2, 3]}})
     assert max(map(len, text)) <= 80
+
+
+def test_a_robust_layout_of_a_long_title_is_told_within_80_columns():
+    kept = {"worst": 0.1331, "nominal": 0.071, "runs": 1516}
+    text = robust_layout_lines({
+        "title": "the occupant of a vehicle in severe braking, of whom little is known",
+        "response": "peak_deviation", "unit": "m",
+        "rounds": [{"cases": 20, "bound": 0.1249, "worst": 0.14802, "gap": 0.185}],
+        "status": "1516 true runs of an adversary and its 3000 scouts at a longer step found nothing more",
+        "reasons": ["another start came no nearer than 18.1 %, and a better layout may stand nearby"],
+        "layouts": {"round 1, evaluations added 1": kept, "robust": kept}, "variants": [],
+    })  # fmt: skip
+    assert max(map(len, text)) <= 80
+    assert " ".join(text).startswith("Robust layout of the occupant of a vehicle in severe braking")
+    assert text[-1].split() == ["robust", "0.1331", "0.071", "1516"]
