@@ -60,6 +60,8 @@ _PUBLIC: dict[str, str] = {
     "RegressionCoefficients": "surrogates.analysis.regression",
     "hsic_indices": "surrogates.analysis.dependence",
     "regression_coefficients": "surrogates.analysis.regression",
+    "are_kernels_compiled": "surrogates.compiling",
+    "compile_kernels": "surrogates.compiling",
     "partial_dependence": "surrogates.analysis.effects",
     "sobol_indices": "surrogates.analysis.sobol",
 }

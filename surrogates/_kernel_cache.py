@@ -10,11 +10,12 @@ from contextlib import suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-__all__ = ["kernel"]
+__all__ = ["is_kept", "kernel"]
 
 PACKAGE = Path(__file__).parent
 
@@ -56,3 +57,9 @@ def kernel(*, fastmath=True, inline="never"):
         return dispatcher
 
     return compiled
+
+
+def is_kept(dispatcher: Any) -> bool:
+    """Whether machine code of a kernel is kept that is not out of date, or there is no place to keep it."""
+    file = getattr(dispatcher._cache, "_cache_file", None)
+    return file is None or bool(file._load_index())

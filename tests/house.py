@@ -82,7 +82,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     "workbench/engine/planar": ("*", "_kernels"),
     "workbench/engine/tree": ("robot_files", "*", "loops steps", "_kernels"),
     "doe": ("*", "optimal", "latin", "criteria portable", "_kernel_cache"),
-    "surrogates": ("screening", "analysis", "kriging", "likelihood", "errors _kernel_cache"),
+    "surrogates": ("compiling", "screening", "analysis", "kriging", "likelihood", "errors _kernel_cache"),
     "surrogates/screening": ("*", "sets", "partitions"),
 }
 

@@ -249,8 +249,10 @@ def demo(
     """Run a shipped study from design to report."""
     from workbench.stages.run_all import run_lines
     from workbench.study.shipped import copy_study
+    from workbench.terminal.compiling_ahead import compiled_ahead
 
     with opened_campaign(copy_study(folder, study), None) as campaign:
-        found = campaign.run()
+        with compiled_ahead(campaign.study):
+            found = campaign.run()
         failures = campaign.failures()
     finish(found, run_lines(found), as_json=json_, failures=failures)

@@ -47,6 +47,7 @@ def run(
     """Walk all stages of a study. Run it again to continue where it stopped."""
     from workbench.campaign.permissions import Permissions
     from workbench.stages.run_all import run_lines
+    from workbench.terminal.compiling_ahead import compiled_ahead
 
     allowed = Permissions(
         same_model=same_model, new_version=new_version, run_again=run_again, at_baseline=at_baseline
@@ -54,7 +55,8 @@ def run(
     with opened_campaign(study, folder, workers=workers, dask=dask, permissions=allowed) as campaign:
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
-        found = campaign.run()
+        with compiled_ahead(campaign.study):
+            found = campaign.run()
     finish(found, run_lines(found), as_json=json_, failures=found["failures"])
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import surrogates
 from surrogates import _kernel_cache
-from surrogates._kernel_cache import kernel
+from surrogates._kernel_cache import is_kept, kernel
 from tests.kernel_package import answers_around_an_edit, kernel_imports
 
 
@@ -30,3 +30,16 @@ def test_without_a_place_for_a_cache_kernels_are_compiled_all_the_same(monkeypat
         return 2.0 * x
 
     assert doubled(1.5) == 3.0
+    assert is_kept(doubled)  # there is nothing to wait for
+
+
+def test_a_kernel_is_kept_once_it_was_called(monkeypatch, tmp_path):
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
+
+    @kernel()
+    def tripled(x):
+        return 3.0 * x
+
+    assert not is_kept(tripled)
+    assert tripled(2.0) == 6.0
+    assert is_kept(tripled)

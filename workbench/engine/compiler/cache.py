@@ -12,10 +12,11 @@ own, answer for files of the engine alone, and keep the places as they are.
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from numba.core.caching import CompileResultCacheImpl
 
-__all__ = ["COMPILED", "count_all_kernels", "kernels_digest"]
+__all__ = ["COMPILED", "count_all_kernels", "is_kept", "kernels_digest"]
 
 PACKAGE = Path(__file__).parent.parent
 # files that hold compiled functions, and how they are compiled
@@ -55,3 +56,9 @@ def count_all_kernels(package=PACKAGE):
         return
     theirs = [locator for locator in own if not hasattr(locator, "package")]
     CompileResultCacheImpl._locator_classes = [_stamped(locator, package) for locator in theirs] + list(own)
+
+
+def is_kept(dispatcher: Any) -> bool:
+    """Whether machine code of a kernel is kept that is not out of date, or there is no place to keep it."""
+    file = getattr(dispatcher._cache, "_cache_file", None)
+    return file is None or bool(file._load_index())

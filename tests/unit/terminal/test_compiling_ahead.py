@@ -1,0 +1,99 @@
+"""Kernels that processes beside a campaign compile: when, what, and that none outlives the stages."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import psutil
+import pytest
+
+from workbench.study.loading import load_study
+from workbench.terminal import compiling_ahead
+from workbench.terminal.compiling_ahead import compile_layout, compiled_ahead, jobs_ahead
+
+ROOT = Path(__file__).parents[3]
+DEMO = ROOT / "studies" / "occupant_demo.toml"
+
+
+@pytest.fixture
+def cold(monkeypatch):
+    """An installation on two processors that has compiled nothing."""
+    monkeypatch.setattr(compiling_ahead, "are_kernels_compiled", lambda: False)
+    monkeypatch.setattr(compiling_ahead, "an_adjoint_is_compiled", lambda: False)
+    monkeypatch.setattr(compiling_ahead, "usable_processors", lambda: 2)
+
+
+def test_a_cold_installation_compiles_what_the_study_asks_for(cold):
+    study = load_study(DEMO)
+    assert jobs_ahead(study) == ["kriging", "layout"]
+    assert jobs_ahead(replace(study, robust_layout=None)) == ["kriging"]
+    assert jobs_ahead(replace(study, screen=None, worst_case=None)) == ["layout"]
+
+
+def test_nothing_is_compiled_twice(cold, monkeypatch):
+    monkeypatch.setattr(compiling_ahead, "are_kernels_compiled", lambda: True)
+    assert jobs_ahead(load_study(DEMO)) == ["layout"]
+    monkeypatch.setattr(compiling_ahead, "an_adjoint_is_compiled", lambda: True)
+    assert jobs_ahead(load_study(DEMO)) == []
+
+
+@pytest.mark.parametrize("evaluate", [{"workers": 1}, {"workers": 2, "engine": "inline"}, {}])
+def test_a_study_of_one_process_stays_one(cold, evaluate):
+    assert jobs_ahead(replace(load_study(DEMO), evaluate=evaluate)) == []
+
+
+def test_there_is_no_work_beside_the_only_processor(cold, monkeypatch):
+    monkeypatch.setattr(compiling_ahead, "usable_processors", lambda: 1)
+    assert jobs_ahead(load_study(DEMO)) == []
+
+
+def test_what_is_not_compiled_when_the_stages_end_is_left(cold):
+    before = set(psutil.Process().children())
+    with compiled_ahead(load_study(DEMO)):
+        beside = set(psutil.Process().children()) - before
+        assert {process.cmdline()[-2] for process in beside} == {"kriging", "layout"}
+    assert not any(process.is_running() for process in beside)
+
+
+def test_the_processes_end_with_stages_that_fail(cold):
+    before = set(psutil.Process().children())
+    with pytest.raises(ValueError, match="a stage"), compiled_ahead(load_study(DEMO)):
+        raise ValueError("a stage")
+    assert set(psutil.Process().children()) <= before
+
+
+def test_a_model_that_may_call_another_code_is_not_run(monkeypatch):
+    class Bridge:
+        def problem(self, scenarios):
+            raise AssertionError("a run of another code costs")
+
+    monkeypatch.setattr(compiling_ahead, "load_layout_model", lambda *a, **k: Bridge())
+    study = load_study(DEMO)
+    compile_layout(study, study.robust_layout)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("job", ["kriging", "layout"])
+def test_a_job_leaves_nothing_of_it_to_do(tmp_path, job):
+    """In an empty cache the process of a job compiles what the question is asked about."""
+    asked = (
+        "from surrogates import are_kernels_compiled as kriging\n"
+        "from workbench.engine.sensitivity.compiled_before import an_adjoint_is_compiled as layout\n"
+        f"print({job}())"
+    )
+    fresh = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+
+    def answer() -> str:
+        done = subprocess.run(
+            [sys.executable, "-c", asked], env=fresh, cwd=ROOT, capture_output=True, text=True, check=True
+        )
+        return done.stdout.strip()
+
+    assert answer() == "False"
+    subprocess.run(
+        [sys.executable, "-m", "workbench.terminal.compiling_ahead", job, str(DEMO)],
+        env=fresh, cwd=ROOT, check=True,
+    )  # fmt: skip
+    assert answer() == "True"

@@ -1,0 +1,95 @@
+"""Kernels are compiled by processes beside a campaign that makes its design and its first runs.
+
+An installation compiles once: some fifteen seconds for a Kriging, twenty for an adjoint of the engine. Each
+is one core's work, and would come when its stage has nothing else to do. What is compiled is kept on disk, so
+that the stage finds it there, or does itself what is missing of it.
+"""
+
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from surrogates import are_kernels_compiled, compile_kernels
+from workbench.engine.layout.optimise import optimise_layout
+from workbench.engine.sensitivity.compiled_before import an_adjoint_is_compiled
+from workbench.robust_layout.model import load_layout_model
+from workbench.study.loading import load_study
+from workbench.study.record import Study
+from workbench.workers.processes import usable_processors
+
+__all__ = ["compiled_ahead", "jobs_ahead"]
+
+KRIGING, LAYOUT = "kriging", "layout"
+
+
+@contextmanager
+def compiled_ahead(study: Study) -> Iterator[None]:
+    """Compile what later stages of a study need while the block works; what is not done at its end is left.
+
+    Nothing is started where that is compiled by now, nor for a study that asks for one process alone.
+    """
+    beside = [_started(job, study) for job in jobs_ahead(study)]
+    try:
+        yield
+    finally:
+        for process in beside:
+            process.terminate()
+            process.wait()
+
+
+def jobs_ahead(study: Study) -> list[str]:
+    """What there is to compile ahead: of a Kriging, of the layout model."""
+    alone = study.evaluate.get("engine") == "inline" or study.evaluate.get("workers", 1) == 1
+    if study.path is None or alone or usable_processors() == 1:
+        return []
+    jobs = []
+    if (study.screen or study.worst_case) and not are_kernels_compiled():
+        jobs.append(KRIGING)
+    if study.robust_layout and not an_adjoint_is_compiled():
+        jobs.append(LAYOUT)
+    return jobs
+
+
+def _started(job: str, study: Study) -> "subprocess.Popen[bytes]":
+    """The process of a job: away from the terminal's Ctrl-C, which is the campaign's, and silent.
+
+    Whatever stops it will stop the stage itself, which says so.
+    """
+    nothing = subprocess.DEVNULL
+    return subprocess.Popen(
+        [sys.executable, "-m", __name__, job, str(study.path)],
+        stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True,
+    )  # fmt: skip
+
+
+def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
+    """Run the layout model of `[robust_layout]` in its nominal case, and take one step of the optimiser.
+
+    A model that cannot run many cases in this process may call another code, whose runs cost: it is left be.
+    """
+    model: Any = load_layout_model(table["model"], table["options"], folder=study.folder)
+    many = getattr(model, "responses_of_cases", None)
+    if not callable(many):
+        return
+    nominal = study.space.canonical(table["nominal"])
+    many(np.zeros(model.members), [nominal], threads=1)
+    optimise_layout(model.problem([nominal]), max_evaluations=2, compare=False, probes=0)
+
+
+def main(job: str, path: str) -> None:
+    """Do one job of `jobs_ahead`."""
+    if job == KRIGING:
+        compile_kernels()
+        return
+    study = load_study(Path(path))
+    if study.robust_layout is not None:
+        compile_layout(study, study.robust_layout)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
