@@ -20,6 +20,7 @@ VIEWER = (
     "data",
     "camera",
     "shapes",
+    "meshes",
     "stage",
     "charts",
     "controls",

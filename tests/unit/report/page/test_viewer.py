@@ -34,8 +34,9 @@ def page():
     return html_text(content)
 
 
-def asked(page, tmp_path, script):
-    """What a script at the end of the page finds; the policy is left out for that."""
+def asked(page, tmp_path, script, before=""):
+    """What a script at the end of the page finds, one before all that; the policy is left out."""
+    page = page.replace("<head>", f"<head><script>{before}</script>", 1)
     text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)
     ask = f"""<pre id="found"></pre><script>
         const V = holdfast.viewer, [canvas, second] = document.querySelectorAll("canvas");
@@ -74,7 +75,7 @@ def test_a_member_tells_its_force_and_its_row(page, tmp_path):
         key("n");
         const text = document.querySelector(".viewer-member").textContent;
         const row = document.querySelector("tr.viewer-row").cells[0].textContent;
-        const charts = document.querySelectorAll(".viewer-member .viewer-chart > svg").length;
+        const charts = document.querySelectorAll(".viewer-member .viewer-plot > svg").length;
         key("n");
         const next = document.querySelector(".viewer-member").textContent;
         key("Escape");
@@ -153,3 +154,52 @@ def test_a_lost_context_is_made_anew(page, tmp_path):
     assert lost == [True, 0]
     assert still_lost is False
     assert after == before
+
+
+PACE = """async () => {
+    const later = (ms) => new Promise((done) => setTimeout(done, ms));
+    const sizes = () => [canvas, second].map((one) => one.width / one.clientWidth);
+    const play = document.querySelector(".viewer-controls button");
+    const before = sizes(), picture = V.probe(20);
+    V.state.frame = 10;
+    play.click();
+    for (let i = 0; i < 40 && V.state.frame === 10; i++) await later(20);
+    const playing = sizes();
+    if (V.state.playing) play.click();                       // else the end has come
+    for (let i = 0; i < 30 && sizes()[0] !== before[0]; i++) await later(50);
+    const { antialias } = canvas.getContext("webgl2").getContextAttributes();
+    return [before, playing, sizes(), picture, V.probe(20), antialias];
+}"""
+
+
+def test_without_a_graphics_card_pictures_that_move_have_one_sample_a_pixel(page, tmp_path):
+    before, playing, after, picture, again, blended = asked(page, tmp_path, PACE)
+    assert (before, playing, after) == ([2, 2], [1, 1], [2, 2])
+    assert blended is False
+    assert again == picture
+
+
+def test_with_a_graphics_card_every_picture_is_antialiased(page, tmp_path):
+    card = """const gl = WebGL2RenderingContext.prototype, get = gl.getParameter, NAME = 0x9246;
+        gl.getParameter = function (what) { return what === NAME ? "A card" : get.call(this, what); };"""
+    before, playing, after, picture, again, blended = asked(page, tmp_path, PACE, card)
+    assert (before, playing, after) == ([1, 1], [1, 1], [1, 1])
+    assert blended is True
+    assert again == picture
+
+
+def test_a_picture_takes_few_draw_calls_and_no_more_memory_of_forms_that_stay(page, tmp_path):
+    script = """() => {
+        const calls = { drawElements: 0, bufferData: 0 }, gl = WebGL2RenderingContext.prototype;
+        V.probe(30);
+        for (const name of Object.keys(calls)) {
+            const kept = gl[name];
+            gl[name] = function (...given) { calls[name] += 1; return kept.apply(this, given); };
+        }
+        V.probe(30);
+        return calls;
+    }"""
+    calls = asked(page, tmp_path, script)
+    pictures = 4  # a probe draws both canvases twice
+    assert 0 < calls["drawElements"] <= 7 * pictures
+    assert calls["bufferData"] == pictures  # corners; triangles stand as they were

@@ -63,7 +63,15 @@ const whole = boxOf(data.runs.flatMap((run) => {
   for (let f = 0; f < frames; f += Math.max(1, Math.floor(frames / 40))) run.bodies.forEach((_, k) => out.push(pose(run, f, k).at));
   return out;
 }));
+const framedNow = new Map();                                 // found once a frame
+let framedWhen = "";
 function subject(run) {                                      // what is framed now: a sphere
+  const when = `${state.frame} ${state.view}`;
+  if (when !== framedWhen) { framedNow.clear(); framedWhen = when; }
+  if (!framedNow.has(run)) framedNow.set(run, sphereOf(run));
+  return framedNow.get(run);
+}
+function sphereOf(run) {
   const points = occupantPoints(run, state.frame);
   if (!points.length) return { middle: whole.middle, radius: Math.max(.6, whole.radius + .4) };
   const box = boxOf(state.view === "occupant" ? points : points.concat(homeOf(run)));
@@ -92,7 +100,7 @@ function camera(run, aspect) {
   const eye = add(middle, away, reach);
   if (state.view !== "vehicle") eye[2] = Math.max(eye[2], .05);
   const forward = unit(add(middle, eye, -1)), right = unit(cross(forward, top));
-  return { eye, forward, right, up: cross(right, forward), near: reach / 50, far: reach * 6 + 60 };
+  return { eye, forward, right, up: cross(right, forward), reach, near: reach / 50, far: reach * 6 + 60 };
 }
 function matrix(cam, aspect) {                               // projection times view, column by column
   const t = 1 / Math.tan(HALF_ANGLE), { near: n, far: f } = cam, m = new Float32Array(16);

@@ -14,7 +14,7 @@ const withUnit = (text, unit) => unit === "1" ? text : `${text} ${unit}`;
 
 function chart(parent, history) {                            // returns what moves its cursor to a frame
   const W = 520, H = 150, L = 56, R = 10, T = 20, B = 24, cell = make(parent, "div", { class: "viewer-chart" });
-  const svg = make(cell, "svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${history.name} over time` });
+  const plot = make(cell, "div", { class: "viewer-plot" }), svg = make(plot, "svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${history.name} over time` });
   let low = Infinity, high = -Infinity;
   for (const s of history.series) for (const v of s.values) { low = Math.min(low, v); high = Math.max(high, v); }
   if (history.limit !== null) { low = Math.min(low, history.limit); high = Math.max(high, history.limit); }
@@ -34,15 +34,15 @@ function chart(parent, history) {                            // returns what mov
     d: `M${Array.from(s.values, (v, i) => `${X(times[i]).toFixed(1)},${Y(v).toFixed(1)}`).join("L")}`,
     fill: "none", stroke: lineOf(s.label)[0], "stroke-width": 1.8, "stroke-dasharray": lineOf(s.label)[1],
   }));
-  const cursor = make(svg, "line", { y1: T, y2: H - B, stroke: "#1b1f24", class: "viewer-cursor" });
+  const cursor = make(plot, "div", { class: "viewer-cursor" });  // over the drawing, which it must not draw anew
+  Object.assign(cursor.style, { top: `${100 * T / H}%`, bottom: `${100 * B / H}%` });
   const legend = make(cell, "p", { class: "viewer-legend" });
   svg.addEventListener("click", (event) => {
     const box = svg.getBoundingClientRect(), x = (event.clientX - box.left) / box.width * W;
     seek(Math.round((x - L) / (W - L - R) * (frames - 1)));
   });
   return (i) => {
-    cursor.setAttribute("x1", X(times[i]));
-    cursor.setAttribute("x2", X(times[i]));
+    cursor.style.transform = `translateX(${(100 * X(times[i]) / W).toFixed(3)}cqw)`;
     legend.textContent = history.series.map((s) => `${s.label} ${withUnit(digits(s.values[i], 4), history.unit)}`).join(" · ");
   };
 }

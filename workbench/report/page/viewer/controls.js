@@ -57,7 +57,7 @@ if (hasForces) {
 }
 const chosen = make(root, "div", { class: "viewer-member", "aria-live": "polite" });
 const plots = make(root, "div");
-let charts = [], waiting = 0, started = 0, lastDraws = 0;
+let charts = [], waiting = 0, resting = 0, started = 0, lastDraws = 0;
 
 function arrange() {                                         // canvases and charts of the case
   const runs = shown();
@@ -100,18 +100,23 @@ function another(run, by) {                                  // the next member 
   const at = names.indexOf(state.member);
   choose(names[at < 0 ? (by > 0 ? 0 : names.length - 1) : (at + by + names.length) % names.length]);
 }
-function render() {
+function render(moves = false) {
   waiting = 0;
+  clearTimeout(resting);
+  if (moves && onProcessor) resting = setTimeout(() => { if (!state.playing) soon(); }, RESTS);
   const runs = shown();
   lastDraws = 0;
-  stages.forEach((one, i) => { if (!one.cell.hidden) lastDraws += one.draw(runs[i], i === 0 && state.ghosts ? ghostsBeside(runs[0], state.frame) : []); });
+  stages.forEach((one, i) => { if (!one.cell.hidden) lastDraws += one.draw(runs[i], i === 0 && state.ghosts ? ghostsBeside(runs[0], state.frame) : [], moves); });
   slider.value = state.frame;
   clock.textContent = `${times[state.frame].toFixed(3)} s`;
   slider.setAttribute("aria-valuetext", clock.textContent);
   charts.forEach((move) => move(state.frame));
 }
-function soon() { if (!waiting) waiting = requestAnimationFrame(render); }
-function seek(frame) { state.frame = Math.max(0, Math.min(frames - 1, frame)); soon(); }
+function soon(moves = false) {
+  cancelAnimationFrame(waiting);
+  waiting = requestAnimationFrame(() => render(moves || state.playing));
+}
+function seek(frame) { state.frame = Math.max(0, Math.min(frames - 1, frame)); soon(true); }
 function pause() { state.playing = false; play.textContent = "Play"; }
 function step(now) {
   if (!state.playing) return;
@@ -119,13 +124,13 @@ function step(now) {
   let i = state.frame;
   while (i < frames - 1 && times[i + 1] <= t) i++;
   state.frame = i;
-  render();
+  render(true);
   if (i === frames - 1) pause(); else requestAnimationFrame(step);
 }
 play.addEventListener("click", () => {
   state.playing = !state.playing;
   play.textContent = state.playing ? "Pause" : "Play";
-  if (!state.playing) return;
+  if (!state.playing) { soon(); return; }
   if (state.frame === frames - 1) state.frame = 0;
   started = performance.now() - 1000 * (times[state.frame] - times[0]);
   requestAnimationFrame(step);
@@ -134,9 +139,9 @@ slider.addEventListener("input", () => { pause(); seek(Number(slider.value)); })
 function turn(dx, dy) {
   state.azimuth -= dx;
   state.height = Math.max(-.05, Math.min(1.55, state.height + dy));
-  soon();
+  soon(true);
 }
-function zoom(factor) { state.zoom = Math.max(.2, Math.min(12, state.zoom * factor)); soon(); }
+function zoom(factor) { state.zoom = Math.max(.2, Math.min(12, state.zoom * factor)); soon(true); }
 function steer(canvas, i) {
   const fingers = new Map();
   let moved = 0;
@@ -180,7 +185,7 @@ function steer(canvas, i) {
 }
 look(DIRECTIONS.side);
 arrange();
-window.addEventListener("resize", soon);
+window.addEventListener("resize", () => soon());
 render();
 window.holdfast = Object.assign(window.holdfast || {}, {
   viewer: {
@@ -191,13 +196,13 @@ window.holdfast = Object.assign(window.holdfast || {}, {
       state.frame = frame;
       render();
       const drawn = stages.filter((one) => !one.cell.hidden).map((one, i) => {
-        one.draw(shown()[i], i === 0 && state.ghosts ? ghostsBeside(shown()[0], frame) : []);
+        one.draw(shown()[i], i === 0 && state.ghosts ? ghostsBeside(shown()[0], frame) : [], false);
         const pixels = new Uint32Array(one.pixels().buffer);
         let hash = 2166136261;
         for (const value of pixels) hash = Math.imul(hash ^ value, 16777619) >>> 0;
         return { hash, colours: new Set(pixels).size };
       });
-      return { draws: lastDraws, drawn, cursor: root.querySelector(".viewer-cursor")?.getAttribute("x1") ?? null };
+      return { draws: lastDraws, drawn, cursor: root.querySelector(".viewer-cursor")?.style.transform ?? null };
     },
     // the smallest share of the occupant's points within the picture over all frames, runs and cases of a view
     framed(name) {

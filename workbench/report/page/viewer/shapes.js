@@ -6,7 +6,7 @@ const COLOURS = {
 };
 const FIRING = [.95, .65, .05], CHOSEN = [1, .87, .1], GHOST = [.45, .48, .52];
 const SCALE = [[.27, .00, .33], [.23, .32, .55], [.13, .57, .55], [.37, .79, .38], [.99, .91, .14]];  // viridis
-const THINNEST = .004, THICKEST = .016, PIECES = 7, ACTS = .02;   // ACTS: of the largest force of all members
+const THINNEST = .004, THICKEST = .016, ACTS = .02;               // ACTS: of the largest force of all members
 
 function byForce(value) {
   const s = Math.min(1, Math.abs(value) / (strongest || 1)) * (SCALE.length - 1), i = Math.min(Math.floor(s), SCALE.length - 2);
@@ -22,21 +22,21 @@ function rod(a, b, radius, colour, mesh = "rod") {           // a capsule of as 
   const d = add(b, a, -1), length = Math.hypot(...d);
   return { mesh, at: add(a, d, .5), q: length > 1e-9 ? turnOnto(unit(d), [1, 0, 0]) : [1, 0, 0, 0], size: [radius, length / 2, -1], colour };
 }
-function band(a, b, across, radius, colour) {                // a belt: flat, its face towards what it holds
+function band(a, b, across, radius, colour, thinnest) {      // a belt: flat, its face towards what it holds
   const d = add(b, a, -1), length = Math.hypot(...d);
   if (length < 1e-9) return rod(a, b, radius, colour);
-  return { mesh: "box", at: add(a, d, .5), q: turnOnto(unit(d), across), size: [1.6 * radius, .25 * radius, length / 2], colour };
+  return { mesh: "box", at: add(a, d, .5), q: turnOnto(unit(d), across), size: [1.6 * radius, Math.max(.25 * radius, thinnest), length / 2], colour };
 }
 function arrow(from, direction, length, colour) {
   const tip = add(from, direction, length), neck = add(from, direction, Math.max(length - .05, .5 * length));
   return [rod(from, neck, .006, colour), { mesh: "cone", at: neck, q: turnOnto(direction, [1, 0, 0]), size: [.02, .02, Math.hypot(...add(tip, neck, -1))], colour }];
 }
-function memberShapes(run, k, frame, out) {
+function memberShapes(run, k, frame, out, thinnest) {
   const member = run.members[k];
   if (member.density < state.threshold) return;
   const [a, b] = ends(run, member, frame), d = add(b, a, -1), pull = force(run, k, frame);
   const isChosen = state.member === member.name, acts = run.forces && Math.abs(pull) > ACTS * strongest;
-  const r = (THINNEST + member.density * (THICKEST - THINNEST)) * (isChosen ? 1.6 : 1);
+  const r = Math.max((THINNEST + member.density * (THICKEST - THINNEST)) * (isChosen ? 1.6 : 1), thinnest);
   let colour = state.colouring === "force" && run.forces ? byForce(pull) : COLOURS[member.kind];
   if (member.kind === "retractor" && acts && state.colouring === "kind") colour = FIRING;
   colour = [...(isChosen ? CHOSEN : colour), 1];
@@ -44,22 +44,21 @@ function memberShapes(run, k, frame, out) {
   if (isChosen) out.chosen.push(rod(a, b, r, [...CHOSEN, .8]));  // over all that hides it
   if (member.kind === "belt") {
     const middle = member.body_a < 0 ? a : pose(run, frame, member.body_a).at;
-    out.solid.push(band(a, b, cross(d, add(a, middle, -1)), r, colour));
+    out.solid.push(band(a, b, cross(d, add(a, middle, -1)), r, colour, thinnest));
   } else if (member.kind === "airbag") {                     // keeps its volume: thicker where it is pressed together
     const length = Math.max(Math.hypot(...d), .02), full = .03 + .07 * member.density;
     const filled = run.forces ? .35 + .65 * Math.min(1, Math.abs(pull) / (.2 * strongest || 1)) : 1;
     const radius = Math.min(full * filled * Math.sqrt(member.rest / length), .45 * length + .02, .25);
-    out.solid.push(rod(a, b, r / 3, colour));
+    out.solid.push(rod(a, b, Math.max(r / 3, thinnest), colour));
     out.glass.push(rod(on(Math.min(.45, radius / length)), on(1 - Math.min(.45, radius / length)), radius, [...colour.slice(0, 3), .5], "bag"));
   } else {
-    const reach = acts ? .8 : .55;
-    for (let i = 0; i < PIECES; i++) out.solid.push(rod(on(i / PIECES), on((i + reach) / PIECES), acts ? 1.5 * r : r, colour));
+    out.solid.push(rod(a, b, acts ? 1.5 * r : r, colour, acts ? "firing" : "slack"));
   }
   if (state.arrows && acts && Math.hypot(...d) > 1e-9) {     // the force on the end that is held
     out.solid.push(...arrow(a, unit(pull > 0 ? d : d.map((x) => -x)), .08 + .45 * Math.abs(pull) / strongest, [...byForce(pull), 1]));
   }
 }
-function shapesOf(run, frame) {
+function shapesOf(run, frame, thinnest) {                    // thinnest: radius below which a line would have gaps
   const out = { solid: [], glass: [], occupant: [], chosen: [] };
   run.bodies.forEach((body, k) => {
     const { at, q } = pose(run, frame, k), through = body.see_through && state.glass;
@@ -67,7 +66,7 @@ function shapesOf(run, frame) {
     const shape = { mesh: body.shape === "mesh" ? body.mesh : body.shape, at, q, size, colour: [...COLOURS[body.role], through ? .3 : 1] };
     (isOccupant(body) ? out.occupant : through ? out.glass : out.solid).push(shape);
   });
-  run.members.forEach((_, k) => memberShapes(run, k, frame, out));
+  run.members.forEach((_, k) => memberShapes(run, k, frame, out, thinnest));
   return out;
 }
 function ghostsBeside(run, frame) {                          // the occupants of the other runs, as seen from this vehicle
