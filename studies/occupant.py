@@ -241,14 +241,17 @@ def _joint_springs(case: Case) -> tuple[JointSpring, ...]:
 def _posture(scale: float) -> tuple[Load, ...]:
     """The muscles' torques: each joint carries the weight of all that hangs on its distal side."""
     loads = []
-    for joint in JOINTS.values():
-        torque = (
-            scale
-            * GRAVITY
-            * sum(SEGMENTS[name][0] * (SEGMENTS[name][1] - joint.at[0]) for name in _beyond(joint.a))
-        )
+    for name, joint in JOINTS.items():
+        torque = scale * GRAVITY * _hanging(name)
         loads += [Load(body=joint.a, torque=torque), Load(body=joint.b, torque=-torque)]
     return tuple(loads)
+
+
+@cache
+def _hanging(name: str) -> float:
+    """First moment of what hangs on the distal side of a joint about it, kg m."""
+    joint = JOINTS[name]
+    return sum(SEGMENTS[part][0] * (SEGMENTS[part][1] - joint.at[0]) for part in _beyond(joint.a))
 
 
 def _beyond(segment: str) -> list[str]:

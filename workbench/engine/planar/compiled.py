@@ -4,6 +4,7 @@ Members are sorted into segments (one pair of bodies, one law); `order` maps seg
 number.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -172,14 +173,15 @@ def _segments(
     geometry = np.zeros((6, count))
     law = np.zeros((PARAMETERS, count))
     pair_list = list(pairs.numbers)
-    for at, i in enumerate(order):
+    turned = [(float(x), float(y), float(np.cos(th)), float(np.sin(th))) for x, y, th in places]
+    for at, i in enumerate(order.tolist()):
         member, (s1, s2) = members[i], ends[i]
         offset2 = max(member.offset**2, COINCIDENT**2)
         length = member.natural_length
         if length is None:
             one, two = pair_list[keys[i][0]]
-            d = _point(places[one], s1) - _point(places[two], s2)
-            length = float(np.sqrt(d @ d + offset2))
+            d = np.subtract(_point_at(turned[one], s1), _point_at(turned[two], s2))
+            length = math.sqrt(d @ d + offset2)
         geometry[:, at] = (*s1, *s2, offset2, length)
         if not isinstance(member.law, UserLaw):
             column = member.law.parameters
@@ -243,8 +245,14 @@ def _rows(
 
 
 def _point(place: Array, s: tuple[float, float]) -> Array:
-    c, si = np.cos(place[2]), np.sin(place[2])
-    return np.array([place[0] + c * s[0] - si * s[1], place[1] + si * s[0] + c * s[1]])
+    x, y, angle = place.tolist()
+    return np.array(_point_at((x, y, float(np.cos(angle)), float(np.sin(angle))), s))
+
+
+def _point_at(turned: tuple[float, float, float, float], s: tuple[float, float]) -> tuple[float, float]:
+    """A point of a body whose place is given as x, y, cos and sin of its angle."""
+    x, y, c, si = turned
+    return x + c * s[0] - si * s[1], y + si * s[0] + c * s[1]
 
 
 def _start_value(row: Row, a: Array, b: Array) -> float:

@@ -44,27 +44,33 @@ def rates_of_joints(parts: Compiled, work: Work, t: float) -> tuple[Array, Array
         aa[free + 3 * index : free + 3 * index + 3] = body.push(t)
     first, second = drive_slopes(parts, t)
     rate, bend = -first, -second
-    for r, (kind, _, i, j) in enumerate(arrays["row"]):
+    numbers = arrays["row"].tolist()
+    angles = work.q[2::3]
+    cosine, sine = np.cos(angles).tolist(), np.sin(angles).tolist()
+    # every case of an attack comes here: numbers of Python are faster than elements of arrays
+    v, a = work.v.tolist(), aa.tolist()
+    for r, (kind, _, i, j) in enumerate(numbers):
         data = arrays["row_data"][r]
         if kind < LINE:
-            for body, sign, s in ((i, 1.0, data[0:2]), (j, -1.0, data[2:4])):
-                th, om, al = work.q[3 * body + 2], work.v[3 * body + 2], aa[3 * body + 2]
-                arm = np.array([np.cos(th) * s[0] - np.sin(th) * s[1], np.sin(th) * s[0] + np.cos(th) * s[1]])
-                perp = np.array([-arm[1], arm[0]])
-                rate[r] += sign * (work.v[3 * body + kind] + om * perp[kind])
-                bend[r] += sign * (aa[3 * body + kind] + al * perp[kind] - om**2 * arm[kind])
+            ends = data.tolist()
+            for body, sign, s0, s1 in ((i, 1.0, ends[0], ends[1]), (j, -1.0, ends[2], ends[3])):
+                c, s, om, al = cosine[body], sine[body], v[3 * body + 2], a[3 * body + 2]
+                arm = c * s0 - s * s1, s * s0 + c * s1
+                perp = -arm[1], arm[0]
+                rate[r] += sign * (v[3 * body + kind] + om * perp[kind])
+                bend[r] += sign * (a[3 * body + kind] + al * perp[kind] - om**2 * arm[kind])
             continue
-        x, u, a = _pair_motion(work.q, work.v, aa, i, j)
+        x, u, acc = _pair_motion(work.q, work.v, aa, i, j)
         if kind == ANGLE:
             rate[r] += u[2]
-            bend[r] += a[2]
+            bend[r] += acc[2]
             continue
         c, s = np.cos(x[2]), np.sin(x[2])
-        arm = np.array([c * data[0] - s * data[1], s * data[0] + c * data[1]])
-        perp = np.array([-arm[1], arm[0]])
-        d = arm + x[:2] - data[2:4]
-        d1 = u[:2] + u[2] * perp
-        d2 = a[:2] + a[2] * perp - u[2] ** 2 * arm
+        lever = np.array([c * data[0] - s * data[1], s * data[0] + c * data[1]])
+        perpendicular = np.array([-lever[1], lever[0]])
+        d = lever + x[:2] - data[2:4]
+        d1 = u[:2] + u[2] * perpendicular
+        d2 = acc[:2] + acc[2] * perpendicular - u[2] ** 2 * lever
         if kind == LINE:
             rate[r] += data[4:6] @ d1
             bend[r] += data[4:6] @ d2

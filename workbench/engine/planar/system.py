@@ -4,7 +4,7 @@ Planar bodies have the coordinates (x, y, theta) of their mass centre in the glo
 radians.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -90,10 +90,16 @@ class System:
     bushings: tuple[Bushing, ...] = ()
     elements: tuple[Element, ...] = ()
     gravity: tuple[float, float] = (0.0, -9.8)
+    free: tuple[Body, ...] = field(init=False, repr=False)
+    """Bodies without a prescribed motion, in order: body i has the coordinates 3 i .. 3 i + 2."""
+    prescribed: tuple[Body, ...] = field(init=False, repr=False)
+    """Bodies with a prescribed motion, in order."""
 
     def __post_init__(self) -> None:
         for name in ("bodies", "members", "joints", "loads", "springs", "bushings", "elements"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "free", tuple(body for body in self.bodies if body.motion is None))
+        object.__setattr__(self, "prescribed", tuple(b for b in self.bodies if b.motion is not None))
         names = [body.name for body in self.bodies]
         known = {*names, "ground"}
         if "ground" in names:
@@ -125,16 +131,6 @@ class System:
                     f"loads[{index}] acts on body '{load.body}', which the system does not have; "
                     f"bodies are {', '.join(sorted(names))}"
                 )
-
-    @property
-    def free(self) -> tuple[Body, ...]:
-        """Bodies without a prescribed motion, in order: body i has the coordinates 3 i .. 3 i + 2."""
-        return tuple(body for body in self.bodies if body.motion is None)
-
-    @property
-    def prescribed(self) -> tuple[Body, ...]:
-        """Bodies with a prescribed motion, in order."""
-        return tuple(body for body in self.bodies if body.motion is not None)
 
     @property
     def size(self) -> int:
