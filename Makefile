@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 BENCH_BIN := .venv-bench/bin
+# what is imported is compiled when it is: all modules of all packages took longer than the rest of the set-up
+INSTALL := -m pip install -q --disable-pip-version-check --no-compile -c constraints.txt
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
@@ -28,20 +30,20 @@ help:
 
 .venv/.core: pyproject.toml constraints.txt
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e .
+	$(BIN)/python $(INSTALL) -e .
 	@touch $@
 
 .venv/.installed: .venv/.core
-	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e ".[dev,netcdf]"
+	$(BIN)/python $(INSTALL) -e ".[dev,netcdf]"
 	@touch $@
 
 .venv/.peers: .venv/.installed
-	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e ".[dev,netcdf,fmi,dask,peers]"
+	$(BIN)/python $(INSTALL) -e ".[dev,netcdf,fmi,dask,peers]"
 	@touch $@
 
 .venv-bench/.installed: pyproject.toml constraints.txt
 	@test -x $(BENCH_BIN)/python || $(PYTHON) -m venv .venv-bench
-	$(BENCH_BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e ".[dev,netcdf,fmi,dask,peers,bench]"
+	$(BENCH_BIN)/python $(INSTALL) -e ".[dev,netcdf,fmi,dask,peers,bench]"
 	@touch $@
 
 setup: .venv/.installed
