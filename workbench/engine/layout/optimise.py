@@ -62,8 +62,8 @@ _PRESETS: dict[str, tuple[Preset, bool]] = {  # preset, globalised
     "conlin": (ConvexLinearisation(), False),
     "mma": (MovingAsymptotes(), False),
     "gcmma": (MovingAsymptotes(), True),
-    "slp": (LinearProgramme(), False),
-    "dsqp": (DiagonalQuadratic(), False),
+    "slp": (LinearProgramme(), True),
+    "dsqp": (DiagonalQuadratic(), True),
 }
 METHODS = ("gsao", *_PRESETS, "central_path", "secant_path", "trust_region", "linear_steps")
 RUNS_ONLY = tuple(VARIANTS)  # methods that a problem without runs of moving systems does not have

@@ -113,3 +113,38 @@ def model_rows(x, f, g, s, p, q, x0):
                 values[j] += gji * sji * term + 0.5 * q[j, i] * d * d
                 gradients[j, i] = gji * np.exp((pji - 1.0) * log) + q[j, i] * d
     return values, gradients
+
+
+@numba.njit(cache=True, error_model="numpy")
+def term(i, j, d, g, s, p, q):
+    """What a variable adds to a row when it moves by d."""
+    gji, sji, pji = g[j, i], s[j, i], p[j, i]
+    if pji == 1.0:
+        return gji * d + 0.5 * q[j, i] * d * d
+    log = np.log1p(d / sji)
+    power = log if pji == 0.0 else np.expm1(pji * log) / pji
+    return gji * sji * power + 0.5 * q[j, i] * d * d
+
+
+@numba.njit(cache=True, error_model="numpy")
+def shorten(limits, g, s, p, q, x0, lo, hi):
+    """Draws lo and hi (n,) in to where no term of a constraint is above its limit (m,)."""
+    for i in range(len(x0)):
+        if not lo[i] <= x0[i] <= hi[i]:
+            continue
+        for j in range(len(limits)):
+            for side in range(2):
+                far = (lo[i] if side == 0 else hi[i]) - x0[i]
+                if not term(i, j + 1, far, g, s, p, q) > limits[j]:
+                    continue
+                near = 0.0
+                while abs(far - near) > 0.01 * abs(far):
+                    middle = 0.1 * far if near == 0.0 else 0.5 * (near + far)
+                    if term(i, j + 1, middle, g, s, p, q) > limits[j]:
+                        far = middle
+                    else:
+                        near = middle
+                if side == 0:
+                    lo[i] = x0[i] + far
+                else:
+                    hi[i] = x0[i] + far

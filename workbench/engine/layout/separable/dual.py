@@ -11,6 +11,7 @@ model is a linear programme: by sorting where constraints share no variable, els
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +25,10 @@ __all__ = ["SubproblemSolution", "kkt_residual", "solve_subproblem"]
 
 Array = NDArray[np.float64]
 
-_BARRIERS = 1e-11, 1e-14  # of the interior point before Newton steps on the active set
+_BARRIERS = 1e-11, 1e-18  # of the interior point before Newton steps on the active set
 _MANY = 2000  # variables from which a look at the dual takes longer than a step of the interior point
 _POLISHING = 6  # Newton steps on the active set
-_EXACT = 1e-11  # residual of an optimum
+_EXACT, _GOOD = 1e-11, 1e-9  # residual of an optimum, and one for which the dual is not asked
 _FEASIBLE = 1e-12  # of a constraint, in units of the change its gradient can make in the box
 
 
@@ -54,13 +55,31 @@ def solve_subproblem(model: SeparableModel, *, cap: float = 1e6) -> SubproblemSo
     >>> solve_subproblem(model).x.round(6)            # sqrt(w), scaled to the sum 2
     array([0.666667, 1.333333])
     """
+    part = model.within_reach()
+    found = _in_unit_box(part, cap)
+    if part is model:
+        return found
+    shut = ((found.x <= part.lower) & (part.lower > model.lower)) | (
+        (found.x >= part.upper) & (part.upper < model.upper)
+    )
+    return _in_unit_box(model, cap) if shut.any() else found
+
+
+def _in_unit_box(model: SeparableModel, cap: float) -> SubproblemSolution:
+    unit = model.in_unit_box()
+    inside = _solved(unit, cap)
+    x = np.clip(model.lower + inside.x * (model.upper - model.lower), model.lower, model.upper)
+    return replace(inside, x=np.where(inside.x >= unit.upper, model.upper, x))
+
+
+def _solved(model: SeparableModel, cap: float) -> SubproblemSolution:
     m = model.constraints
     if m == 0:
         x, _ = model.minimiser(np.ones(1))
         return _solution(model, x, np.zeros(0))
     dead = (model.gradients[1:] == 0).all(axis=1) & (model.curvatures[1:] == 0).all(axis=1)
     if dead.any():  # no variable can change these
-        rest = solve_subproblem(model.without(np.flatnonzero(dead)), cap=cap)
+        rest = _solved(model.without(np.flatnonzero(dead)), cap)
         prices = np.zeros(m)
         prices[~dead] = rest.multipliers
         found = _solution(model, rest.x, prices)
@@ -100,9 +119,14 @@ def _linear(model: SeparableModel, caps: Array, size: Array) -> SubproblemSoluti
         at_most=(np.hstack([rows, -np.eye(m)]), rows @ model.point - model.values[1:] / size),
         bounds=np.column_stack([np.r_[model.lower, np.zeros(m)], np.r_[model.upper, np.full(m, np.inf)]]),
     )
-    if solved is None:  # rounding: the interior point does without vertices
-        return _solution(model, *interior_point(model, caps))
-    return _solution(model, np.clip(solved.x[:n], model.lower, model.upper), solved.prices * unit / size)
+    tried = []
+    if solved is not None:
+        x = np.clip(solved.x[:n], model.lower, model.upper)
+        tried.append(_solution(model, x, solved.prices * unit / size))
+    if solved is None or kkt_residual(model, tried[0], caps) > _EXACT:  # HiGHS leaves rows by up to 1e-7
+        x, prices = interior_point(model, caps)
+        tried += [_solution(model, *one) for one in ((x, prices), *_polished(model, x, prices, size, caps))]
+    return min(tried, key=lambda one: kkt_residual(model, one, caps))
 
 
 def _by_sorting(model: SeparableModel) -> SubproblemSolution | None:
@@ -201,22 +225,32 @@ def _several(
 
     def exact(x: Array, prices: Array) -> bool:
         found = _solution(model, x, prices)
-        tried.append((kkt_residual(model, found), found))
+        tried.append((kkt_residual(model, found, caps), found))
         return tried[-1][0] <= _EXACT
 
-    def done_inside(last: float) -> bool:
-        x, prices = interior_point(model, caps, last=last)
-        exact(x, prices)
-        return any(exact(*one) for one in _polished(model, x, prices, size))
+    def inside(last: float, *, missed: bool = False) -> bool:
+        x, prices = interior_point(model, caps, last=last, missed=missed)
+        return exact(x, prices) or any(exact(*one) for one in _polished(model, x, prices, size, caps))
 
-    inside_first = len(model.point) >= _MANY or _has_kinks(model)
-    if not (inside_first and any(done_inside(last) for last in _BARRIERS)):
-        if not also_by_dual:
-            return None
+    def by_dual() -> bool:
         prices = _projected_newton(model, caps, size)
-        if not exact(model.minimiser(np.r_[1.0, prices])[0], prices) and not inside_first:
-            done_inside(_BARRIERS[-1])
-    return min(tried, key=lambda one: one[0])[1]
+        return exact(model.minimiser(np.r_[1.0, prices])[0], prices)
+
+    first, last = _BARRIERS
+    ways: list[Callable[[], bool]] = [
+        partial(inside, first),
+        partial(inside, last),
+        partial(inside, last, missed=True),
+    ]
+    if len(model.point) < _MANY and not _has_kinks(model):
+        ways[0] = by_dual
+    elif also_by_dual:
+        ways.append(by_dual)
+    for count, way in enumerate(ways):
+        if (count > 1 and min(one[0] for one in tried) <= _GOOD) or way():
+            break
+    residual, found = min(tried, key=lambda one: one[0])
+    return found if also_by_dual or residual <= _EXACT else None
 
 
 def _has_kinks(model: SeparableModel) -> bool:
@@ -225,32 +259,57 @@ def _has_kinks(model: SeparableModel) -> bool:
     return bool((straight & (model.gradients[1:] != 0.0).any(axis=0)).any())
 
 
-def _polished(model: SeparableModel, x: Array, prices: Array, size: Array) -> Iterator[tuple[Array, Array]]:
-    """Newton steps on the active set, which begins as the interior point found it: the last digits."""
-    x, prices = x.copy(), prices.copy()
-    for _ in range(_POLISHING):
-        values, gradients = model.at(x)
-        total = np.r_[1.0, prices] @ gradients
-        free = (model.lower < model.upper) & np.where(
-            x <= model.lower, total < 0, (x < model.upper) | (total > 0)
-        )
-        active = np.flatnonzero(prices > 0)
-        if not free.any():
-            break
-        bend = model.bend(np.r_[1.0, prices], x)[free]
-        typical = float((np.r_[1.0, prices] @ np.abs(gradients)).max() / (model.upper - model.lower).max())
-        bend = np.maximum(bend, 1e-8 * max(float(bend.max(initial=0)), typical, 1e-290))
-        J = gradients[1 + active][:, free]
-        slope = total[free]
-        weighted = J / bend
-        unit = size[active]
-        schur = (weighted @ J.T) / unit[:, None] / unit
-        right = (values[1 + active] - weighted @ slope) / unit
-        change = np.linalg.lstsq(schur, right, rcond=1e-14)[0] / unit if active.size else np.zeros(0)
-        step = -(slope + change @ J) / bend
-        x[free] = np.clip(x[free] + step, model.lower[free], model.upper[free])
-        prices[active] = np.maximum(prices[active] + change, 0.0)
-        yield x.copy(), prices.copy()
+def _polished(
+    model: SeparableModel, x: Array, prices: Array, size: Array, caps: Array
+) -> Iterator[tuple[Array, Array]]:
+    """Newton steps on the active set, which begins as the interior point found it: the last digits.
+
+    First of all variables together, then of the prices alone with each curved variable where they put it."""
+    curved = ((model.exponents != 1.0) | (model.curvatures != 0.0)).any(axis=0)
+    for exactly in (False, True):
+        one = x.copy(), prices.copy()
+        for _ in range(_POLISHING):
+            if exactly:
+                one = _put(model, *one, curved), one[1]
+                yield one
+            moved = _newton_step(model, *one, size, caps)
+            if moved is None:
+                break
+            one = moved
+            yield one
+        yield _put(model, *one, curved), one[1]
+
+
+def _put(model: SeparableModel, x: Array, prices: Array, curved: NDArray[np.bool_]) -> Array:
+    return np.where(curved, model.minimiser(np.r_[1.0, prices])[0], x)
+
+
+def _newton_step(
+    model: SeparableModel, x: Array, prices: Array, size: Array, caps: Array
+) -> tuple[Array, Array] | None:
+    values, gradients = model.at(x)
+    weights = np.r_[1.0, prices]
+    total = weights @ gradients
+    free = (model.lower < model.upper) & np.where(
+        x <= model.lower, total < 0, (x < model.upper) | (total > 0)
+    )
+    active = np.flatnonzero((prices > 0) & (prices < caps))
+    if not free.any():
+        return None
+    bend = model.bend(weights, x)[free]
+    typical = float((weights @ np.abs(gradients)).max() / (model.upper - model.lower).max())
+    bend = np.maximum(bend, 1e-8 * max(float(bend.max(initial=0)), typical, 1e-290))
+    J = gradients[1 + active][:, free]
+    slope = total[free]
+    weighted = J / bend
+    unit = size[active]
+    schur = (weighted @ J.T) / unit[:, None] / unit
+    right = (values[1 + active] - weighted @ slope) / unit
+    change = np.linalg.lstsq(schur, right, rcond=1e-14)[0] / unit if active.size else np.zeros(0)
+    new, priced = x.copy(), prices.copy()
+    new[free] = np.clip(x[free] - (slope + change @ J) / bend, model.lower[free], model.upper[free])
+    priced[active] = np.clip(prices[active] + change, 0.0, caps[active])
+    return new, priced
 
 
 def _projected_newton(model: SeparableModel, caps: Array, size: Array) -> Array:
@@ -293,11 +352,12 @@ def _projected(prices: Array, h: Array, caps: Array) -> Array:
     return np.where(((prices <= 0) & (h < 0)) | ((prices >= caps) & (h > 0)), 0.0, h)
 
 
-def kkt_residual(model: SeparableModel, solution: SubproblemSolution) -> float:
+def kkt_residual(model: SeparableModel, solution: SubproblemSolution, caps: Array | None = None) -> float:
     """Largest scaled violation of the optimality conditions of the subproblem.
 
     Stationarity by coordinate (projected on the box, times the box width, over the objective's reach),
-    feasibility and complementarity over the reach of each constraint.
+    feasibility and complementarity over the reach of each constraint. caps (m,): the prices of the elastic
+    variables; a constraint at its cap may be missed.
     """
     values, gradients = model.at(solution.x)
     weights = np.r_[1.0, solution.multipliers]
@@ -308,6 +368,9 @@ def kkt_residual(model: SeparableModel, solution: SubproblemSolution) -> float:
     on_lower, on_upper = solution.x <= model.lower, solution.x >= model.upper
     off = np.where(on_lower, np.minimum(total, 0), np.where(on_upper, np.maximum(total, 0), total))
     reach = np.maximum(size[1:] @ width, 1e-300)
-    violation = np.maximum(values[1:], 0) / reach
-    products = solution.multipliers * np.abs(values[1:]) / scale
+    short = values[1:]
+    if caps is not None:
+        short = np.where(solution.multipliers >= caps, np.minimum(short, 0.0), short)
+    violation = np.maximum(short, 0) / reach
+    products = solution.multipliers * np.abs(short) / scale
     return float(max((np.abs(off) * width).max() / scale, violation.max(initial=0), products.max(initial=0)))

@@ -137,6 +137,30 @@ class SeparableModel:
             lower=lower, upper=upper,
         )  # fmt: skip
 
+    def in_unit_box(self) -> "SeparableModel":
+        """The same model in (x - lower)/(upper - lower): variables of any size weigh alike in it."""
+        width = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
+        return replace(
+            self, point=(self.point - self.lower) / width, gradients=self.gradients * width,
+            distances=self.distances / width, curvatures=self.curvatures * width**2,
+            lower=np.zeros_like(width), upper=(self.upper - self.lower) / width,
+        )  # fmt: skip
+
+    def within_reach(self) -> "SeparableModel":
+        """The same model in the part of its box where its constraints can be met, or be missed by as little
+        as at the point: no term of a constraint may be above what all others can take back. Terms of steep
+        curvature else set the unit of a box that they never use."""
+        reach = np.maximum(np.abs(self.gradients[1:]) @ (self.upper - self.lower), 1e-300)
+        missed = float((np.maximum(self.values[1:], 0.0) / reach).sum())
+        limits = 2.0 * ((1.0 + missed) * reach + np.maximum(-self.values[1:], 0.0))
+        lower, upper = self.lower.copy(), self.upper.copy()
+        kernels.shorten(
+            limits, self.gradients, self.distances, self.exponents, self.curvatures, self.point, lower, upper
+        )
+        if np.array_equal(lower, self.lower) and np.array_equal(upper, self.upper):
+            return self
+        return replace(self, lower=lower, upper=upper)
+
     def stiffened(self, rows: Array) -> "SeparableModel":
         """The model with curvature added: rows (m + 1, n) or broadcastable, >= 0."""
         return replace(self, curvatures=np.ascontiguousarray(self.curvatures + rows))

@@ -2,7 +2,7 @@
 
 | method | choice |
 |---|---|
-| OC | centre c, exponent 1 - 1/eta where df < 0, constraints linear (eta 1/2: reciprocal; eta 1: logarithm) |
+| OC | centre c, exponent 1 - 1/eta where df < 0, of each row under a bound too; constraints linear |
 | CONLIN | centre 0, exponent -1 where f,i < 0, else 1 (Fleury and Braibant 1986) |
 | MMA | exponent -1, asymptote L below where f,i < 0, else U above, moved by the history (Svanberg 1987) |
 | GCMMA | MMA plus curvature raised until the model is conservative (the idea of Svanberg 2002) |
@@ -34,12 +34,16 @@ _CLEARANCE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point:
-    """An iterate: x (n,), values (m + 1,), gradients (m + 1, n), curvatures (m + 1, n) or None."""
+    """An iterate: x (n,), values (m + 1,), gradients (m + 1, n), curvatures (m + 1, n) or None.
+
+    rows: so many of the constraints, the first, are rows of the objective under a bound, the last variable.
+    """
 
     x: Array
     values: Array
     gradients: Array
     curvatures: Array | None = None
+    rows: int = 0
 
 
 class Preset(Protocol):
@@ -74,11 +78,12 @@ class OptimalityCriteria:
     ratio: float = np.inf
 
     def model(self, points: list[Point], lower: Array, upper: Array) -> SeparableModel:
-        """Reciprocal-like objective where it falls, linear where it rises; linear constraints."""
+        """Reciprocal-like rows of the objective where they fall, else linear; linear constraints."""
         here = points[-1]
         lo, hi = _move_box(here.x, lower, upper, self.move, self.ratio)
         p = np.ones_like(here.gradients)
-        p[0] = np.where(here.gradients[0] < 0, 1 - 1 / self.eta, 1.0)
+        top = slice(0, 1 + here.rows)
+        p[top] = np.where(here.gradients[top] < 0, 1 - 1 / self.eta, 1.0)
         return SeparableModel.build(
             here.x, here.values, here.gradients, lower=lo, upper=hi,
             distances=_distance(here.x, self.centre, lower, upper), exponents=p,

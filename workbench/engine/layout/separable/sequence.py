@@ -6,7 +6,8 @@ monotone after Gould and Toint). A refused step adds curvature to the rows that 
 conservative approximations do (Svanberg 2002), or draws the move box in when the iterate is infeasible, and
 is solved again. When the objective is the largest of several rows a further variable t bounds them. Budgets
 are linear and met by every iterate; the recorder keeps the best feasible one. Without globalisation the
-presets run as published.
+presets run as published, and every design that the model can stand is a step: to refuse those that raise the
+rows a thousandfold takes from asymptotes the turns that they learn from.
 """
 
 from dataclasses import dataclass, replace
@@ -64,9 +65,9 @@ def approximation_sequence(
     recorder.add(start, evaluation)
     points, filter_ = [here], [_pair(here, bound)]
     stiff = np.zeros(len(here.values))
-    lower, upper = _bounds(problem, here, bound)
     refusals, share, elastic = 0, 1.0, False
     while recorder.evaluations < max_evaluations:
+        lower, upper = _bounds(problem, here, bound)
         model = _drawn_in(preset.model(points, lower, upper), share)
         if bound:
             model = _free_bound(model)
@@ -141,8 +142,9 @@ def _point(problem: LayoutProblem, density: Array, evaluation: Evaluation, bound
     rows_t = np.hstack([gradients, -np.ones((len(f), 1))])
     table_t = np.hstack([table, np.zeros((len(others), 1))])
     return Point(
-        x=np.r_[density, t], values=np.r_[t, f - t, others], gradients=np.vstack([top, rows_t, table_t])
-    )
+        x=np.r_[density, t], values=np.r_[t, f - t, others], gradients=np.vstack([top, rows_t, table_t]),
+        rows=len(f),
+    )  # fmt: skip
 
 
 def _followed(evaluation: Evaluation) -> NDArray[np.intp]:
@@ -179,7 +181,7 @@ def _free_bound(model: SeparableModel) -> SeparableModel:
     reach = np.abs(model.gradients[rows, :-1]) @ (model.upper - model.lower)[:-1]
     room = 0.1 * float(reach.max()) + 1e-9 * abs(float(model.point[-1])) + 1e-300
     lower, upper = model.lower.copy(), model.upper.copy()
-    lower[-1] = max(lower[-1], model.point[-1] + float((model.values[rows] - reach).max()) - room)
+    lower[-1] = model.point[-1] + float((model.values[rows] - reach).max()) - room
     size = np.abs(model.gradients[1:]) @ (model.upper - model.lower)
     if (model.values[1:] <= _MET * size).all():
         upper[-1] = min(upper[-1], model.point[-1] + room)

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from studies import trusses
 from workbench.engine.layout.formulation.problem import static_problem
 from workbench.engine.layout.optimise import optimise_layout
+from workbench.engine.layout.outcome.result import LayoutStatus
 from workbench.engine.layout.separable import sequence
 from workbench.engine.layout.separable.dual import kkt_residual, solve_subproblem
 from workbench.engine.layout.separable.model import SeparableModel
@@ -345,3 +347,69 @@ def test_the_bound_stays_linear_in_a_box_that_its_rows_need(method, monkeypatch)
         reach = np.abs(model.gradients[rows, :-1]) @ (model.upper - model.lower)[:-1]
         assert model.upper[-1] - model.lower[-1] <= 1.5 * reach.max() + np.ptp(model.values[rows])
     assert result.value < 0.99 * result.start_value
+
+
+def test_a_box_is_drawn_in_to_what_steep_curvatures_allow():
+    # next to a mechanism secants are 1e16 times what a step can use: members of such a row hardly move
+    rng = np.random.default_rng(4)
+    n = 20
+    x, slopes = rng.uniform(0.1, 0.2, n), -rng.uniform(1, 2, n)
+    steep = np.where(np.arange(n) < 8, 1e16, 1.0)
+    model = SeparableModel.build(
+        x, np.array([0.0, -1.0, 0.0]), np.vstack([slopes, 0.1 * slopes, np.ones(n)]), lower=np.full(n, 1e-6),
+        upper=np.ones(n), curvatures=np.vstack([np.ones(n), steep, np.zeros(n)]),
+    )  # fmt: skip
+    part = model.within_reach()
+    assert (part.upper - part.lower)[:8].max() < 1e-6
+    assert (part.lower[8:] == model.lower[8:]).all()
+    assert (part.upper[8:] == model.upper[8:]).all()
+    terms = np.zeros(n)
+    for side in (part.lower, part.upper):  # each is still where its term is above all that others take back
+        d = side - x
+        terms = np.maximum(terms, 0.1 * slopes * d + 0.5 * steep * d * d)
+    others = 0.1 * np.abs(slopes) @ (model.upper - model.lower)
+    assert (terms[:8] > others + 1.0).all()
+    solution = solve_subproblem(model)
+    assert kkt_residual(part, solution) <= 1e-10
+    assert model.at(solution.x)[0][1:].max() <= 1e-12
+
+
+def test_what_cannot_be_met_is_missed_at_the_least_price():
+    # two budgets at odds with each other: the cap is the same for both in units of their reach
+    n = 12
+    one, w = np.ones(n), np.random.default_rng(6).uniform(0.5, 2, n)
+    model = SeparableModel.build(
+        0.5 * one, np.array([0.0, 3.0, 2.0]), np.vstack([-w, one, -one]), lower=0.2 * one, upper=0.8 * one,
+        distances=0.5, exponents=np.vstack([-one, one, one]),
+    )  # fmt: skip
+    solution = solve_subproblem(model)
+    assert solution.elastic
+    over, under = 3.0 + (solution.x - 0.5).sum(), 2.0 - (solution.x - 0.5).sum()
+    assert over + under == pytest.approx(5.0)  # one misses what the other gains
+    assert min(over, under) >= -1e-9
+    reach = np.abs(model.gradients) @ (model.upper - model.lower)
+    caps = 1e6 * reach[0] / reach[1:]
+    assert kkt_residual(model, solution, caps) <= 1e-9
+
+
+def test_rows_under_a_bound_get_the_exponent_of_optimality_criteria():
+    gradients = np.array([[0.0, 0.0, 1.0], [-2.0, 1.0, -1.0], [-1.0, -3.0, -1.0], [1.0, 1.0, 0.0]])
+    point = Point(x=np.array([0.2, 0.3, 5.0]), values=np.zeros(4), gradients=gradients, rows=2)
+    lower, upper = np.array([1e-3, 1e-3, 0.0]), np.array([1.0, 1.0, 9.0])
+    model = OptimalityCriteria(eta=0.5).model([point], lower, upper)
+    assert model.exponents[:, :2].tolist() == [[1, 1], [-1, 1], [-1, -1], [1, 1]]
+
+
+@pytest.mark.parametrize("seed", [80, 81])
+@pytest.mark.parametrize("method", ["gsao_two_point", "gcmma", "conlin", "oc", "dsqp", "slp"])
+def test_presets_go_on_towards_the_optimum_of_two_load_cases(method, seed):
+    # they ended after a few evaluations, stalled at up to seven times the optimum
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(0, 6, 2)
+    loads = [(((np.cos(a), np.sin(a)), (3.0, 0.0)),), (((np.cos(b), np.sin(b)), (3.0, 2.0)),)]
+    truss = trusses.ground_structure(columns=4, rows=3, width=3.0, height=2.0, loads=loads)
+    least = optimise_layout(trusses.problem(truss), max_evaluations=60).value
+    problem = trusses.problem(truss, lower=1e-7 / truss.lengths.sum(), second_order=False)
+    result = optimise_layout(problem, method, max_evaluations=40, tolerance=1e-9)
+    assert result.status is not LayoutStatus.STALLED
+    assert result.value <= (1.05 if method in ("conlin", "oc") else 1.4) * least
