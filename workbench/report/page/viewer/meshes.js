@@ -41,7 +41,12 @@ function cone(sides = 12) {
 }
 const dashes = (reach) => capsule(1, 6, Array.from({ length: PIECES }, (_, i) => [2 * i / PIECES - 1, 2 * (i + reach) / PIECES - 1]));
 // a rod is thin, and there are hundreds of them: it has a tenth of the corners of a capsule
-const MESHES = { capsule: capsule(), rod: capsule(1, 6), bag: capsule(3, 12), box: box(), cone: cone(), slack: dashes(.55), firing: dashes(.8) };
+const MESHES = {
+  capsule: capsule(), rod: capsule(1, 6), bag: capsule(3, 12), box: box(), cone: cone(), slack: dashes(.55), firing: dashes(.8),
+  medium: capsule(3, 10), small: capsule(2, 8),
+};
+// of a capsule or bag by its radius in pixels: its outline errs by no more than 0.6 of one
+const fewer = (mesh, r) => mesh !== "capsule" && mesh !== "bag" || r > 12 ? mesh : r < 8 ? "small" : mesh === "bag" ? mesh : "medium";
 (data.meshes || []).forEach((mesh, k) => { MESHES[k] = faceted(mesh.vertices, mesh.triangles); });
 
 // ---- the corners of all shapes of a picture, where they stand ---------------------------------------------------

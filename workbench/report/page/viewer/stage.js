@@ -124,8 +124,8 @@ function stage(canvas) {
     const fine = Math.min(window.devicePixelRatio || 1, 2), ratio = !onProcessor ? fine : moves ? 1 : 2 * fine;
     const w = Math.max(1, Math.round(canvas.clientWidth * ratio)), h = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
-    const cam = camera(run, w / h), pixel = 2 * cam.reach * Math.tan(HALF_ANGLE) / h;
-    const shapes = shapesOf(run, state.frame, onProcessor && moves ? .6 * pixel : 0), [x, y] = subject(run).middle;
+    const cam = camera(run, w / h), pixel = 2 * cam.reach * Math.tan(HALF_ANGLE) / h, [x, y] = subject(run).middle;
+    const shapes = shapesOf(run, state.frame, onProcessor && moves ? .6 * pixel : 0);
     const ground = { mesh: "box", at: [x, y, -.01], q: [1, 0, 0, 0], size: [60, 60, .01], colour: [1, 1, 1, 1] };
     scene = matrix(cam, w / h);
     gl.viewport(0, 0, w, h);
@@ -134,7 +134,9 @@ function stage(canvas) {
     gl.uniformMatrix4fv(U.scene, false, scene);
     gl.uniform3fv(U.light, LIGHT);
     gl.uniform3fv(U.eye, cam.eye);
-    bring([[ground], shapes.solid, shapes.occupant, [...ghosts, ...shapes.glass], shapes.chosen]);
+    const lists = [[ground], shapes.solid, shapes.occupant, [...ghosts, ...shapes.glass], shapes.chosen];
+    if (onProcessor) for (const shape of lists.flat()) shape.mesh = fewer(shape.mesh, shape.size[0] / pixel);
+    bring(lists);
     all(0, 0, 2);
     shadows(1, 2);
     all(1);
