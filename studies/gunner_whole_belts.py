@@ -220,7 +220,7 @@ def _attacked(
         bound = judged.worst(name)
         limit = (1.0 + ALLOWED) * bound
         found = oracle.attack(judged.layouts[name], judged.cases, limit=limit, turn=turn)
-        tell(f"{name}: {bound:.4f} m, attacked {found.value:.4f} m")
+        tell(f"attack {turn} on {name}: {bound:.4f} m, attacked {found.value:.4f} m")
         if found.value > limit:
             broken = True
             worse = [dict(other["case"]) for other in found.others if other["value"] > limit]
