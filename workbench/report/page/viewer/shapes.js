@@ -25,7 +25,7 @@ function rod(a, b, radius, colour, mesh = "rod") {           // a capsule of as 
 function band(a, b, across, radius, colour, thinnest) {      // a belt: flat, its face towards what it holds
   const d = add(b, a, -1), length = Math.hypot(...d);
   if (length < 1e-9) return rod(a, b, radius, colour);
-  return { mesh: "box", at: add(a, d, .5), q: turnOnto(unit(d), across), size: [1.6 * radius, Math.max(.25 * radius, thinnest), length / 2], colour };
+  return { mesh: "box", at: add(a, d, .5), q: turnOnto(unit(d), across), size: [...[1.6, .25].map((s) => Math.max(s * radius, thinnest)), length / 2], colour };
 }
 function arrow(from, direction, length, colour) {
   const tip = add(from, direction, length), neck = add(from, direction, Math.max(length - .05, .5 * length));
@@ -36,12 +36,12 @@ function memberShapes(run, k, frame, out, thinnest) {
   if (member.density < state.threshold) return;
   const [a, b] = ends(run, member, frame), d = add(b, a, -1), pull = force(run, k, frame);
   const isChosen = state.member === member.name, acts = run.forces && Math.abs(pull) > ACTS * strongest;
-  const r = Math.max((THINNEST + member.density * (THICKEST - THINNEST)) * (isChosen ? 1.6 : 1), thinnest);
+  const r = (THINNEST + member.density * (THICKEST - THINNEST)) * (isChosen ? 1.6 : 1);
   let colour = state.colouring === "force" && run.forces ? byForce(pull) : COLOURS[member.kind];
   if (member.kind === "retractor" && acts && state.colouring === "kind") colour = FIRING;
   colour = [...(isChosen ? CHOSEN : colour), 1];
   const on = (s) => add(a, d, s);
-  if (isChosen) out.chosen.push(rod(a, b, r, [...CHOSEN, .8]));  // over all that hides it
+  if (isChosen) out.chosen.push(rod(a, b, Math.max(r, thinnest), [...CHOSEN, .8]));  // over all that hides it
   if (member.kind === "belt") {
     const middle = member.body_a < 0 ? a : pose(run, frame, member.body_a).at;
     out.solid.push(band(a, b, cross(d, add(a, middle, -1)), r, colour, thinnest));
@@ -52,7 +52,7 @@ function memberShapes(run, k, frame, out, thinnest) {
     out.solid.push(rod(a, b, Math.max(r / 3, thinnest), colour));
     out.glass.push(rod(on(Math.min(.45, radius / length)), on(1 - Math.min(.45, radius / length)), radius, [...colour.slice(0, 3), .5], "bag"));
   } else {
-    out.solid.push(rod(a, b, acts ? 1.5 * r : r, colour, acts ? "firing" : "slack"));
+    out.solid.push(rod(a, b, Math.max(acts ? 1.5 * r : r, thinnest), colour, acts ? "firing" : "slack"));
   }
   if (state.arrows && acts && Math.hypot(...d) > 1e-9) {     // the force on the end that is held
     out.solid.push(...arrow(a, unit(pull > 0 ? d : d.map((x) => -x)), .08 + .45 * Math.abs(pull) / strongest, [...byForce(pull), 1]));

@@ -125,7 +125,7 @@ function stage(canvas) {
     const w = Math.max(1, Math.round(canvas.clientWidth * ratio)), h = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
     const cam = camera(run, w / h), pixel = 2 * cam.reach * Math.tan(HALF_ANGLE) / h, [x, y] = subject(run).middle;
-    const shapes = shapesOf(run, state.frame, onProcessor && moves ? .6 * pixel : 0);
+    const shapes = shapesOf(run, state.frame, onProcessor && moves ? .5 * pixel : 0);
     const ground = { mesh: "box", at: [x, y, -.01], q: [1, 0, 0, 0], size: [60, 60, .01], colour: [1, 1, 1, 1] };
     scene = matrix(cam, w / h);
     gl.viewport(0, 0, w, h);
