@@ -236,12 +236,14 @@ def test_a_place_that_cannot_be_written_is_five(tmp_path):
 
 
 def test_two_at_once_is_five(tmp_path):
-    study = write_study(tmp_path, runs=40, pause=0.05)
+    study = write_study(tmp_path, runs=1000, pause=0.1)  # longer than a second process takes to start
     first = start(study)
-    wait_for_answers(study, 1, first)
-    second = start(study)
-    _, err = second.communicate(timeout=60)
+    try:
+        wait_for_answers(study, 1, first)
+        second = start(study)
+        _, err = second.communicate(timeout=60)
+    finally:
+        first.send_signal(signal.SIGINT)
+        first.communicate(timeout=60)
     assert second.returncode == 5, err
     assert "is in use by another holdfast" in err
-    first.send_signal(signal.SIGINT)
-    first.communicate(timeout=60)
