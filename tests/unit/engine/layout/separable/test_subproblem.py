@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from studies import trusses
 from workbench.engine.layout.formulation.problem import static_problem
 from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.layout.outcome.result import LayoutStatus
 from workbench.engine.layout.separable import sequence
 from workbench.engine.layout.separable.dual import kkt_residual, solve_subproblem
 from workbench.engine.layout.separable.model import SeparableModel
@@ -390,26 +388,3 @@ def test_what_cannot_be_met_is_missed_at_the_least_price():
     reach = np.abs(model.gradients) @ (model.upper - model.lower)
     caps = 1e6 * reach[0] / reach[1:]
     assert kkt_residual(model, solution, caps) <= 1e-9
-
-
-def test_rows_under_a_bound_get_the_exponent_of_optimality_criteria():
-    gradients = np.array([[0.0, 0.0, 1.0], [-2.0, 1.0, -1.0], [-1.0, -3.0, -1.0], [1.0, 1.0, 0.0]])
-    point = Point(x=np.array([0.2, 0.3, 5.0]), values=np.zeros(4), gradients=gradients, rows=2)
-    lower, upper = np.array([1e-3, 1e-3, 0.0]), np.array([1.0, 1.0, 9.0])
-    model = OptimalityCriteria(eta=0.5).model([point], lower, upper)
-    assert model.exponents[:, :2].tolist() == [[1, 1], [-1, 1], [-1, -1], [1, 1]]
-
-
-@pytest.mark.parametrize("seed", [80, 81])
-@pytest.mark.parametrize("method", ["gsao_two_point", "gcmma", "conlin", "oc", "dsqp", "slp"])
-def test_presets_go_on_towards_the_optimum_of_two_load_cases(method, seed):
-    # they ended after a few evaluations, stalled at up to seven times the optimum
-    rng = np.random.default_rng(seed)
-    a, b = rng.uniform(0, 6, 2)
-    loads = [(((np.cos(a), np.sin(a)), (3.0, 0.0)),), (((np.cos(b), np.sin(b)), (3.0, 2.0)),)]
-    truss = trusses.ground_structure(columns=4, rows=3, width=3.0, height=2.0, loads=loads)
-    least = optimise_layout(trusses.problem(truss), max_evaluations=60).value
-    problem = trusses.problem(truss, lower=1e-7 / truss.lengths.sum(), second_order=False)
-    result = optimise_layout(problem, method, max_evaluations=40, tolerance=1e-9)
-    assert result.status is not LayoutStatus.STALLED
-    assert result.value <= (1.05 if method in ("conlin", "oc") else 1.4) * least
