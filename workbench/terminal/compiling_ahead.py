@@ -12,12 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from surrogates import are_kernels_compiled, compile_kernels
-from workbench.engine.layout.optimise import optimise_layout
-from workbench.engine.sensitivity.compiled_before import an_adjoint_is_compiled
-from workbench.robust_layout.model import load_layout_model
+from workbench.campaign.runs import CampaignRuns
+from workbench.stages.up_to_date import settled
 from workbench.study.loading import load_study
 from workbench.study.record import Study
 from workbench.workers.processes import usable_processors
@@ -28,12 +24,14 @@ KRIGING, LAYOUT = "kriging", "layout"
 
 
 @contextmanager
-def compiled_ahead(study: Study) -> Iterator[None]:
+def compiled_ahead(campaign: CampaignRuns) -> Iterator[None]:
     """Compile what later stages of a study need while the block works; what is not done at its end is left.
 
-    Nothing is started where that is compiled by now, nor for a study that asks for one process alone.
+    Nothing is started where that is compiled by now, for a study that asks for one process alone, or where
+    every stage is done: that is told without a look at kernels, since numba takes two seconds to load.
     """
-    beside = [_started(job, study) for job in jobs_ahead(study)]
+    jobs = [] if settled(campaign) is not None else jobs_ahead(campaign.study)
+    beside = [_started(job, campaign.study) for job in jobs]
     try:
         yield
     finally:
@@ -48,10 +46,14 @@ def jobs_ahead(study: Study) -> list[str]:
     if study.path is None or alone or usable_processors() == 1:
         return []
     jobs = []
-    if (study.screen or study.worst_case) and not are_kernels_compiled():
-        jobs.append(KRIGING)
-    if study.robust_layout and not an_adjoint_is_compiled():
-        jobs.append(LAYOUT)
+    if study.screen or study.worst_case:
+        from surrogates import are_kernels_compiled
+
+        jobs += [] if are_kernels_compiled() else [KRIGING]
+    if study.robust_layout:
+        from workbench.engine.sensitivity.compiled_before import an_adjoint_is_compiled
+
+        jobs += [] if an_adjoint_is_compiled() else [LAYOUT]
     return jobs
 
 
@@ -72,6 +74,11 @@ def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
 
     A model that cannot run many cases in this process may call another code, whose runs cost: it is left be.
     """
+    import numpy as np
+
+    from workbench.engine.layout.optimise import optimise_layout
+    from workbench.robust_layout.model import load_layout_model
+
     model: Any = load_layout_model(table["model"], table["options"], folder=study.folder)
     many = getattr(model, "responses_of_cases", None)
     if not callable(many):
@@ -84,6 +91,8 @@ def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
 def main(job: str, path: str) -> None:
     """Do one job of `jobs_ahead`."""
     if job == KRIGING:
+        from surrogates import compile_kernels
+
         compile_kernels()
         return
     study = load_study(Path(path))

@@ -252,7 +252,7 @@ def demo(
     from workbench.terminal.compiling_ahead import compiled_ahead
 
     with opened_campaign(copy_study(folder, study), None) as campaign:
-        with compiled_ahead(campaign.study):
+        with compiled_ahead(campaign):
             found = campaign.run()
         failures = campaign.failures()
     finish(found, run_lines(found), as_json=json_, failures=failures)

@@ -55,7 +55,7 @@ def run(
     with opened_campaign(study, folder, workers=workers, dask=dask, permissions=allowed) as campaign:
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
-        with compiled_ahead(campaign.study):
+        with compiled_ahead(campaign):
             found = campaign.run()
     finish(found, run_lines(found), as_json=json_, failures=found["failures"])
 

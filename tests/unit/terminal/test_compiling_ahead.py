@@ -1,6 +1,7 @@
 """Kernels that processes beside a campaign compile: when, what, and that none outlives the stages."""
 
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,6 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from workbench.stages.campaign import Campaign
 from workbench.study.loading import load_study
 from workbench.terminal import compiling_ahead
 from workbench.terminal.compiling_ahead import compile_layout, compiled_ahead, jobs_ahead
@@ -20,9 +22,16 @@ DEMO = ROOT / "studies" / "occupant_demo.toml"
 @pytest.fixture
 def cold(monkeypatch):
     """An installation on two processors that has compiled nothing."""
-    monkeypatch.setattr(compiling_ahead, "are_kernels_compiled", lambda: False)
-    monkeypatch.setattr(compiling_ahead, "an_adjoint_is_compiled", lambda: False)
+    monkeypatch.setattr("surrogates.compiling.are_kernels_compiled", lambda: False)
+    monkeypatch.setattr("workbench.engine.sensitivity.compiled_before.an_adjoint_is_compiled", lambda: False)
     monkeypatch.setattr(compiling_ahead, "usable_processors", lambda: 2)
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    """The demo before its first run."""
+    with Campaign.from_file(shutil.copy(DEMO, tmp_path)) as opened:
+        yield opened
 
 
 def test_a_cold_installation_compiles_what_the_study_asks_for(cold):
@@ -33,9 +42,9 @@ def test_a_cold_installation_compiles_what_the_study_asks_for(cold):
 
 
 def test_nothing_is_compiled_twice(cold, monkeypatch):
-    monkeypatch.setattr(compiling_ahead, "are_kernels_compiled", lambda: True)
+    monkeypatch.setattr("surrogates.compiling.are_kernels_compiled", lambda: True)
     assert jobs_ahead(load_study(DEMO)) == ["layout"]
-    monkeypatch.setattr(compiling_ahead, "an_adjoint_is_compiled", lambda: True)
+    monkeypatch.setattr("workbench.engine.sensitivity.compiled_before.an_adjoint_is_compiled", lambda: True)
     assert jobs_ahead(load_study(DEMO)) == []
 
 
@@ -49,19 +58,33 @@ def test_there_is_no_work_beside_the_only_processor(cold, monkeypatch):
     assert jobs_ahead(load_study(DEMO)) == []
 
 
-def test_what_is_not_compiled_when_the_stages_end_is_left(cold):
+def test_what_is_not_compiled_when_the_stages_end_is_left(cold, campaign):
     before = set(psutil.Process().children())
-    with compiled_ahead(load_study(DEMO)):
+    with compiled_ahead(campaign):
         beside = set(psutil.Process().children()) - before
         assert {process.cmdline()[-2] for process in beside} == {"kriging", "layout"}
     assert not any(process.is_running() for process in beside)
 
 
-def test_the_processes_end_with_stages_that_fail(cold):
+def test_the_processes_end_with_stages_that_fail(cold, campaign):
     before = set(psutil.Process().children())
-    with pytest.raises(ValueError, match="a stage"), compiled_ahead(load_study(DEMO)):
+    with pytest.raises(ValueError, match="a stage"), compiled_ahead(campaign):
         raise ValueError("a stage")
     assert set(psutil.Process().children()) <= before
+
+
+def test_a_study_whose_stages_are_done_is_not_asked(cold, campaign, monkeypatch):
+    monkeypatch.setattr(compiling_ahead, "settled", lambda campaign: {"report": "report.html"})
+    before = set(psutil.Process().children())
+    with compiled_ahead(campaign):
+        assert set(psutil.Process().children()) <= before
+
+
+def test_numba_is_not_loaded_for_the_question(tmp_path):
+    """A run whose stages are done takes a fraction of a second; numba alone takes two."""
+    asked = "import sys, workbench.terminal.compiling_ahead; print('numba' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", asked], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
 
 
 def test_a_model_that_may_call_another_code_is_not_run(monkeypatch):
@@ -69,7 +92,7 @@ def test_a_model_that_may_call_another_code_is_not_run(monkeypatch):
         def problem(self, scenarios):
             raise AssertionError("a run of another code costs")
 
-    monkeypatch.setattr(compiling_ahead, "load_layout_model", lambda *a, **k: Bridge())
+    monkeypatch.setattr("workbench.robust_layout.model.load_layout_model", lambda *a, **k: Bridge())
     study = load_study(DEMO)
     compile_layout(study, study.robust_layout)
 
