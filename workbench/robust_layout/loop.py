@@ -36,7 +36,7 @@ from workbench.robust_layout.cases import Optimised, Search, failing, optimise_f
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.judged import ROUNDS, JudgedLayouts
 from workbench.robust_layout.model import LayoutModel
-from workbench.robust_layout.oracle import Found, LayoutOracle
+from workbench.robust_layout.oracle import Found, LayoutOracle, is_settled
 from workbench.robust_layout.other_starts import OtherStarts, random_densities
 from workbench.robust_layout.record import (
     FIRST_ORDER,
@@ -379,22 +379,22 @@ class _Loop:
                 self.worst[name] = replace(before, value=known[name], case=self.judged.cases[k])
         found, bound, holds = self.worst[robust], self.bounds.get(robust), self.holds(robust)
         needed = self.missing(found) if holds else 0
-        closed = holds and not needed
+        closed = holds and not needed and found.attack is not None and is_settled(found.attack)
         gaps = [r.gap for r in self.rounds if r.attacked][-2:]
         attacked = self.bounds if bound is None else {robust: bound}
         gaps += [excess(self.worst[name].value, before) for name, before in attacked.items()]
-        may_exceed = self.settings.tolerance if holds else max(gaps, default=0.0)
+        gaps = [self.settings.tolerance] if closed else gaps + [self.settings.tolerance] * holds
+        status = loop_status(found, bound, closed=closed, needed=needed, holds=holds)
         return RobustLayout(
-            robust=robust, closed=closed, status=loop_status(found, bound, closed=closed, needed=needed),
+            robust=robust, closed=closed, status=status, may_exceed=max(gaps, default=0.0),
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
-            rounds=self.rounds, failures=self.failures, may_exceed=may_exceed, other_starts=others,
+            rounds=self.rounds, failures=self.failures, other_starts=others,
             reasons=reasons_against_green(found, self.judged.documents.get(robust), others, closed=closed),
             document=self.judged.documents.get(robust, {}),
         )  # fmt: skip
 
     def missing(self, found: Found) -> int:
         """Runs that an attack takes to close the loop; 0 where it made as many, or all that there are."""
-        needed = fewest_runs(self.oracle.space.dimension)
-        attack = found.attack
+        needed, attack = fewest_runs(self.oracle.space.dimension), found.attack
         enough = attack is not None and (attack["exhaustive"] or attack["runs"] >= needed)
         return 0 if enough else needed

@@ -94,7 +94,8 @@ class OtherStartsFound:
 class RobustLayout:
     """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known.
 
-    closed: the best layout was attacked and nothing was found beyond its bound and the tolerance.
+    closed: the best layout was attacked, nothing was found beyond its bound and the tolerance, and climbs
+    from elsewhere arrived at its worst case.
     may_exceed: by which share of the worst value another attack may find more, an estimate.
     reasons: what keeps the verdict from being green, in sentences.
     """
@@ -142,11 +143,12 @@ def excess(worst: float, bound: float) -> float:
     return above / abs(bound) if bound else above
 
 
-def loop_status(found: Found, bound: float | None, *, closed: bool, needed: int) -> str:
+def loop_status(found: Found, bound: float | None, *, closed: bool, needed: int, holds: bool = False) -> str:
     """Whether the loop is closed, in a sentence.
 
     found: of the best layout.    bound: over the known cases when it was attacked, None if it was not.
     needed: runs that an attack takes to close the loop, 0 where it made enough.
+    holds: nothing was found beyond the tolerance.
     """
     if bound is None:
         return (
@@ -162,6 +164,12 @@ def loop_status(found: Found, bound: float | None, *, closed: bool, needed: int)
         return (
             f"{who} found nothing more than {above} above the bound. That is too short an attack to call the "
             f"loop closed: it takes {needed}."
+        )
+    if holds and found.attack is not None:
+        arrived, climbs = found.attack["arrived"] or "none", found.attack["climbs"]
+        return (
+            f"{who} found nothing more than {above} above the bound, but {arrived} of {climbs} climbs from "
+            "elsewhere arrived at the worst of them: another may end higher. The loop is not closed."
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
     return (
