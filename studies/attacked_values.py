@@ -1,4 +1,4 @@
-"""Do attacked values stand? Thirty worst cases that an adversary has looked at, tried by another sampler.
+"""Do attacked values stand? Worst cases that an adversary has looked at, tried by another sampler.
 
 Each function is searched with `attack` on; whatever is stated is then tried with 1 500 fresh true runs that
 share neither seed nor method with search and adversary:
@@ -15,7 +15,9 @@ levels, the switches of `studies.worst_case_mixed`, and a rough one of twelve in
 
 `python -m studies.attacked_values 0` prints a line per function, then how many of the values that are graded
 proved or attacked were beaten, and how many of the others. `python -m studies.attacked_values drawn 22 100`
-does so for 22 functions of `studies.rough_functions`, drawn with that seed or with each of several.
+does so for 22 functions of `studies.rough_functions`, drawn with that seed or with each of several;
+`... makes 13 9700` for 13 of each of the eleven makes of that study and the seven of `studies.adversary`.
+With `attack=300` at the end the attacks have as many runs.
 """
 
 import sys
@@ -27,6 +29,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from studies import rough_functions
 from studies.adversary import FAMILIES
 from studies.rough_functions import drawn
 from studies.worst_case_calibration import FUNCTIONS
@@ -36,9 +39,9 @@ from workbench.search.evidence.grade import Grade
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.worst_case import worst_case
 
-__all__ = ["CASES", "Case", "fresh_best", "run"]
+__all__ = ["CASES", "Case", "fresh_best", "of_each_make", "run"]
 
-BUDGET, ATTACK, FRESH = 40, 300, 1500
+BUDGET, ATTACK, FRESH = 40, 1200, 1500
 BEATEN = 0.02
 TWICE = ("corners", "cliff", "levels")  # families that two problems are drawn from
 STARTS, NEAR = 5, 0.1
@@ -80,6 +83,19 @@ def _cases() -> dict[str, Case]:
 
 
 CASES = _cases()
+
+
+def of_each_make(seed: int, *, count: int) -> list[tuple[Case, int]]:
+    """`count` functions of each make of both studies, by turns, with the seeds of their searches."""
+    cases = []
+    for k in range(count):
+        for name, make in rough_functions.FAMILIES.items():
+            function, space = make(np.random.default_rng([seed, k, *name.encode()]))
+            cases.append((Case(name=f"{name} {k}", function=function, space=space), seed + k))
+        for name, family in FAMILIES.items():
+            p = family(np.random.default_rng([seed, k, *name.encode()]))
+            cases.append((Case(name=f"known {name} {k}", function=p.function, space=p.space), seed + k))
+    return cases
 
 
 def fresh_best(case: Case, known: Array, *, runs: int = FRESH, seed: int) -> tuple[float, float]:
@@ -174,6 +190,9 @@ def run(
 
 def _asked(arguments: Sequence[str]) -> list[tuple[Case, int]]:
     """What the command line asks for."""
+    if arguments[:1] == ["makes"]:
+        count, *seeds = (int(text) for text in arguments[1:])
+        return [one for seed in seeds for one in of_each_make(seed, count=count)]
     if arguments[:1] == ["drawn"]:
         count, *seeds = (int(text) for text in arguments[1:])
         return [
@@ -186,8 +205,10 @@ def _asked(arguments: Sequence[str]) -> list[tuple[Case, int]]:
 
 if __name__ == "__main__":
     made = []
-    for case, seed in _asked(sys.argv[1:]):
-        stated, fresh, excess, graded = _tried(case, seed, ATTACK)
+    runs = [int(text.removeprefix("attack=")) for text in sys.argv[1:] if text.startswith("attack=")]
+    asked = _asked([text for text in sys.argv[1:] if not text.startswith("attack=")])
+    for case, seed in asked:
+        stated, fresh, excess, graded = _tried(case, seed, (*runs, ATTACK)[0])
         made.append((excess, graded))
         word = "attacked" if graded else "searched"
         print(f"{case.name:18s} {seed} {word}  {stated:12.5g} {fresh:12.5g} {excess:8.2%}", flush=True)

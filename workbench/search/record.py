@@ -14,7 +14,7 @@ from workbench.search.evidence.baselines import Baseline
 from workbench.search.evidence.border import Border
 from workbench.search.evidence.gap import Gap
 from workbench.search.evidence.gap_history import GapLook
-from workbench.search.evidence.grade import Grade, grade_of
+from workbench.search.evidence.grade import BEYOND, Grade, grade_of
 from workbench.search.runs.ledger import Ledger, Run
 from workbench.search.runs.repeats import Mean
 from workbench.search.surrogate.model import SearchModel
@@ -23,6 +23,7 @@ from workbench.search.surrogate.scale import UsedScale
 __all__ = ["Status", "WorstCase", "profile_of"]
 
 PROFILE_POINTS = 41
+FOR_THE_WORD = 1200  # runs of an attack, a quarter of them independent: none of 300 beyond is less than 1 %
 
 
 class Status(Enum):
@@ -87,7 +88,7 @@ class WorstCase:
     @property
     def grade(self) -> Grade:
         """What stands behind the claim that nothing is worse."""
-        return Grade.SEARCHED if not self.confirmed else grade_of(self.gap, self.attack)
+        return Grade.SEARCHED if not self.confirmed else grade_of(self.gap, self.attack, beyond=BEYOND)
 
     def named(self, response: str, unit: str) -> "WorstCase":
         """The same under the response's name, and with its unit, which the sentence about the gap carries."""
@@ -110,7 +111,19 @@ class WorstCase:
             if self.not_attacked
             else ""
         )
-        return f"{self.grade.name.capitalize()}: {said}.{missing}"
+        return f"{self.grade.name.capitalize()}: {said}.{self._short_of_attacked}{missing}"
+
+    @property
+    def _short_of_attacked(self) -> str:
+        """What a value lacks that would be called attacked but for the length of the attack."""
+        if not self.confirmed or self.grade is not Grade.SEARCHED or self.attack is None:
+            return ""
+        if grade_of(self.gap, self.attack) is not Grade.ATTACKED:
+            return ""
+        return (
+            f" A value is called attacked where less than {100 * BEYOND:.0f} % may, which takes an attack of "
+            f"about {FOR_THE_WORD} runs."
+        )
 
     @property
     def history(self) -> np.ndarray:

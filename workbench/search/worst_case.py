@@ -93,7 +93,8 @@ def worst_case(
             `workbench.search.evidence.enclosure` describes; makes the gap a certificate. Of two certificates
             the narrower is stated.
         attack: true runs of an adversary beside the budget, see `workbench.search.attacked`; None for what
-            the search leaves of its budget when it stops by itself, 0 for no attack.
+            the search leaves of its budget when it stops by itself, 0 for no attack. With 1 200 and more the
+            worst case may be called attacked.
         noise: whether the model gives another value when it is run again. True: the largest mean is searched,
             points are repeated, and `value` is the mean of fresh runs at `parameters`, with `interval`, see
             `workbench.search.noisy`. None: found out, where runs of `start` at one point disagree, or where

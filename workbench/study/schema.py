@@ -227,10 +227,10 @@ class WorstCaseTable(Table):
     """`[worst_case]` of one `response`, of several `responses` or of a sum with `weights`; `within` limits
     other responses; `quantile` asks for the value that is kept to with that chance, too. `batch` is how many
     runs the search proposes at once, whoever runs them; `enclosure` names a function that bounds the response
-    over a box; `attack` is how many runs an adversary gets beside the budget; `noise` says whether the model
-    gives another value when it is run again, which is found out where nobody says; where it does, a budget
-    that is not given is 120; `failures` "worst" counts a failed run as worse than any value; `transform` is
-    the scale on which it is modelled."""
+    over a box; `attack` is how many runs an adversary gets beside the budget, 1200 for the word *attacked*;
+    `noise` says whether the model gives another value when it is run again, which is found out where nobody
+    says; where it does, a budget that is not given is 120; `failures` "worst" counts a failed run as worse
+    than any value; `transform` is the scale on which it is modelled."""
 
     response: Text | None = None
     responses: Annotated[dict[str, Literal["max", "min"]], Field(min_length=1)] | None = None

@@ -22,13 +22,24 @@ def _hidden(x0, x1, x2, x3):
 
 
 def test_an_attack_that_finds_nothing_gives_its_grade():
-    found = worst_case(_sum, BOX, budget=16, attack=120)
+    found = worst_case(_sum, BOX, budget=16, attack=1200)
     assert found.value == 4.0
     assert found.grade is Grade.ATTACKED
-    assert found.attack.runs <= 120
+    assert found.attack.runs <= 1200
     assert found.attack.share.hits == 0
     assert found.grade_sentence.startswith("Attacked: ")
-    assert "found nothing beyond 4; none of 30 independent cases lie beyond" in found.grade_sentence
+    assert "found nothing beyond 4; none of 300 independent cases lie beyond" in found.grade_sentence
+    assert "is called attacked" not in found.grade_sentence
+
+
+def test_a_short_attack_says_what_it_lacks_for_the_word():
+    found = worst_case(_sum, BOX, budget=16, attack=120)
+    assert found.grade is Grade.SEARCHED
+    assert found.grade_sentence.startswith("Searched: 120 true runs of an adversary found nothing beyond 4; ")
+    assert "less than 9.5 % of the uncertainty does" in found.grade_sentence
+    assert found.grade_sentence.endswith(
+        " A value is called attacked where less than 1 % may, which takes an attack of about 1200 runs."
+    )
 
 
 def test_without_an_attack_the_grade_is_searched():
@@ -77,7 +88,7 @@ def test_by_default_the_attack_makes_no_more_runs_than_the_search_and_keeps_to_t
     found = worst_case(f, space, budget=1000)
     assert found.status is Status.CONSTANT
     assert fewest_runs(10) <= found.attack.runs <= found.evaluations / 2 + 1
-    assert found.grade is Grade.ATTACKED
+    assert found.grade is Grade.SEARCHED
 
 
 @pytest.mark.slow
@@ -147,10 +158,10 @@ def test_several_responses_share_the_attack():
         BOX,
         {"p": "max", "q": "max"},
         budget=40,
-        attack=240,
+        attack=2400,
     )
     assert found["p"].grade is found["q"].grade is Grade.ATTACKED
-    assert found["p"].attack.budget == 120
+    assert found["p"].attack.budget == 1200
 
 
 @pytest.mark.parametrize("attack", [-1, 2.5, True])

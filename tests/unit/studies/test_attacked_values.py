@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.attacked_values import BEATEN, CASES, Case, fresh_best, run
+from studies.attacked_values import BEATEN, CASES, Case, fresh_best, of_each_make, run
 from workbench import Parameter, Space
 
 SUBSET = ("borehole max", "branin min", "camel min", "friedman5 max")
@@ -11,6 +11,16 @@ SUBSET = ("borehole max", "branin min", "camel min", "friedman5 max")
 
 def test_there_are_thirty():
     assert len(CASES) == 30
+
+
+def test_every_make_is_drawn_as_often_and_anew_with_another_seed():
+    cases = of_each_make(3, count=2)
+    assert len(cases) == len({case.name for case, _ in cases}) == 36
+    (first, seed), (again, _) = cases[0], of_each_make(4, count=1)[0]
+    assert (first.name, again.name, seed) == ("jumps 0", "jumps 0", 3)
+    assert [seed for _, seed in cases[18:]] == [4] * 18
+    row = {name: 0.5 for name in (p.name for p in first.space.parameters)}
+    assert first.function(**row) == of_each_make(3, count=1)[0][0].function(**row)
 
 
 def test_the_sampler_finds_a_peak_inside_and_a_worse_level():

@@ -5,11 +5,12 @@ from enum import Enum
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.gap import Gap
 
-__all__ = ["ARRIVED", "AS_GOOD", "Grade", "fewest_runs", "grade_of"]
+__all__ = ["ARRIVED", "AS_GOOD", "BEYOND", "Grade", "fewest_runs", "grade_of"]
 
 FEWEST_RUNS, PER_INPUT = 100, 25  # of an attack, before its silence says anything; fewer of few inputs
 SILENT = 0.5  # share of an attack's runs that must have followed the last noticeable gain
 ARRIVED = 2  # climbs from elsewhere that must have met the worst value known: peaks met once have sisters
+BEYOND = 0.01  # of the uncertainty: more may not lie beyond a worst case that is called attacked
 AS_GOOD = 1e-3  # relative: what is better by less than this is no reason to leave what withstood an attack
 
 
@@ -30,8 +31,11 @@ def fewest_runs(dimension: int) -> int:
     return min(PER_INPUT * dimension, FEWEST_RUNS)
 
 
-def grade_of(gap: Gap, attack: Attack | None) -> Grade:
+def grade_of(gap: Gap, attack: Attack | None, *, beyond: float = 1.0) -> Grade:
     """The grade of a worst case with this gap after this attack.
+
+    beyond: the independent cases of the attack must say, with 95 % confidence, that no more of the
+    uncertainty lies beyond the value.
 
     A certificate or an enumeration without failures proves. An attack counts when it had runs enough, found
     nothing noticeably worse in the second half of them, and climbs from other places arrived at the same
@@ -46,4 +50,5 @@ def grade_of(gap: Gap, attack: Attack | None) -> Grade:
     is_silent = attack.since >= SILENT * attack.runs
     is_long = attack.runs >= fewest_runs(attack.dimension)
     is_repeated = attack.arrived >= ARRIVED
-    return Grade.ATTACKED if is_long and is_silent and is_repeated else Grade.SEARCHED
+    is_rare = attack.share.high <= beyond
+    return Grade.ATTACKED if is_long and is_silent and is_repeated and is_rare else Grade.SEARCHED

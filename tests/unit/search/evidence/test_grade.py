@@ -8,7 +8,7 @@ from workbench import Parameter, Space
 from workbench.models.evaluator import FunctionEvaluator
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.gap import Gap
-from workbench.search.evidence.grade import Grade, fewest_runs, grade_of
+from workbench.search.evidence.grade import BEYOND, Grade, fewest_runs, grade_of
 
 OPEN = Gap(upper=2.0, width=1.0, coverage=0.95, kind="model-based")
 BOX = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(3)])
@@ -35,6 +35,14 @@ def test_an_attack_counts_when_it_found_nothing():
 
 def test_an_attack_of_few_runs_does_not_count():
     assert grade_of(OPEN, _attack(budget=fewest_runs(3) - 1)) is Grade.SEARCHED
+
+
+@pytest.mark.parametrize(("runs", "grade"), [(1192, Grade.SEARCHED), (1196, Grade.ATTACKED)])
+def test_an_attack_of_a_worst_case_counts_where_less_than_a_hundredth_may_lie_beyond(runs, grade):
+    made = _attack(budget=runs)
+    assert (made.share.high <= BEYOND) == (grade is Grade.ATTACKED)
+    assert grade_of(OPEN, made) is Grade.ATTACKED
+    assert grade_of(OPEN, made, beyond=BEYOND) is grade
 
 
 def test_an_attack_that_gained_in_its_second_half_does_not_count():
