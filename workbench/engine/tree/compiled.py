@@ -6,8 +6,8 @@ and spherical, universal = two revolutes, cylindrical and planar = translation a
 join the link that carries them. Children are sorted by name, so nothing depends on the order of declaration.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 from weakref import WeakKeyDictionary, ref
 
@@ -37,6 +37,7 @@ from .joints import (
 from .loops.closing import closed
 from .loops.cuts import CutJoint, CutRows, cut_rows, resolved_cut
 from .start import Place, start_frames
+from .steps.samples import on_grid
 from .surface_tables import surface_tables
 from .system import GROUND, SpatialBody, TreeSystem, link_inertia
 
@@ -68,6 +69,7 @@ class TreeCompiled(OwnedTables[TreeSystem]):
     cuts: tuple[CutJoint, ...]
     cut_rows: CutRows  # all conditions of the cut joints
     kept: Array  # which of them are independent and stand in the tables
+    samples: dict[bytes, dict[str, Array]] = field(default_factory=dict, repr=False)  # on the last grids
 
     @property
     def size(self) -> int:
@@ -371,28 +373,28 @@ def _natural_lengths(parts: TreeCompiled) -> None:
 def tree_on_grid(
     parts: TreeCompiled, density: Array, times: Array, *, closing: Array | None = None
 ) -> TreeTables:
-    """The tables of a run: densities, and all functions of time sampled at `times`.
+    """The tables of a run: densities, and all functions of time sampled at `times`, once for a grid.
 
     closing: (samples,) what the rows of cut joints stand for, accelerations (0) if None; see `_kernels.cuts`.
     """
     if len(density) != len(parts.power):
         raise ValueError(f"system has {len(parts.power)} members but density has {len(density)} entries")
     alpha, power = np.asarray(density)[parts.order], parts.power[parts.order]
-    loads = parts.system.loads
-    samples = np.array([[_value(load.force or load.torque, float(t)) for load in loads] for t in times])
+    nodes = np.asarray(times, float)
     return TreeTables(
         **parts.arrays,
         scale=np.where(power == 1.0, alpha, alpha**power),
-        times=np.asarray(times, float),
+        times=nodes,
         closing=np.zeros(len(times)) if closing is None else closing,
-        load_sample=samples.reshape(len(times), len(loads), 3),
-        friction_sample=np.array(
-            [[d.friction_at(float(t)) for d in parts.system.dampers] for t in times]
-        ).reshape(len(times), len(parts.system.dampers)),
-        motion=sampled(parts.drives, times),
+        **on_grid(parts.samples, nodes, partial(_sampled, parts)),
     )
 
 
-def _value(given: Any, t: float) -> Array:
-    value: Callable[[float], Any] | Any = given
-    return np.asarray(value(t) if callable(value) else value, float)
+def _sampled(parts: TreeCompiled, times: Array) -> dict[str, Array]:
+    system, clock = parts.system, times.tolist()
+    pulls = np.array([[load.sample(t) for load in system.loads] for t in clock])
+    return {
+        "load_sample": pulls.reshape(len(times), len(system.loads), 3),
+        "friction_sample": np.array([[damper.friction_at(t) for damper in system.dampers] for t in clock]),
+        "motion": sampled(parts.drives, times),
+    }

@@ -232,3 +232,8 @@ class SpatialLoad:
     def __post_init__(self) -> None:
         if (self.force is None) == (self.torque is None):
             raise InvalidSystem(f"load on '{self.body}' needs either force or torque")
+
+    def sample(self, t: float) -> Any:
+        """(3,) force or torque at time t."""
+        given = self.force or self.torque
+        return np.asarray(given(t) if callable(given) else given, float)

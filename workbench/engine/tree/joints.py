@@ -99,7 +99,8 @@ class Welded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpatialMotion:
-    """Place and orientation of a driven body in its joint frame as functions of time.
+    """Place and orientation of a driven body in its joint frame as functions of time alone: they are asked
+    once for a grid.
 
     position: t -> (3,) m.  rotation: t -> (3, 3), the body's axes as columns; None: it does not turn.
     velocity, acceleration, spin, spin_rate (both of the latter in the joint frame): their derivatives; those

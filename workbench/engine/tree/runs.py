@@ -32,7 +32,7 @@ LOG = logging.getLogger("workbench.engine")
 
 # bytes of tangents that a run keeps; beyond, the adjoint evaluates them again. A layout holds the runs of all
 # its cases at several designs at once, and filling fresh memory costs a run more than evaluating again
-MEMORY = 1e8
+MEMORY = 1e7
 IMPLIED = 1e-6  # m or rad: rounding near places where conditions hardly differ
 STRETCH = 1e7  # bytes of tangents that are evaluated again at a time
 

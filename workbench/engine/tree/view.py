@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .slopes import cross
+
 __all__ = ["SpatialView"]
 
 Array = np.ndarray[Any, Any]
@@ -62,7 +64,7 @@ class SpatialView:
     def seen(self, node: int) -> _Seen:
         """The view and its rate A^T (d' - w x d) at a node."""
         axes, spin, _, _, d, rate, _, _ = self._at(node)
-        place, speed = axes.T @ d, axes.T @ (rate - np.cross(spin, d))
+        place, speed = axes.T @ d, axes.T @ (rate - cross(spin, d))
         return _Seen(tuple(place.tolist()), tuple(speed.tolist()), node)
 
     def rates(self, nodes: Array) -> Array:
@@ -73,17 +75,17 @@ class SpatialView:
             frames = self.trajectory.frames(body, nodes)
             arm = frames.axes @ np.asarray(point, float)
             d = d + share * (frames.origin + arm)
-            rate = rate + share * (frames.velocity + np.cross(frames.spin, arm))
-        return np.asarray(np.einsum("tji,tj->ti", base.axes, rate - np.cross(base.spin, d)))
+            rate = rate + share * (frames.velocity + cross(frames.spin, arm))
+        return np.asarray(np.einsum("tji,tj->ti", base.axes, rate - cross(base.spin, d)))
 
     def chain(self, seen: _Seen, by_place: Sequence[float], by_rate: Sequence[float]) -> tuple[Array, Array]:
         """(n,) slopes by position and velocity of a scalar with the given slopes by place and rate."""
         axes, spin, turns, spin_q, d, rate, d_q, rate_q = self._at(seen.node)
         p, r = axes @ np.asarray(by_place, float), axes @ np.asarray(by_rate, float)
-        speed = rate - np.cross(spin, d)
-        speed_q = rate_q - np.cross(spin_q, d) - np.cross(spin, d_q)
-        by_q = (d_q - np.cross(turns, d)) @ p + (speed_q - np.cross(turns, speed)) @ r
-        by_v = (d_q - np.cross(turns, d)) @ r
+        speed = rate - cross(spin, d)
+        speed_q = rate_q - cross(spin_q, d) - cross(spin, d_q)
+        by_q = (d_q - cross(turns, d)) @ p + (speed_q - cross(turns, speed)) @ r
+        by_v = (d_q - cross(turns, d)) @ r
         return by_q, by_v
 
     def jacobian(self) -> Array:
@@ -91,5 +93,5 @@ class SpatialView:
         out = []
         for node in range(len(self.trajectory.times)):
             axes, _, turns, _, d, _, d_q, _ = self._at(node)
-            out.append(((d_q - np.cross(turns, d)) @ axes).T)
+            out.append(((d_q - cross(turns, d)) @ axes).T)
         return np.array(out)
