@@ -1,11 +1,12 @@
 """Least volumes of drawn trusses under stress limits, beside the linear programme of plastic design.
 
     python -m studies.drawn_stress_limits first_seed number fewest_bars most_bars [--cases N]
+        [--grid COLUMNS ROWS]
 
-Rectangular ground structures of 3 to 10 by 2 to 6 points, held on the left, each with a load in a drawn
-direction at a drawn point of the right edge, or with several such load cases. The search begins at the even
-design and has 100 evaluations. Under one load case the programme is the optimum; under several it is a lower
-bound, which an elastic truss need not reach.
+Rectangular ground structures of 3 to 10 by 2 to 6 points, or of the grid that is asked for, held on the
+left, each with a load in a drawn direction at a drawn point of the right edge, or with several such load
+cases. The search begins at the even design and has 100 evaluations. Under one load case the programme is the
+optimum; under several it is a lower bound, which an elastic truss need not reach.
 """
 
 import time
@@ -42,14 +43,16 @@ class Held:
     cpu: float
 
 
-def drawn(seed: int, *, cases: int = 1) -> Truss:
-    """A truss of a seed.
+def drawn(seed: int, *, cases: int = 1, grid: tuple[int, int] | None = None) -> Truss:
+    """A truss of a seed, with so many columns and rows of points; both are drawn where they are not given.
 
     >>> len(drawn(1).ends)
     409
+    >>> len(drawn(1, grid=(16, 3)).ends)
+    685
     """
     rng = np.random.default_rng([seed, 39])
-    columns, rows = int(rng.integers(3, 11)), int(rng.integers(2, 7))
+    columns, rows = grid or (int(rng.integers(3, 11)), int(rng.integers(2, 7)))
     width, height = rng.uniform(1.0, 5.0, 2)
     loads = []
     for _ in range(cases):
@@ -59,7 +62,9 @@ def drawn(seed: int, *, cases: int = 1) -> Truss:
     return ground_structure(columns=columns, rows=rows, width=width, height=height, loads=loads)
 
 
-def run(first: int, number: int, *, fewest: int, most: int, cases: int = 1) -> Iterator[Held]:
+def run(
+    first: int, number: int, *, fewest: int, most: int, cases: int = 1, grid: tuple[int, int] | None = None
+) -> Iterator[Held]:
     """So many searches on trusses of `fewest` to `most` bars, from a seed on.
 
     Raises ValueError where a thousand seeds in a row draw none of that size.
@@ -68,7 +73,7 @@ def run(first: int, number: int, *, fewest: int, most: int, cases: int = 1) -> I
     while number:
         if seed - last > DRAWS:
             raise ValueError(f"no truss of {fewest} to {most} bars in {DRAWS} draws: ask for other sizes")
-        truss = drawn(seed, cases=cases)
+        truss = drawn(seed, cases=cases, grid=grid)
         if fewest <= len(truss.ends) <= most:
             optimum, begun = least_volume(truss), time.process_time()
             found = optimise_layout(stress_limited(truss), max_evaluations=EVALUATIONS)
@@ -90,10 +95,14 @@ def main() -> None:
     parser.add_argument("fewest", type=int, help="bars")
     parser.add_argument("most", type=int, help="bars; at most 1,132 are drawn")
     parser.add_argument("--cases", type=int, default=1, help="load cases (default 1)")
+    parser.add_argument("--grid", type=int, nargs=2, help="columns and rows of points (default drawn)")
     asked = parser.parse_args()
+    grid = (asked.grid[0], asked.grid[1]) if asked.grid else None
     held = 0
     try:
-        for one in run(asked.first, asked.number, fewest=asked.fewest, most=asked.most, cases=asked.cases):
+        for one in run(
+            asked.first, asked.number, fewest=asked.fewest, most=asked.most, cases=asked.cases, grid=grid
+        ):
             held += one.ratio <= NEAR
             after = "never within 1 %" if one.near_after is None else f"1 % after {one.near_after}"
             print(

@@ -25,6 +25,23 @@ def test_sizes_that_are_never_drawn_are_refused(monkeypatch):
         next(run(1, 1, fewest=5000, most=6000))
 
 
+@pytest.mark.parametrize("seed", [104, 120])
+def test_light_bars_refuse_few_steps(seed):
+    # bars that are nearly gone break their limits by steps that bring all they promise
+    (found,) = run(seed, 1, fewest=46, most=386)
+    assert found.seed == seed
+    assert 0.9999 < found.ratio < 1.0005
+    assert found.refused <= 25
+
+
+@pytest.mark.slow
+def test_long_grids_come_to_the_programme():
+    (found,) = run(805, 1, fewest=685, most=685, grid=(16, 3))
+    assert 0.9999 < found.ratio < 1.001
+    assert found.near_after is not None
+    assert found.near_after <= 40
+
+
 @pytest.mark.slow
 def test_so_do_larger_ones():
     for found in run(500, 2, fewest=387, most=450):
