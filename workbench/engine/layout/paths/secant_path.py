@@ -73,7 +73,7 @@ def follow_secant_path(
     memory, refusals = SecantMemory(), 0
     learnt = SecantModel(free=free, lower=problem.lower, memory=memory)
     model: RowsModel = ComplianceModel(free=free) if are_compliances(x, values, gradients) else learnt
-    while recorder.evaluations < max_evaluations:
+    while recorder.evaluations < max_evaluations and refusals <= _REFUSALS:
         here = x[free]
         model.place(x, values, gradients, np.maximum(state.y[:r], 1e-9))
         solved = barrier_minimum(model, state, A, limits - A @ here, lower - here, upper - here, mu)
@@ -84,9 +84,7 @@ def follow_secant_path(
             if tried is None:
                 recorder.fail(trial)
         if solved is None or tried is None:
-            model, refusals = model if model.stiffen() else learnt, refusals + 1
-            if refusals > _REFUSALS:
-                return False
+            model, refusals = _stiffer(model, learnt), refusals + 1
             continue
         trial_values, trial_gradients = _rows(problem, tried)
         weights = solved.y[:r] / solved.y[:r].sum()
@@ -105,9 +103,7 @@ def follow_secant_path(
         if not model.learn(trial, trial_values, trial_gradients, taken=taken):
             model = learnt
         if not taken:
-            model, refusals = model if model.stiffen() else learnt, refusals + 1
-            if refusals > _REFUSALS:
-                return False
+            model, refusals = _stiffer(model, learnt), refusals + 1
             continue
         left = solved.y[:r] @ trial_gradients[:, free] + solved.y[r:] @ A - solved.zl + solved.zu
         misfit = float(np.abs((trial[free] - lower) * left).sum()) / (n * mu)
@@ -121,6 +117,11 @@ def follow_secant_path(
         model.relax()
         refusals = 0
     return False
+
+
+def _stiffer(model: RowsModel, learnt: RowsModel) -> RowsModel:
+    """The model after a refused step: a stiffer one, or the learnt one where it cannot be."""
+    return model if model.stiffen() else learnt
 
 
 def _rows(problem: LayoutProblem, evaluation: Evaluation) -> tuple[Array, Array]:
