@@ -1,7 +1,7 @@
 """The layouts of a finished loop of the gunner's restraints, tried by an outsider; who stays in the hatch.
 
     python -m studies.gunner_outsider study.toml [runs against the robust layout] [seed]
-        [--rivals runs against each rival] [--box independent cases] [--corners evaluations]
+        [--rivals runs against each rival] [--box independent cases] [--corners evaluations] [--coarse]
 
 The study's campaign stands beside it. The robust layout, the one of the nominal case and the uniform one are
 run in the same independent cases of the box, from which the share of cases follows in which the gunner is
@@ -9,11 +9,12 @@ retained; then the outsider of `studies.loop_claims` searches for a worse case f
 with a quarter of the runs for a rival. All are judged over all cases that the loop or the outsider found for
 any of them. Retained: `ejected` is 0, he never rose above the hatch. No surrogate, seed or case of the loop
 is used. With `--corners` the plainest rival stands beside: the nominal case and 50 random corners at once,
-from the layout of the nominal case, with so many evaluations.
+from the layout of the nominal case, with so many evaluations. With `--coarse` the outsider searches at the
+model's longer step, where a run costs a third, and the worst case that he meets is run truly.
 """
 
 from argparse import ArgumentParser
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,17 @@ from workbench.space.box import Space
 from workbench.study.loading import load_study
 from workbench.system.atomic import read_json
 
-__all__ = ["AT_ONCE", "LAYOUTS", "Tried", "corners_at_once", "lines", "loop_of", "main", "tried"]
+__all__ = [
+    "AT_ONCE",
+    "LAYOUTS",
+    "AtLongerStep",
+    "Tried",
+    "corners_at_once",
+    "lines",
+    "loop_of",
+    "main",
+    "tried",
+]
 
 Array = np.ndarray[Any, Any]
 Case = Mapping[str, Any]
@@ -62,6 +73,19 @@ class Tried:
     def beyond(self) -> float:
         """By which share the outsider went beyond the loop's worst."""
         return max(0.0, self.met / self.stated - 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class AtLongerStep:
+    """Runs of layouts at the model's longer step, for a search whose end is run truly."""
+
+    runs: Runs
+
+    def values(self, density: Array, rows: Sequence[Case]) -> Array:
+        """The response of a layout in these cases, minus infinity where it fails."""
+        name = self.runs.model.response
+        found = self.runs.coarse(density)(rows, purpose="study")
+        return np.array([o.outputs.get(name, -np.inf) for o in found])
 
 
 def loop_of(study_file: Path) -> tuple[LayoutModel, Space, Mapping[str, Any]]:
@@ -97,13 +121,14 @@ def corners_at_once(
 
 def tried(
     model: LayoutModel, space: Space, loop: Mapping[str, Any], *, budget: int, seed: int,
-    rivals: int | None = None, of_the_box: int | None = None, corners: int = 0,
+    rivals: int | None = None, of_the_box: int | None = None, corners: int = 0, coarse: bool = False,
     tell: Callable[[str], None] = lambda text: None,
 ) -> list[Tried]:  # fmt: skip
     """The layouts of a loop, each in independent cases and against the outsider.
 
     budget: runs of his against the robust layout. rivals, of_the_box: against each other one, and independent
     cases; None for a quarter of it. corners: evaluations for the layout of `corners_at_once`; 0 for none.
+    coarse: his runs are at the model's longer step, but for the worst.
     """
     runs, rng = Runs(model), np.random.default_rng([seed, 5])
     rivals, of_the_box = (budget // 4 if n is None else n for n in (rivals, of_the_box))
@@ -123,7 +148,9 @@ def tried(
         inside = runs.values(densities[name], box)
         cases.append(box[int(inside.argmax())])
         runs_here = budget if name == names[0] else rivals
-        worst, case = outsider(runs, densities[name], space, budget=runs_here, seed=seed)
+        searched = AtLongerStep(runs) if coarse else runs
+        _, case = outsider(searched, densities[name], space, budget=runs_here, seed=seed)
+        worst = float(runs.values(densities[name], [case])[0])
         met[name] = max(worst, float(inside.max()))
         cases.append(case)
         tell(f"{name}: the box {inside.max():.4f}, the outsider {worst:.4f} {model.unit}, {runs.made} runs")
@@ -171,11 +198,12 @@ def main() -> None:
     ask.add_argument("--rivals", type=int, help="runs against each other layout (a quarter)")
     ask.add_argument("--box", type=int, help="independent cases of the box (a quarter)")
     ask.add_argument("--corners", type=int, default=0, help="evaluations for 50 corners at once (none)")
+    ask.add_argument("--coarse", action="store_true", help="search at the longer step, run the worst truly")
     given = ask.parse_args()
     model, space, loop = loop_of(given.study)
     found = tried(
         model, space, loop, budget=given.budget, seed=given.seed, rivals=given.rivals, of_the_box=given.box,
-        corners=given.corners, tell=lambda text: print(text, flush=True),
+        corners=given.corners, coarse=given.coarse, tell=lambda text: print(text, flush=True),
     )  # fmt: skip
     print("\n".join(lines(found, model.unit)), flush=True)
 

@@ -17,12 +17,12 @@ once, with as many runs as the loop has made.
 
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,7 +119,14 @@ class _Cases:
         return p.lower + (p.step * round(share * width / p.step) if p.step else share * width)
 
 
-def outsider(runs: Runs, density: Array, space: Space, *, budget: int, seed: int) -> tuple[float, Case]:
+class Valued(Protocol):
+    """Runs of layouts: true ones (`Runs`), or others to search by."""
+
+    def values(self, density: Array, rows: Sequence[Case]) -> Array:
+        """(cases,) of the response of a layout, minus infinity where it fails."""
+
+
+def outsider(runs: Valued, density: Array, space: Space, *, budget: int, seed: int) -> tuple[float, Case]:
     """The worst value that a sampler of its own meets on a layout, and its case."""
     rng, at = np.random.default_rng([seed, 9091]), _Cases(space)
     third = budget // 3

@@ -56,6 +56,28 @@ def test_the_outsider_finds_the_cliff_and_counts_who_stays():
     assert f"retained {found['uniform'].of_the_box.hits} of 150 (" in told[2]
 
 
+def test_an_outsider_at_the_longer_step_is_believed_by_a_true_run_alone():
+    """What the longer step exaggerates by a third is not told; and a study's model need not be run often."""
+
+    class Coarse(Slope):
+        made = 0
+
+        def responses(self, density, case):
+            self.made += 1
+            return super().responses(density, case)
+
+        def coarsened(self, density, cases, *, threads):
+            runs = [Slope.responses(self, density, case) for case in cases]
+            return [{"deviation": 1.3 * run["deviation"]} for run in runs]
+
+    model = Coarse()
+    found = tried(model, SPACE, a_loop(), budget=600, seed=6, rivals=300, of_the_box=5, coarse=True)
+    for one in found:
+        assert one.met == pytest.approx(3.1, abs=0.02)
+        assert one.over_all == pytest.approx(3.1, abs=0.02)
+    assert model.made <= 3 * (5 + 1 + 4)  # of each layout the box, its own worst, and the cases of all
+
+
 def test_a_run_that_fails_does_not_count_as_retained():
     class Fails(Slope):
         def responses(self, density, case):
