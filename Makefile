@@ -51,8 +51,9 @@ setup: .venv/.installed
 demo: .venv/.core
 	$(BIN)/holdfast demo
 
+# a file's tests in one process: what they compile is compiled once
 test: .venv/.installed
-	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "$(NOT_SLOW)"
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile --durations=10 -m "$(NOT_SLOW)"
 
 laws: .venv/.installed
 	$(BIN)/python -m pytest -q -n 2 --hypothesis-profile=explore -m "$(NOT_SLOW)" tests/laws
