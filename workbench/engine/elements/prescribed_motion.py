@@ -7,13 +7,14 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from .samples_kept import sampled_once
+
 __all__ = ["Motion", "motion_from_acceleration"]
 
 Array = np.ndarray[Any, Any]
 Planar = Callable[[float], Any]  # t -> (x, y, theta)
 
 DIFFERENCE = 1e-4  # s; fourth-order differences of a user's position lose about 1e-11 relative
-GRIDS = 4  # whose samples are kept with a motion: those of a run, of its start, of longer and shorter steps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
@@ -51,17 +52,10 @@ class Motion:
         >>> Motion(position=lambda t: (17.0 * t, 0.0, 0.0)).sampled(np.array([0.0, 2.0]))[:, 0, 0]
         array([ 0., 34.])
         """
-        kept = _SAMPLES.setdefault(self, {})
-        grid = times.tobytes()
-        found = kept.get(grid)
-        if found is None:
-            found = self._sampled(times.tolist())
-            if len(kept) >= GRIDS:
-                kept.clear()
-            kept[grid] = found
-        return found
+        return sampled_once(_SAMPLES.setdefault(self, {}), times, self._sampled)
 
-    def _sampled(self, moments: list[float]) -> Array:
+    def _sampled(self, times: Array) -> Array:
+        moments = times.tolist()
         found = np.empty((len(moments), 2, 3))
         found[:, 0] = np.array([self.position(t) for t in moments], dtype=float)
         speed = self.velocity or self.speed

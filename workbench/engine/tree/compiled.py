@@ -16,6 +16,7 @@ import numpy as np
 from ..compiler.held import marked
 from ..compiler.owned_tables import OwnedTables
 from ..elements.laws import UserLaw
+from ..elements.samples_kept import sampled_once
 from ..elements.table import PARAMETERS
 from ..errors import InvalidSystem
 from ._kernels.factors import Pattern, elimination
@@ -37,7 +38,6 @@ from .joints import (
 from .loops.closing import closed
 from .loops.cuts import CutJoint, CutRows, cut_rows, resolved_cut
 from .start import Place, start_frames
-from .steps.samples import on_grid
 from .surface_tables import surface_tables
 from .system import GROUND, SpatialBody, TreeSystem, link_inertia
 
@@ -386,7 +386,7 @@ def tree_on_grid(
         scale=np.where(power == 1.0, alpha, alpha**power),
         times=nodes,
         closing=np.zeros(len(times)) if closing is None else closing,
-        **on_grid(parts.samples, nodes, partial(_sampled, parts)),
+        **sampled_once(parts.samples, nodes, partial(_sampled, parts)),
     )
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from workbench.engine import TreeSystem
+from workbench.engine.elements.samples_kept import GRIDS
 from workbench.engine.tree.compiled import tree_compiled, tree_on_grid
 from workbench.engine.tree.joints import Prescribed, Revolute, SpatialMotion, sampled
-from workbench.engine.tree.steps.samples import GRIDS
 from workbench.engine.tree.system import SpatialBody
 
 

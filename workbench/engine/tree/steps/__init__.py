@@ -1,4 +1,4 @@
-"""The steps that a run of a tree takes where those asked for do not converge, and what is kept of nodes.
+"""The steps that a run of a tree takes where those asked for do not converge.
 
-`TakenSteps`, `marched` and `closing_of` (halved), `on_grid` (samples).
+`TakenSteps`, `marched` and `closing_of` (halved).
 """
