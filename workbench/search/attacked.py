@@ -4,7 +4,7 @@
     attack = None    what the search leaves of its budget when it stops by itself, no more runs than it made
                      itself, and none at all where too few are left to say anything
 
-A worst case is called attacked after about 1 200 runs: `workbench.search.record`.
+A worst case is called attacked after about 1 200 runs: `workbench.search.evidence.grade`.
 
 The runs of an attack join those of the search. A Kriging of thousands of runs would cost more than the runs:
 it sees the worst of them and some of the independent ones, up to `JOINED`. A search that had stopped by

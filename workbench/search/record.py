@@ -14,7 +14,7 @@ from workbench.search.evidence.baselines import Baseline
 from workbench.search.evidence.border import Border
 from workbench.search.evidence.gap import Gap
 from workbench.search.evidence.gap_history import GapLook
-from workbench.search.evidence.grade import BEYOND, Grade, grade_of
+from workbench.search.evidence.grade import BEYOND, FOR_THE_WORD, Grade, grade_of
 from workbench.search.runs.ledger import Ledger, Run
 from workbench.search.runs.repeats import Mean
 from workbench.search.surrogate.model import SearchModel
@@ -23,7 +23,6 @@ from workbench.search.surrogate.scale import UsedScale
 __all__ = ["Status", "WorstCase", "profile_of"]
 
 PROFILE_POINTS = 41
-FOR_THE_WORD = 1200  # runs of an attack, a quarter of them independent: none of 300 beyond is less than 1 %
 
 
 class Status(Enum):
