@@ -52,7 +52,6 @@ from workbench.robust_layout.record import (
 )
 from workbench.robust_layout.scenarios import stratified_cases
 from workbench.robust_layout.scouts import SCOUTS
-from workbench.search.evidence.grade import fewest_runs
 from workbench.space.box import Space
 
 __all__ = ["NEAR", "find_robust_layout"]
@@ -378,12 +377,13 @@ class _Loop:
             if known[name] > before.value:
                 self.worst[name] = replace(before, value=known[name], case=self.judged.cases[k])
         found, bound, holds = self.worst[robust], self.bounds.get(robust), self.holds(robust)
-        needed = self.missing(found) if holds else 0
+        needed = self.oracle.missing(found) if holds else 0
         closed = holds and not needed and found.attack is not None and is_settled(found.attack)
         gaps = [r.gap for r in self.rounds if r.attacked][-2:]
         attacked = self.bounds if bound is None else {robust: bound}
         gaps += [excess(self.worst[name].value, before) for name, before in attacked.items()]
-        gaps = [self.settings.tolerance] if closed else gaps + [self.settings.tolerance] * holds
+        if holds:
+            gaps = [self.settings.tolerance] if closed else [*gaps, self.settings.tolerance]
         status = loop_status(found, bound, closed=closed, needed=needed, holds=holds)
         return RobustLayout(
             robust=robust, closed=closed, status=status, may_exceed=max(gaps, default=0.0),
@@ -392,9 +392,3 @@ class _Loop:
             reasons=reasons_against_green(found, self.judged.documents.get(robust), others, closed=closed),
             document=self.judged.documents.get(robust, {}),
         )  # fmt: skip
-
-    def missing(self, found: Found) -> int:
-        """Runs that an attack takes to close the loop; 0 where it made as many, or all that there are."""
-        needed, attack = fewest_runs(self.oracle.space.dimension), found.attack
-        enough = attack is not None and (attack["exhaustive"] or attack["runs"] >= needed)
-        return 0 if enough else needed

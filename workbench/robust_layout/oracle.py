@@ -145,6 +145,12 @@ class LayoutOracle:
         )
         return Found(**attacked)
 
+    def missing(self, found: Found) -> int:
+        """Runs that an attack takes to close the loop; 0 where it made as many, or all that there are."""
+        needed, attack = fewest_runs(self.space.dimension), found.attack
+        enough = attack is not None and (attack["exhaustive"] or attack["runs"] >= needed)
+        return 0 if enough else needed
+
     def _kept(self, what: str, text: str, make: Callable[[], Any]) -> Any:
         """What was made once and is a function of `text`, in `folder`."""
         place = self.folder / f"{what}-{blake2b(text.encode(), digest_size=8).hexdigest()}.json"
