@@ -17,10 +17,10 @@ levels, the switches of `studies.worst_case_mixed`, and a rough one of twelve in
 proved or attacked were beaten, and how many of the others. `python -m studies.attacked_values drawn 22 100`
 does so for 22 functions of `studies.rough_functions`, drawn with that seed or with each of several;
 `... makes 13 9700` for 13 of each of the eleven makes of that study and the seven of `studies.adversary`.
-With `attack=300` at the end the attacks have as many runs.
+With `--attack 300` the attacks have as many runs.
 """
 
-import sys
+from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -39,7 +39,7 @@ from workbench.search.evidence.grade import Grade
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.worst_case import worst_case
 
-__all__ = ["CASES", "Case", "fresh_best", "of_each_make", "run"]
+__all__ = ["CASES", "Case", "fresh_best", "main", "of_each_make", "run"]
 
 BUDGET, ATTACK, FRESH = 40, 1200, 1500
 BEATEN = 0.02
@@ -203,15 +203,24 @@ def _asked(arguments: Sequence[str]) -> list[tuple[Case, int]]:
     return [(case, int(text)) for case in CASES.values() for text in arguments or ["0"]]
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Print a line per function, and how many values were beaten."""
+    ask = ArgumentParser(
+        prog="python -m studies.attacked_values", description=(__doc__ or "").splitlines()[0]
+    )
+    ask.add_argument("asked", nargs="*", help="seeds; or `drawn` or `makes`, a number and seeds")
+    ask.add_argument("--attack", type=int, default=ATTACK, help=f"runs of each attack ({ATTACK})")
+    given = ask.parse_args()
     made = []
-    runs = [int(text.removeprefix("attack=")) for text in sys.argv[1:] if text.startswith("attack=")]
-    asked = _asked([text for text in sys.argv[1:] if not text.startswith("attack=")])
-    for case, seed in asked:
-        stated, fresh, excess, graded = _tried(case, seed, (*runs, ATTACK)[0])
+    for case, seed in _asked(given.asked):
+        stated, fresh, excess, graded = _tried(case, seed, given.attack)
         made.append((excess, graded))
         word = "attacked" if graded else "searched"
         print(f"{case.name:18s} {seed} {word}  {stated:12.5g} {fresh:12.5g} {excess:8.2%}", flush=True)
     is_beaten, is_graded = np.array([e > BEATEN for e, _ in made]), np.array([bool(g) for _, g in made])
     for word, chosen in (("attacked or proved", is_graded), ("searched", ~is_graded)):
         print(f"{word}: {int((is_beaten & chosen).sum())} of {int(chosen.sum())} beaten by more than 2 %")
+
+
+if __name__ == "__main__":
+    main()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.attacked_values import BEATEN, CASES, Case, fresh_best, of_each_make, run
+from studies.attacked_values import BEATEN, CASES, Case, fresh_best, main, of_each_make, run
 from workbench import Parameter, Space
 
 SUBSET = ("borehole max", "branin min", "camel min", "friedman5 max")
@@ -56,3 +56,13 @@ def test_attacked_values_of_a_subset_are_not_beaten():
     graded = found["graded"].values > 0
     assert graded.sum() >= 3
     assert float(found["excess"].values[graded].max()) <= BEATEN
+
+
+def test_the_command_prints_a_line_per_function_and_what_was_beaten(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["attacked_values", "drawn", "2", "5", "--attack", "60"])
+    main()
+    *each, attacked, searched = capsys.readouterr().out.splitlines()
+    assert len(each) == 2
+    assert all(" searched " in line for line in each)  # 60 runs are too few for the word
+    assert attacked == "attacked or proved: 0 of 0 beaten by more than 2 %"
+    assert searched.endswith(" of 2 beaten by more than 2 %")
