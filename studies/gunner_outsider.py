@@ -32,16 +32,8 @@ from workbench.study.loading import load_study
 from workbench.system.atomic import read_json
 
 __all__ = [
-    "AT_ONCE",
-    "LAYOUTS",
-    "AtLongerStep",
-    "Tried",
-    "corners_at_once",
-    "lines",
-    "loop_of",
-    "main",
-    "tried",
-]
+    "AT_ONCE", "LAYOUTS", "AtLongerStep", "Tried", "corners_at_once", "lines", "loop_of", "main", "tried",
+]  # fmt: skip
 
 Array = np.ndarray[Any, Any]
 Case = Mapping[str, Any]
@@ -83,9 +75,7 @@ class AtLongerStep:
 
     def values(self, density: Array, rows: Sequence[Case]) -> Array:
         """The response of a layout in these cases, minus infinity where it fails."""
-        name = self.runs.model.response
-        found = self.runs.coarse(density)(rows, purpose="study")
-        return np.array([o.outputs.get(name, -np.inf) for o in found])
+        return self.runs.read(self.runs.coarse(density)(rows, purpose="study"))
 
 
 def loop_of(study_file: Path) -> tuple[LayoutModel, Space, Mapping[str, Any]]:

@@ -90,9 +90,11 @@ class Runs:
 
     def values(self, density: Array, rows: Sequence[Case]) -> Array:
         """The response of a layout in these cases, minus infinity where it fails."""
-        name = self.model.response
-        found = self.of(density)(rows, purpose="study")
-        return np.array([o.outputs.get(name, -np.inf) for o in found])
+        return self.read(self.of(density)(rows, purpose="study"))
+
+    def read(self, outcomes: Sequence[Outcome]) -> Array:
+        """The response of these runs, minus infinity where one failed."""
+        return np.array([o.outputs.get(self.model.response, -np.inf) for o in outcomes])
 
 
 def box(rng: np.random.Generator) -> Space:

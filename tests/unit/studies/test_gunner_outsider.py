@@ -57,7 +57,7 @@ def test_the_outsider_finds_the_cliff_and_counts_who_stays():
 
 
 def test_an_outsider_at_the_longer_step_is_believed_by_a_true_run_alone():
-    """What the longer step exaggerates by a third is not told; and a study's model need not be run often."""
+    """What the longer step exaggerates by a third is not told, and few true runs are made."""
 
     class Coarse(Slope):
         made = 0
