@@ -106,4 +106,4 @@ def test_poor_steps_are_corrected_and_nothing_is_hidden():
     assert recorder.evaluations <= 60
     assert len(recorder.history) == recorder.evaluations == len(seen)
     refused = [entry for entry in recorder.history if not entry.accepted]
-    assert refused
+    assert len(refused) >= 2
