@@ -120,8 +120,8 @@ class WorstCase:
         if grade_of(self.gap, self.attack) is not Grade.ATTACKED:
             return ""
         return (
-            f" A value is called attacked where less than {100 * BEYOND:.0f} % may, which takes an attack of "
-            f"about {FOR_THE_WORD} runs."
+            f" A value is called attacked where less than {100 * BEYOND:.0f} % of it may lie beyond, which "
+            f"takes an attack of about {FOR_THE_WORD} runs."
         )
 
     @property
