@@ -215,9 +215,10 @@ def figure(
         else:
             joint = joint_of(name, numbers.posture)
             bodies.append(SpatialBody(parent=piece.parent, at=triple(at), joint=joint, **own))
+    borne = supports(numbers, start)
     return Parts(
         bodies=tuple(bodies),
-        springs=tuple(spring(t, numbers, body, start) for t in turns(numbers, factors, joint_unit)),
+        springs=tuple(spring(t, numbers, body, borne, start) for t in turns(numbers, factors, joint_unit)),
     )
 
 
@@ -230,10 +231,11 @@ def joint_of(name: str, posture: Posture) -> Universal | Revolute:
     return Revolute(axis=triple(LEFT))
 
 
-def spring(turn: Turn, numbers: Numbers, body: dict[str, Piece], start: Start) -> CoordinateSpring:
-    """Spring, damper, stops and the constant torque that leaves the posture in balance."""
+def spring(
+    turn: Turn, numbers: Numbers, body: dict[str, Piece], borne: dict[str, Triple], start: Start
+) -> CoordinateSpring:
+    """Spring, damper, stops and the constant torque that leaves the posture in balance on what is borne."""
     at, joints = body[turn.carries].at, numbers.joints
-    borne = supports(numbers, start)
     push = GRAVITY * numbers.figure.mass / len(borne) * UP
     moment = np.zeros(3)
     for name in beyond(turn.carries, body):

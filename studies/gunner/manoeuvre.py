@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from workbench.engine import Road, Shape
 
@@ -10,8 +11,11 @@ __all__ = ["Ground", "Manoeuvre", "constant", "smooth_step"]
 Function = Callable[[float], float]
 
 
+@lru_cache(maxsize=64)
 def smooth_step(*, start: float, duration: float, height: float) -> Function:
     """0 before `start`, `height` after `duration` more, s^3 (10 - 15 s + 6 s^2) between (C2).
+
+    The same step is the same function, so that cases which differ in something else share its samples.
 
     >>> turn = smooth_step(start=1.0, duration=0.5, height=2.0)
     >>> turn(0.9), turn(1.25), turn(2.0)

@@ -6,11 +6,20 @@ the front axle at rest.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import radians
 
 import numpy as np
 
-from workbench.engine import Coupling, Floating, Plane, SpatialBody, SpatialContact, Tyre
+from workbench.engine import (
+    Coupling,
+    Floating,
+    Plane,
+    SpatialBody,
+    SpatialContact,
+    SpatialMotion,
+    Tyre,
+)
 
 from ..manoeuvre import Function, Ground, Manoeuvre
 from ..parts import Parts, triple
@@ -25,6 +34,12 @@ def road_wheel_angle(parameters: VehicleParameters, manoeuvre: Manoeuvre) -> Fun
     steering = parameters.steering
     lock = radians(steering.lock)
     return lambda t: min(max(manoeuvre.steering(t) / steering.ratio, -lock), lock)
+
+
+@lru_cache(maxsize=16)
+def front_wheels(parameters: VehicleParameters, manoeuvre: Manoeuvre) -> SpatialMotion:
+    """How both front wheels turn: one motion, and its samples, for all cases of one turn."""
+    return steered(road_wheel_angle(parameters, manoeuvre))
 
 
 def vehicle(
@@ -52,7 +67,7 @@ def vehicle(
         inertia=masses.sprung_inertia,
     )
     bodies, springs, tyres, dampers = [body], [], [], []
-    turn = steered(road_wheel_angle(parameters, manoeuvre))
+    turn = front_wheels(parameters, manoeuvre)
     for corner in corners:
         bodies += corner_bodies(parameters, corner, turn, manoeuvre.speed)
         springs.append(hinge_spring(parameters, corner))

@@ -6,10 +6,12 @@ spin in the body's frame. SI units, radians; quaternions (w, x, y, z).
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+
+from ..elements.samples_kept import sampled_once
 
 __all__ = [
     "FREEDOM", "Cylindrical", "Floating", "Joint", "Planar", "Prescribed", "Prismatic", "Revolute",
@@ -100,7 +102,7 @@ class Welded:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpatialMotion:
     """Place and orientation of a driven body in its joint frame as functions of time alone: they are asked
-    once for a grid.
+    once for a grid, for all systems that one motion drives.
 
     position: t -> (3,) m.  rotation: t -> (3, 3), the body's axes as columns; None: it does not turn.
     velocity, acceleration, spin, spin_rate (both of the latter in the joint frame): their derivatives; those
@@ -116,6 +118,7 @@ class SpatialMotion:
     acceleration: Callable[[float], Any] | None = None
     spin: Callable[[float], Any] | None = None
     spin_rate: Callable[[float], Any] | None = None
+    _kept: dict[bytes, Array] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def _place(self, t: float) -> Array:
         return np.asarray(self.position(t), float)
@@ -142,6 +145,13 @@ class SpatialMotion:
             [self._turn(t).ravel(), self._place(t), self._spin(t), self._speed(t), turning, push]
         )
 
+    def samples(self, times: Array) -> Array:
+        """(len(times), 24) of them, not to be written to."""
+        return sampled_once(self._kept, times, self._sampled)
+
+    def _sampled(self, times: Array) -> Array:
+        return np.array([self.sample(t) for t in times.tolist()]).reshape(len(times), 24)
+
 
 def _slope(f: Callable[[float], Array], t: float) -> Array:
     h = DIFFERENCE
@@ -149,15 +159,10 @@ def _slope(f: Callable[[float], Array], t: float) -> Array:
 
 
 def sampled(motions: Sequence[SpatialMotion], times: Array) -> Array:
-    """(len(times), motions, 24) samples; one that is given several times, as to both front wheels, is asked
-    once.
-    """
-    asked = list({id(motion): motion for motion in motions}.values())
-    place = {id(motion): i for i, motion in enumerate(asked)}
-    found = np.array([[motion.sample(float(t)) for motion in asked] for t in times])
-    return found.reshape(len(times), len(asked), 24).take(
-        np.array([place[id(m)] for m in motions], int), axis=1
-    )
+    """(len(times), motions, 24) samples."""
+    if not motions:
+        return np.empty((len(times), 0, 24))
+    return np.stack([motion.samples(times) for motion in motions], axis=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

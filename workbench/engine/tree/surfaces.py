@@ -249,7 +249,7 @@ class Tyre:
     def force(self, slip: Any, load: float, *, lateral: bool) -> Any:
         """Force of a pure slip (tangent of the angle, or ratio) at a load in N and the reference friction.
 
-        slip: float, or complex for its slope by complex step.
+        slip: float or (n,) slips, or complex for its slope by complex step.
         """
         z = 1e-3 * load
         if lateral:
@@ -267,8 +267,7 @@ class Tyre:
     def peak(self, *, lateral: bool) -> float:
         """Slip of the largest force at the nominal load."""
         slips = np.geomspace(1e-3, 3.0, 40001)
-        forces = [self.force(float(s), self.nominal_load, lateral=lateral) for s in slips[::40]]
-        top = int(np.argmax(forces)) * 40
+        top = int(np.argmax(self.force(slips[::40], self.nominal_load, lateral=lateral))) * 40
         near = slips[max(0, top - 40) : top + 41]
 
         def slope(slip: float) -> float:

@@ -23,6 +23,9 @@ def test_a_motion_that_joints_share_is_asked_once_a_time():
     assert found.shape == (3, 3, 24)
     assert asked == [0.0, 1.0, 3.0]
     np.testing.assert_array_equal(found[2, :, 9:12], [[3.0, 6.0, 0.0], [0.0, 0.0, 5.0], [3.0, 6.0, 0.0]])
+    again = sampled((other, shared), np.array([0.0, 1.0, 3.0]))  # in another system
+    assert asked == [0.0, 1.0, 3.0]
+    np.testing.assert_array_equal(again[:, 1], found[:, 0])
     assert sampled((), np.array([0.0, 1.0])).shape == (2, 0, 24)
 
 

@@ -6,9 +6,10 @@ import pytest
 from studies.gunner.manoeuvre import Ground, Manoeuvre
 from studies.gunner.parameters import read
 from studies.gunner.parts import Parts, joined
+from studies.gunner.proving_grounds import rollover
 from studies.gunner.vehicle.assembly import vehicle
 from studies.gunner.vehicle.numbers import Payload, VehicleParameters, wheel_loads
-from workbench.engine import SpatialBody, Welded, simulate
+from workbench.engine import Prescribed, SpatialBody, Welded, simulate
 
 GUNNER = Payload(mass=77.0, at=(-1.848, -0.041, 1.758))
 
@@ -44,3 +45,14 @@ def test_it_starts_in_equilibrium(parameters, payload, left):
     system = joined(parts, Parts(bodies=carried))
     run = simulate(system, np.zeros(0), t_end=0.02, steps=20)
     assert np.abs(run.acceleration).max() < left
+
+
+def test_front_wheels_that_turn_alike_are_one_motion(parameters):
+    """Cases that differ in the road or in the gunner share what a motion keeps of its samples."""
+
+    def motion(ground):
+        bodies = {body.name: body for body in vehicle(parameters, ground.ground, ground.manoeuvre).bodies}
+        return next(body.joint.motion for body in bodies.values() if isinstance(body.joint, Prescribed))
+
+    assert motion(rollover(friction=1.15)) is motion(rollover(friction=1.3))
+    assert motion(rollover(turn=700.0)) is not motion(rollover())
