@@ -60,7 +60,6 @@ Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
 NEAR = 0.6  # of the bound: cases below it are left out of an optimisation
-JOINING = 6  # cases that join the next optimisation at most
 LONGER = 2  # optimisations more, at most, of a layout that is not settled
 LAST = 3  # layouts at least that may be attacked one after the other when the rounds are spent
 SETTLED = 2  # best layouts that get more evaluations after the rounds, at most
@@ -260,7 +259,7 @@ class _Loop:
         """Let what broke a bound judge every layout from now on."""
         self.fresh = len(self.judged.cases)
         also = [dict(other["case"]) for other in found.others if other["value"] > self.limit(bound)]
-        self.judged.join([found.case, *also[: JOINING - 1]])
+        self.judged.join([found.case, *also[: self.settings.joining - 1]])
 
     def active(self, best: str) -> list[int]:
         """Cases for the optimiser: the new ones, and those near the bound for the layout it starts from or
@@ -332,7 +331,7 @@ class _Loop:
             if broken:
                 self.tell(f"broken by a case of the layout '{name}'")
                 self.fresh = min(self.fresh, len(self.judged.cases))
-                self.judged.join(broken[:JOINING])
+                self.judged.join(broken[: self.settings.joining])
 
     def attacked_best(self) -> str:
         """The best layout over all cases found for any layout, settled and attacked; rounds that are left

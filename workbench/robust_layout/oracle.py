@@ -6,9 +6,10 @@ the bound: it has no surrogate, and every turn of the loop has a seed of its own
 attacked by the numbers that it was mended for. It begins at the worst case known, with a part of its budget
 that goes to corners and climbs alone: most layouts of a loop break there. One that does not meets the cases
 that scouts at a longer step found worst (`workbench.robust_layout.scouts`), and then the rest, even draws
-among it. Where that breaks nothing but no two of its climbs from elsewhere arrived at the worst, it goes on
-from there, three times at most. The layout that is returned is attacked to the end, though it broke: by how
-much it may be off rests on the whole budget.
+among it. Where scouts climb they go whatever the raid has met: they cost less than another layout, and tell
+it many cases at a time. Where that breaks nothing but no two of its climbs from elsewhere arrived at the
+worst, it goes on from there, three times at most. The layout that is returned is attacked to the end, though
+it broke: by how much it may be off rests on the whole budget.
 
 What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed
 (`workbench.search.evidence.attack.belief`).
@@ -27,7 +28,7 @@ from workbench.errors import NotEnoughRuns
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cuts import spread_out_worst
 from workbench.robust_layout.model import LayoutModel, layout_name
-from workbench.robust_layout.scouts import worst_of_scouts
+from workbench.robust_layout.scouts import SCOUTS, worst_of_scouts
 from workbench.search.evidence.attack.adversary import DEFAULT_SPLIT, Split, attack
 from workbench.search.evidence.attack.belief import Believing
 from workbench.search.evidence.attack.record import Attack
@@ -87,7 +88,7 @@ def is_settled(attack: Mapping[str, Any]) -> bool:
 class _Part:
     """Of what is spent on a layout.    seed: added to the number of the turn.
 
-    scouts: at a longer step, whose worst cases are all that is run.
+    scouts: at a longer step, whose worst cases are all that is run.    leads_on: though it breaks the layout.
     """
 
     seed: int
@@ -95,6 +96,7 @@ class _Part:
     split: Split
     is_last_of_an_attack: bool = True
     scouts: int = 0
+    leads_on: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,7 +176,7 @@ class LayoutOracle:
             text,
             lambda: worst_of_scouts(
                 evaluate, self.space, response=self.model.response, limit=limit, known=worst,
-                budget=self.scouts, seed=seed,
+                budget=self.scouts, attacked_by=self.budget, seed=seed,
             ),
         )  # fmt: skip
         return found
@@ -231,8 +233,8 @@ class LayoutOracle:
                 if worst is None or made.largest > worst[1]:
                     worst = (made.parameters, made.largest)
             record = made if record is None else record.and_then(made)
-            ends = part.is_last_of_an_attack
-            if (record.is_beaten and (ends or not to_the_end)) or (ends and is_settled(record.to_dict())):
+            ends, goes_on = part.is_last_of_an_attack, to_the_end or part.leads_on
+            if (record.is_beaten and (ends or not goes_on)) or (ends and is_settled(record.to_dict())):
                 break
         assert record is not None
         return record
@@ -246,6 +248,7 @@ class LayoutOracle:
             first = [_Part(seed=RAIDS, budget=raid, split=CORNERS_FIRST, is_last_of_an_attack=False)]
             if self.coarse is not None and self.scouts:
                 first.append(replace(first[0], seed=SCOUTED, scouts=self.scouts))
+                first[0] = replace(first[0], leads_on=self.scouts > SCOUTS * self.budget)
             first.append(_Part(seed=0, budget=self.budget - raid, split=THE_REST))
         if self.budget < fewest_runs(self.space.dimension):
             return first  # too short to say anything by its silence, however often

@@ -41,6 +41,7 @@ class LoopSettings:
     tolerance: relative excess of the worst case over the bound that is accepted.
     going_on: attacks after the first, at most, where that one broke nothing and no two of its climbs arrived
     at the worst case.    scouts: runs at a longer step in each attack; None: `SCOUTS` times the budget.
+    joining: cases that join the next optimisation, at most, of those that broke a layout.
     """
 
     scenarios: int = 24
@@ -52,6 +53,7 @@ class LoopSettings:
     seed: int = 0
     going_on: int = GOING_ON
     scouts: int | None = None
+    joining: int = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

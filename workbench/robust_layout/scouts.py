@@ -4,7 +4,9 @@ What breaks a layout may be one corner in hundreds, with nothing around it that 
 and no more than many draws meet it. At a longer step a run costs about half, and ranks the cases as the
 true one does. So a layout that has held so far is attacked by twice the runs of an attack, most of them
 corners, at the step of the model's `coarsened`; the worst of what they met, far from each other, are the next
-true runs of the adversary. Nothing is said of the scouts' own values.
+true runs of the adversary. Nothing is said of the scouts' own values. Where a study sends more, those beyond
+twice the runs of an attack climb: where responses jump, what is worst stands between corners, and no number
+of draws meets it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,8 +27,8 @@ __all__ = ["SCOUTS", "coarse_runs", "worst_of_scouts"]
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
-SCOUTS = 2  # times the true runs of an attack
-CORNERS_MOST = Split(interior=0.0, corner=0.7, near_corner=0.1)
+SCOUTS = 2  # times the true runs of an attack, where the study does not say; beyond, they climb
+CORNER, NEAR_CORNER = 0.7, 0.1  # of the scouts up to that number
 TRIED = 16  # of the scouts' cases, far from each other, that are run truly
 BATCH = 64  # runs between two looks at Ctrl-C
 
@@ -83,14 +85,18 @@ def worst_of_scouts(
     limit: float,
     known: tuple[Case, float] | None,
     budget: int,
+    attacked_by: int,
     seed: int,
 ) -> list[dict[str, Any]]:
     """The cases that `budget` scouts found worst, far from each other, to be run truly.
 
     evaluate: runs at a longer step.    known: the worst true run so far, where the first climbs begin.
+    attacked_by: true runs of the attack that they go ahead of.
     """
+    drawn = min(1.0, SCOUTS * attacked_by / budget)
+    split = Split(interior=0.0, corner=CORNER * drawn, near_corner=NEAR_CORNER * drawn)
     made = attack(
-        evaluate, space, value=limit, budget=budget, seed=seed, response=response, split=CORNERS_MOST,
+        evaluate, space, value=limit, budget=budget, seed=seed, response=response, split=split,
         known=[] if known is None else [known],
     )  # fmt: skip
     outcomes = [attempt.outcome for attempt in made.attempts]

@@ -59,7 +59,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     settings = LoopSettings(
         scenarios=table["scenarios"], evaluations=table["evaluations"], budget=table["budget"],
         corners=table["corners"], rounds=table["rounds"], tolerance=table["tolerance"], seed=study.seed,
-        scouts=table.get("scouts"),
+        scouts=table.get("scouts"), joining=table["joining"],
     )  # fmt: skip
     nominal = study.space.canonical(table["nominal"])
     start = [nominal, *_worst_cases(campaign, table)]

@@ -316,6 +316,7 @@ class RobustLayoutTable(Table):
     budget: Count = 1500
     corners: Annotated[int, Field(ge=0)] = 100
     scouts: Annotated[int, Field(ge=0)] | None = None
+    joining: Annotated[int, Field(ge=1, le=12)] = 6
     rounds: Annotated[int, Field(ge=1, le=100)] = 12
     tolerance: Positive = 0.02
     samples: Annotated[int, Field(ge=10)] = 1000

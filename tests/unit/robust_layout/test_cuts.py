@@ -1,10 +1,18 @@
 """Which cases join the next optimisation: the worst first, then the worst of those far from it."""
 
+from types import SimpleNamespace
+
 import pytest
 
+from tests.sample_layout import STUDY
 from workbench import Parameter, Space
+from workbench.errors import StudyError
 from workbench.models.evaluator import Outcome
 from workbench.robust_layout.cuts import FAR, spread_out_worst
+from workbench.robust_layout.loop import _Loop
+from workbench.robust_layout.oracle import Found
+from workbench.robust_layout.record import LoopSettings
+from workbench.study.loading import parse_study
 
 SPACE = Space(
     (Parameter("u", lower=0.0, upper=1.0), Parameter("hands", kind="categorical", levels=("off", "on")))
@@ -44,3 +52,25 @@ def test_a_space_of_words_alone_keeps_each_once():
     ]
     found = spread_out_worst(words, runs, response="y", number=6)
     assert [value for value, _ in found] == [2.0, 1.0]
+
+
+@pytest.mark.parametrize(("joining", "joined"), [(1, [0.9]), (3, [0.9, 0.1, 0.2]), (6, [0.9, 0.1, 0.2, 0.3])])
+def test_as_many_cases_that_break_a_layout_join_as_the_study_says(joining, joined):
+    others = [{"case": {"u": 0.1 * k}, "value": 3.0 - k} for k in range(1, 4)]
+    found = Found(
+        value=4.0, case={"u": 0.9}, runs=9, status="", others=[*others, {"case": {}, "value": -1.0}]
+    )
+    cases = []
+    loop = SimpleNamespace(
+        settings=LoopSettings(joining=joining), limit=lambda bound: bound + 0.02,
+        judged=SimpleNamespace(cases=cases, join=cases.extend),
+    )  # fmt: skip
+    _Loop.join(loop, found, -0.5)
+    assert [case["u"] for case in cases] == pytest.approx(joined)
+
+
+@pytest.mark.parametrize("joining", [0, 13])
+def test_no_case_or_more_than_an_attack_tells_cannot_join(joining):
+    text = STUDY.replace("[robust_layout]\n", f"[robust_layout]\njoining = {joining}\n")
+    with pytest.raises(StudyError, match=rf"robust_layout.*joining.*{joining}"):
+        parse_study(text)

@@ -46,7 +46,7 @@ class Cliff(TwoMembers):
         return [{"push": 1.003 * self.value(case)} for case in cases]
 
 
-def attacked(folder, model, *, seed=1, scouts=3000, budget=600, limit=1.02, going_on=0):
+def attacked(folder, model, *, seed=1, scouts=1200, budget=600, limit=1.02, going_on=0):
     made = []
 
     def run(**case):
@@ -65,7 +65,7 @@ def test_scouts_meet_a_corner_that_attacks_of_the_same_runs_pass_by(tmp_path):
     seeds = range(3)
     with_, without = (
         [attacked(tmp_path / f"{scouts}-{s}", Cliff(), seed=s, scouts=scouts)[0] for s in seeds]
-        for scouts in (3000, 0)
+        for scouts in (1200, 0)
     )
     assert all(found.value == 2.0 for found in with_)
     assert sum(found.value == 2.0 for found in without) <= 1
@@ -76,12 +76,12 @@ def test_what_scouts_choose_is_run_truly_after_the_raid_and_told(tmp_path):
     model = Cliff()
     found, made = attacked(tmp_path, model)
     assert found.attack["kinds"]["scouted"] <= 16
-    assert found.attack["scouts"] == model.coarse == 3000
+    assert found.attack["scouts"] == model.coarse == 1200
     assert found.value == 2.0  # the true value, not that at a longer step
     assert found.runs == 240 + found.attack["kinds"]["scouted"]  # the raid, and none after: it is broken
     assert len(made) <= 1 + found.runs
     assert found.status.startswith(
-        f"{found.runs} true runs of an adversary and its 3000 scouts at a longer step"
+        f"{found.runs} true runs of an adversary and its 1200 scouts at a longer step"
     )
 
 
@@ -92,10 +92,36 @@ def test_a_layout_that_holds_gets_the_rest_of_the_attack(tmp_path):
     assert found.attack["arrived"] == 0  # no climb began at what the scouts had found
 
 
+class Sawtooth(Cliff):
+    """Corners are half as bad as cases just below the jumps that every parameter has inside."""
+
+    def value(self, case):
+        return sum(x if x < 0.7 else x - 0.5 for x in case.values()) / len(NAMES)
+
+
+def test_scouts_beyond_twice_the_runs_of_an_attack_climb(tmp_path):
+    few, many = (
+        max(
+            attacked(tmp_path / f"{scouts}-{s}", Sawtooth(), seed=s, scouts=scouts, budget=100)[0].value
+            for s in range(2)
+        )
+        for scouts in (200, 2000)
+    )
+    assert few < 0.62 < 0.66 < many < 0.7
+
+
+@pytest.mark.parametrize("scouts", [200, 201])
+def test_scouts_that_climb_go_though_the_raid_has_broken_the_layout(tmp_path, scouts):
+    found, _ = attacked(tmp_path, Sawtooth(), scouts=scouts, budget=100, limit=0.49)
+    assert found.value > 0.49
+    assert ("scouted" in found.attack["kinds"]) == (scouts > 200)
+    assert found.attack["scouts"] == (scouts if scouts > 200 else 0)
+
+
 def test_a_loop_that_scouts_have_tried_says_so(tmp_path):
     found, _ = attacked(tmp_path, Cliff(), limit=3.0)
     who = (
-        f"{found.runs} true runs of an adversary and its 3000 scouts at a longer step found nothing more than"
+        f"{found.runs} true runs of an adversary and its 1200 scouts at a longer step found nothing more than"
     )
     assert loop_status(found, 3.0, closed=True, needed=0).startswith(who)
     assert loop_status(found, 3.0, closed=False, needed=9999).startswith(who)
