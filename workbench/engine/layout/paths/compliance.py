@@ -11,15 +11,17 @@ slopes of C at x^k; below is exact wherever a displacement was seen. Between the
     share * above + (1 - share) * below
 
 with the share that recent moves had: (C - below)/(above - below). The signs of the elongations are those
-that the model foretells, mended by `elongations.py`. Unlike second-order models it knows how a member's row
-grows as the member vanishes, which decides how fast the end of a path is walked.
+that the model foretells, mended by `elongations.py`. The forces of one design work f'u on the displacement
+of another, as Betti's theorem has it: displacements that miss it by more than a hundredth of above - C have
+wrong signs, and are left out of the span. Unlike second-order models this one knows how a member's row grows
+as the member vanishes, which decides how fast the end of a path is walked.
 
 With all of the share above a step is one of descent, so that refusals come to an end. Sums and norms of
-compliances fall and are homogeneous as well, but the forces of one design do not work f'u on the next one's
-displacement, as Betti's theorem has it. By that they are told apart.
+compliances fall and are homogeneous as well, but none of their designs fits the next by Betti's theorem.
+By that they are told apart.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg
@@ -40,10 +42,12 @@ _RECENT, _MORE, _SLOWLY = 8, 1.2, 0.7  # moves that the share follows, its facto
 _STIFFEN, _RELAX = 4.0, 0.5
 _NOTHING = 1e-10  # of the value: bounds so near each other say nothing of the share
 _FAR = 0.3  # share after which signs of before are not believed
-_CROSSED, _KEPT = 0.05, 0.75  # share below zero by which signs are wrong, and what is kept of the table then
+_CROSSED, _KEPT = 0.01, 0.75  # share below zero by which signs are wrong, and what is kept of the table then
 _DESIGNS, _NUMBERS, _FEWEST = 150, 2.5e6, 8  # in the table of a row, in those of all rows, and at least
 _ALIKE = 1e-7  # part of a displacement that is new
 _MOVES, _BETTI = 8, 5e-4  # so many in a row with such errors of work, of above - C: no compliance
+_WORK = 1e-2  # error of work, of above - C, beyond which a displacement's signs are wrong
+_ROUNDING = 1e-13  # of the value
 _LIGHT = 1e-6  # of the largest weight: rows below it do not bend
 
 
@@ -71,16 +75,25 @@ class _Bounds:
     factor: Array
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Seen:
+    """Of a row at a design x (members,): its value and elongations (members,)."""
+
+    x: Array
+    value: float
+    elongation: Array
+
+
 @dataclass(slots=True, kw_only=True)
 class _Row:
-    """table: elongations, (members,) each, the present design last    seen: shares of recent moves
-    works: errors of Betti's theorem over recent moves, in units of above - C
+    """table: what was seen, the present design last    seen: shares of recent moves
+    works: errors of Betti's theorem at recent designs, of the one that fits best
 
     basis (members, p): elongations of displacements that are orthonormal in K(x^k), the first that of x^k
     forces_squared: (x^k e)^2
     """
 
-    table: list[Array]
+    table: list[_Seen]
     share: float = _FIRST
     seen: list[float] = field(default_factory=list)
     works: list[float] = field(default_factory=list)
@@ -89,8 +102,12 @@ class _Row:
     forces_squared: Array = field(default_factory=lambda: np.zeros(0))
 
     def place(self, x: Array, value: float, gradient: Array) -> None:
-        self.table = list(settled_signs(np.array(self.table)))
-        scaled = (np.array(self.table[::-1]) * np.sqrt(x)).T
+        table = settled_signs(np.array([entry.elongation for entry in self.table]))
+        self.table = [replace(entry, elongation=e) for entry, e in zip(self.table, table, strict=True)]
+        errors = _errors_of_work(self.table)
+        if len(errors) > 1:
+            self.works.append(float(errors[:-1].min()))
+        scaled = (table[errors <= _WORK][::-1] * np.sqrt(x)).T
         size = np.linalg.norm(scaled, axis=0)
         directions, triangle = np.linalg.qr(scaled[:, size > 0] / size[size > 0])
         new = np.abs(triangle.diagonal()) > _ALIKE
@@ -111,25 +128,45 @@ class _Row:
             factor=np.sqrt(2.0) * elongation * factor,
         )  # fmt: skip
 
-    def learn(self, bounds: _Bounds, value: float, gradient: Array, *, taken: bool, most: int) -> bool:
+    def learn(self, bounds: _Bounds, seen: _Seen, *, taken: bool, most: int) -> bool:
         """Of a trial; False when the row is no compliance."""
-        elongation = np.copysign(np.sqrt(np.maximum(-gradient, 0.0)), bounds.elongation)
+        value = seen.value
         apart, room, share = bounds.above - bounds.below, bounds.above - value, 0.0
         if min(apart, room) > _NOTHING * value:
-            work = float(np.copysign(np.sqrt(self.forces_squared), self.table[-1]) @ elongation)
-            self.works.append(abs(work - value) / room)
             share = (value - bounds.below) / apart
             self.seen = [*self.seen[1 - _RECENT :], share]
             self.share = float(np.clip(max(_MORE * max(self.seen), _SLOWLY * self.share), _LEAST, 1.0))
         if share < -_CROSSED:
             self.table = self.table[-max(3, int(_KEPT * len(self.table))) :]
         if share <= _FAR:
-            self.table.insert(len(self.table) - (0 if taken else 1), elongation)
+            self.table.insert(len(self.table) - (0 if taken else 1), seen)
         elif taken:
-            self.table = [elongation]
+            self.table = [seen]
         del self.table[:-most]
         reciprocal = len(self.works) < _MOVES or min(self.works[-_MOVES:]) <= _BETTI
         return reciprocal and value <= bounds.above + _ABOVE * value
+
+
+def _errors_of_work(table: list[_Seen]) -> Array:
+    """Of the work of each design's forces on the last displacement, or the other way round, against that of
+    the loads: in units of above - C, less rounding."""
+    last = table[-1]
+    E = np.array([entry.elongation for entry in table])
+    X = np.array([entry.x for entry in table])
+    values = np.array([entry.value for entry in table])
+    forces, force = X * E, last.x * last.elongation
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upon_last = np.where(last.x > 0, forces**2 / last.x, 0.0).sum(axis=1) - last.value
+        upon_each = np.where(X > 0, force**2 / X, 0.0).sum(axis=1) - values
+    rounding = _ROUNDING * values.max()
+    errors = [
+        np.maximum(np.abs(work) - rounding, 0.0) / np.maximum(apart, rounding)
+        for work, apart in (
+            (forces @ last.elongation - last.value, upon_last),
+            (E @ force - values, upon_each),
+        )
+    ]
+    return np.r_[np.maximum(*errors)[:-1], 0.0]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -147,7 +184,10 @@ class ComplianceModel:
     def place(self, x: Array, values: Array, gradients: Array, weights: Array) -> None:
         """At a design (members,): values (r,) and gradients (r, members) there."""
         if not self.rows:
-            self.rows = [_Row(table=[np.sqrt(np.maximum(-g, 0.0))]) for g in gradients]
+            self.rows = [
+                _Row(table=[_Seen(x=x, value=float(v), elongation=np.sqrt(np.maximum(-g, 0.0)))])
+                for v, g in zip(values, gradients, strict=True)
+            ]
         self.x = x
         for row, value, gradient in zip(self.rows, values, gradients, strict=True):
             row.place(x, float(value), gradient)
@@ -185,7 +225,9 @@ class ComplianceModel:
             except np.linalg.LinAlgError:
                 row.table = row.table[-1:]
                 continue
-            fits &= row.learn(bounds, float(value), gradient, taken=taken, most=most)
+            elongation = np.copysign(np.sqrt(np.maximum(-gradient, 0.0)), bounds.elongation)
+            seen = _Seen(x=trial, value=float(value), elongation=elongation)
+            fits &= row.learn(bounds, seen, taken=taken, most=most)
         return fits
 
     def stiffen(self) -> bool:

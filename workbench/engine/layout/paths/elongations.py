@@ -2,60 +2,90 @@
 
 A compliance f'u of K(x) u = f, K = sum x_i b_i b_i', has the slopes -e_i^2 with the elongations e = B u. The
 gradients of a path give |e_i| at each of its designs. Which sign the first has is a matter of taste, member
-by member; the signs at the later ones relate to it. As the displacements lie in a space of few dimensions, so
-do the elongations of all members, and the table of them (designs, members) has the lowest rank with the true
-signs. Where z is a member's column and M = E E' what the columns of all members have in common, a flip of
-some of its entries is right, as like as not, when it lowers
+by member; the signs at the later ones relate to it.
 
-    z' M^-1 z        (that of all columns together is the number of designs, and log det M the rank's measure)
+Members by the hundred go through the same few designs, so that their elongations are draws of one process
+over the designs. Its covariance but for a factor is that of Tyler (1987), the M = L L' that is the mean of
 
-Flips of single entries and of all entries from one design on are looked at: an elongation that passes zero
-between two designs is the common case.
+    z z' / (z' M^-1 z)
+
+over the members' columns z, where a column with wrong signs counts for little. An entry is foretold by those
+before it: z' M^-1 z = |L^-1 z|^2 is small with the right signs, and large where an elongation that goes on
+through zero is turned back. Signs are looked for entry by entry, the best few kept on the way; M is that of
+members whose signs are clear, found anew with them. Only recent designs are looked at: older ones keep their
+relation to the oldest of these.
 """
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
+
+from ._kernels_signs import likeliest_signs
 
 __all__ = ["settled_signs"]
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 10
-_FAINT = 1e-9  # smallest eigenvalue of M, of the largest
-_CLEAR = 0.03  # share of z' M^-1 z that a flip has to take away
+_WINDOW, _KEPT = 16, 6  # designs looked at, and signs kept of each member on the way
+_FIRST_ROUNDS, _ROUNDS = 4, 2  # without enough signs of before, and with them
+_STEADY, _ENOUGH = 0.3, 5  # least entry, of its largest, of a column that passes no zero; columns a design
+_MEMBERS = 10_000  # that M is found from, and fewer than twice as many
+_CLEAR = 4.0  # difference of the log-likelihoods of the best signs and the next
+_TIMES = 4  # that columns are weighed anew
+_FAINT, _ROUNDING = 1e-12, 1e-13
 
 
 def settled_signs(table: Array) -> Array:
-    """The table (designs, members), oldest design first, with signs that lower z' M^-1 z.
+    """The table (designs, members), oldest design first, with signs by which recent ones foretell each other.
 
     >>> import numpy as np
     >>> fields = np.random.default_rng(1).standard_normal((3, 200))
-    >>> path = np.array([[1.0, np.exp(-t), np.exp(-2 * t)] for t in np.linspace(0.0, 3.0, 20)])
+    >>> path = np.array([[1.0, np.exp(-t), np.exp(-2 * t)] for t in np.linspace(0.0, 3.0, 10)])
     >>> true = path @ fields
     >>> found = settled_signs(np.abs(true))  # as though no elongation passed zero
     >>> bool((found * np.sign(true[-1] * found[-1]) * true >= 0).all())
     True
     """
     E = np.array(table, dtype=float)
-    designs, members = E.shape
-    if designs < 3:
+    if len(E) < 3:
         return E
-    size = np.linalg.norm(E, axis=1, keepdims=True)
-    E /= np.where(size > 0, size, 1.0)
-    for _ in range(_ROUNDS):
-        values, axes = np.linalg.eigh(E @ E.T)
-        inverse = (axes / np.maximum(values, _FAINT * values[-1])) @ axes.T
-        seen = inverse @ E
-        single = 4 * E * (np.diag(inverse)[:, None] * E - seen)
-        # z' M^-1 z between the entries before a design and those from it on, summed up design by design
-        moved = E * (np.triu(inverse, 1) @ E - np.tril(inverse, -1) @ E)
-        from_one_on = -4 * np.vstack([np.zeros(members), np.cumsum(moved[:-1], axis=0)])
-        change = np.vstack([single, from_one_on])
-        best = change.argmin(axis=0)
-        clear = np.flatnonzero(change.min(axis=0) < -_CLEAR * (E * seen).sum(axis=0))
-        if not len(clear):
+    first = max(0, len(E) - _WINDOW)
+    try:
+        signs = _likeliest(E[first:], anew=len(E) < _WINDOW)
+    except np.linalg.LinAlgError:  # columns so alike that nothing is left to foretell
+        return E
+    E[:first] *= np.where(E[first] < 0, -1.0, 1.0) * signs[0]
+    E[first:] = signs * np.abs(E[first:])
+    return E
+
+
+def _likeliest(E: Array, *, anew: bool) -> Array:
+    size = np.abs(E)
+    most = size.max(axis=0)
+    seen = most > _FAINT * most.max()
+    steady = np.where(seen, size.min(axis=0) / np.maximum(most, 1e-300), 0.0)
+    passing_none = steady >= min(_STEADY, np.sort(steady)[-min(len(steady), _ENOUGH * len(E))])
+    columns, every = np.ascontiguousarray(size.T), 1 + len(most) // _MEMBERS
+    some = columns[::every]
+    M = _in_common(size[:, passing_none & seen] if anew else E[:, ::every][:, seen[::every]])
+    for _ in range((_FIRST_ROUNDS if anew else _ROUNDS) - 1):
+        signs, misfits = likeliest_signs(some, np.linalg.cholesky(M), _KEPT)
+        better = np.diff(np.log(np.maximum(misfits, 1e-300)))[:, 0]
+        clear = seen[::every] & (0.5 * len(E) * better > _CLEAR)
+        if clear.sum() <= 3 * len(E):
             break
-        for member, which in zip(clear, best[clear], strict=True):
-            flipped = slice(which, which + 1) if which < designs else slice(which - designs, None)
-            E[flipped, member] *= -1
-    return np.asarray(E * size)
+        M = _in_common((signs * some)[clear].T)
+    signs, _ = likeliest_signs(columns, np.linalg.cholesky(M), _KEPT)
+    return np.asarray(signs.T, dtype=float)
+
+
+def _in_common(columns: Array) -> Array:
+    """Tyler's M of columns (designs, members)."""
+    z = columns / np.linalg.norm(columns, axis=0)
+    weights = np.ones(z.shape[1])
+    for _ in range(_TIMES):
+        M = (z * weights) @ z.T / weights.sum()
+        M[np.diag_indices_from(M)] = M.diagonal() * (1 + _ROUNDING) + 1e-300
+        L = np.linalg.cholesky(M)
+        weights = 1 / (scipy.linalg.solve_triangular(L, z, lower=True, check_finite=False) ** 2).sum(axis=0)
+    return np.asarray(M, dtype=float)

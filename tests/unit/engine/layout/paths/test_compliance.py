@@ -1,5 +1,7 @@
 """Compliances between two bounds: what holds at every design, and what is no compliance."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,28 @@ def test_the_curvature_is_that_of_the_values_and_slopes():
     np.testing.assert_allclose(
         weights @ (up.slopes - down.slopes) / (2 * h), bends, rtol=1e-5, atol=1e-5 * np.abs(bends).max()
     )
+
+
+def test_a_displacement_with_wrong_signs_bounds_nothing(monkeypatch):
+    monkeypatch.setattr(compliance, "settled_signs", lambda table: table)
+    t, rng = truss(1), np.random.default_rng(7)
+    seen = []
+    for x in rng.uniform(0.5, 1.5, (6, len(t.ends))):
+        values, gradients, _ = t.compliances(x)
+        u = np.linalg.solve((t.rows.T * (x / t.lengths)) @ t.rows, t.loads[:, 0])
+        e = t.rows @ u / np.sqrt(t.lengths)
+        seen.append(compliance._Seen(x=x, value=float(values[0]), elongation=e))
+    row = compliance._Row(table=seen)
+    row.place(x, float(values[0]), gradients[0])
+    assert row.basis.shape[1] == 6
+    assert row.works == pytest.approx([0.0], abs=1e-10)
+    turned = seen[2].elongation.copy()
+    turned[(x * turned**2).argmax()] *= -1
+    row.table[2] = replace(seen[2], elongation=turned)
+    row.place(x, float(values[0]), gradients[0])
+    assert row.basis.shape[1] == 5
+    np.testing.assert_allclose(row.bounds(seen[1].x).below, seen[1].value, rtol=1e-9)
+    assert row.bounds(seen[2].x).below < (1 - 1e-6) * seen[2].value
 
 
 def test_refused_steps_end_at_the_upper_bound():

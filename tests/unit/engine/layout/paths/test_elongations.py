@@ -1,8 +1,11 @@
 """Signs of elongations from their sizes."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
+from workbench.engine.layout.paths._kernels_signs import likeliest_signs
 from workbench.engine.layout.paths.elongations import settled_signs
 
 
@@ -21,16 +24,40 @@ def wrong(found, true):
     return int((agree * agree[-1] < 0).sum())
 
 
+def settled_on_the_way(true):
+    """Signs as a path finds them: of each new design those of the one before, then what agrees."""
+    table = np.abs(true[:1])
+    for entry in np.abs(true[1:]):
+        table = settled_signs(np.vstack([table, np.copysign(entry, table[-1])]))
+    return table
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_elongations_that_pass_zero_are_found(seed):
     true = path_of_elongations(seed)
     assert wrong(np.abs(true), true) > 500
-    assert wrong(settled_signs(np.abs(true)), true) < len(true)  # of a single member at most
+    assert wrong(settled_on_the_way(true), true) < len(true)  # of a single member at most
 
 
-def test_true_signs_stay_and_sizes_always_do():
+def test_the_best_signs_are_those_of_all():
+    rng = np.random.default_rng(4)
+    L = np.linalg.cholesky(
+        np.cov(
+            rng.standard_normal((6, 4)) @ rng.standard_normal((4, 30)) + 0.01 * rng.standard_normal((6, 30))
+        )
+    )
+    size = np.abs(rng.standard_normal((5, 6)))
+    ways = np.array([(1.0, *way) for way in product((1.0, -1.0), repeat=5)])
+    signs, misfits = likeliest_signs(size, L, 64)
+    for column, found, least in zip(size, signs, misfits, strict=True):
+        all_misfits = (np.linalg.solve(L, (ways * column).T) ** 2).sum(axis=0)
+        np.testing.assert_array_equal(found, ways[all_misfits.argmin()])
+        np.testing.assert_allclose(least, np.sort(all_misfits)[:2])
+
+
+def test_true_signs_stay_related_and_sizes_always_do():
     true = path_of_elongations(9)
-    np.testing.assert_allclose(settled_signs(true), true, rtol=1e-12)
+    assert wrong(settled_signs(true), true) == 0
     rng = np.random.default_rng(10)
     mixed = true * rng.choice([-1.0, 1.0], size=true.shape)
     np.testing.assert_allclose(np.abs(settled_signs(mixed)), np.abs(true), rtol=1e-12)
