@@ -348,7 +348,7 @@ def figures(ds: xr.Dataset) -> dict[str, "Figure"]:
     ax.set_xlabel("evaluation")
     ax.set_ylabel("value / optimum - 1")
     ax.legend(frameon=False, fontsize="x-small", ncols=2)
-    drawing = Figure(figsize=(9.0, 5.2), layout="constrained")
+    drawing = Figure(figsize=(9.0, 6.4), layout="constrained")
     for k, (name, (truss, areas)) in enumerate(ds.attrs["areas"].items()):
         ax = drawing.add_subplot(2, 2, k + 1)
         points = truss.nodes[truss.ends]
