@@ -27,6 +27,7 @@ __all__ = ["settled_signs"]
 Array = NDArray[np.float64]
 
 _WINDOW, _KEPT = 16, 6  # designs looked at, and signs kept of each member on the way
+_ENTRIES, _LEAST = 400_000, 3  # looked at: fewer designs where there are many members, and at least
 _FIRST_ROUNDS, _ROUNDS = 4, 2  # without enough signs of before, and with them
 _STEADY, _ENOUGH = 0.3, 5  # least entry, of its largest, of a column that passes no zero; columns a design
 _MEMBERS = 10_000  # that M is found from, and fewer than twice as many
@@ -49,7 +50,7 @@ def settled_signs(table: Array) -> Array:
     E = np.array(table, dtype=float)
     if len(E) < 3:
         return E
-    first = max(0, len(E) - _WINDOW)
+    first = max(0, len(E) - min(_WINDOW, max(_LEAST, _ENTRIES // E.shape[1])))
     try:
         signs = _likeliest(E[first:], anew=len(E) < _WINDOW)
     except np.linalg.LinAlgError:  # columns so alike that nothing is left to foretell

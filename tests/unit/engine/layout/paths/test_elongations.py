@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from workbench.engine.layout.paths import elongations
 from workbench.engine.layout.paths._kernels_signs import likeliest_signs
 from workbench.engine.layout.paths.elongations import settled_signs
 
@@ -69,3 +70,13 @@ def test_two_designs_tell_nothing_and_silent_ones_do_no_harm():
     silent = path_of_elongations(3)
     silent[5] = 0.0
     assert np.isfinite(settled_signs(silent)).all()
+
+
+def test_of_many_members_fewer_designs_are_looked_at(monkeypatch):
+    true = path_of_elongations(5)
+    monkeypatch.setattr(elongations, "_ENTRIES", 5 * true.shape[1])
+    turned = true.copy()
+    turned[20] *= -1
+    found = settled_signs(turned)
+    assert wrong(found[-5:], true[-5:]) == 0
+    assert (found[20] * found[30] * true[20] * true[30] <= 0).all()
