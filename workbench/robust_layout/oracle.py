@@ -51,7 +51,7 @@ RAID = 0.4  # of the budget of an attack: no even draws, which a layout that bre
 CORNERS_FIRST = Split(interior=0.0, corner=0.25, near_corner=0.15)  # of the raid
 THE_REST = Split(interior=0.4, corner=0.1, near_corner=0.05)  # of what it leaves
 NOTICEABLE = 0.01  # of the worst value: a rise that leaves behind what climbs had arrived at
-KEPT = 12  # of the runs, far from each other, that are told with the worst
+KEPT = 12  # of the runs, far from each other, that are told with the worst: no more can join a study's cases
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,8 +5,8 @@ and no more than many draws meet it. At a longer step a run costs about half, an
 true one does. So a layout that has held so far is attacked by twice the runs of an attack, most of them
 corners, at the step of the model's `coarsened`; the worst of what they met, far from each other, are the next
 true runs of the adversary. Nothing is said of the scouts' own values. Where a study sends more, those beyond
-twice the runs of an attack climb: where responses jump, what is worst stands between corners, and no number
-of draws meets it.
+twice the runs of an attack climb: where responses jump, what is worst may stand between corners, and few
+draws come near.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -11,15 +11,7 @@ from math import radians
 
 import numpy as np
 
-from workbench.engine import (
-    Coupling,
-    Floating,
-    Plane,
-    SpatialBody,
-    SpatialContact,
-    SpatialMotion,
-    Tyre,
-)
+from workbench.engine import Coupling, Floating, Plane, SpatialBody, SpatialContact, SpatialMotion, Tyre
 
 from ..manoeuvre import Function, Ground, Manoeuvre
 from ..parts import Parts, triple

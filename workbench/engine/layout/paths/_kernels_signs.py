@@ -15,10 +15,8 @@ def likeliest_signs(size, L, kept):
     best signs and with the next."""
     n, D = size.shape
     signs, misfits = np.ones((n, D)), np.full((n, 2), np.inf)
-    ways, before = (
-        np.ones((2, kept, D)),
-        np.zeros((2, kept, D)),
-    )  # signs and innovations, now and next in turn
+    # signs and innovations, now and next in turn
+    ways, before = np.ones((2, kept, D)), np.zeros((2, kept, D))
     so_far, then = np.zeros(kept), np.zeros(2 * kept)
     new = np.zeros(2 * kept)
     for i in range(n):
