@@ -7,7 +7,7 @@ INSTALL := -m pip install -q --disable-pip-version-check --no-compile -c constra
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: help setup demo test laws fast one format check slow bench wheel oldest house hooks clean
+.PHONY: help setup demo test laws fast one format check slow counts bench wheel oldest house hooks clean
 
 # T: what `make one` runs, e.g. make one T=tests/unit/space or T="tests/unit/doe -k ihs"
 T ?= tests/unit
@@ -22,6 +22,7 @@ help:
 	@echo "make test    run the tests (a few minutes)"
 	@echo "make laws    the laws on examples drawn anew (make test repeats the same ones)"
 	@echo "make slow    slow, peer and fault tests"
+	@echo "make counts  claims that are counted over many functions and seeds (ten minutes)"
 	@echo "make bench   ours beside the peers; times are appended to tests/bench/history.csv"
 	@echo "make wheel   build the wheel and try it in an empty environment"
 	@echo "make oldest  unit tests with the oldest dependencies, and on the newest Python"
@@ -81,7 +82,10 @@ check: .venv/.installed
 	$(BIN)/mypy
 
 slow: .venv/.peers
-	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "(slow or peer or browser) and not bench"
+	$(BIN)/python -m pytest -q -n 2 --durations=10 -m "(slow or peer or browser) and not bench and not count"
+
+counts: .venv/.installed
+	$(BIN)/python -m pytest -q -n 2 --durations=10 -m count
 
 bench: .venv-bench/.installed
 	$(BENCH_BIN)/python -m pytest -q -s -p no:xdist --benchmark-disable-gc -m bench \

@@ -46,6 +46,7 @@ def test_the_worst_grid_point_is_found_in_fifteen_runs():
 
 
 @pytest.mark.slow
+@pytest.mark.count
 @pytest.mark.timeout(1200)
 def test_the_worst_of_switches_and_forces_is_found_in_nine_of_ten_searches():
     worst = mixed.switches_worst()

@@ -30,6 +30,7 @@ def test_the_worst_that_is_claimed_lies_on_the_border(name):
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_all_models_with_three_seeds():
     found = run(range(3))
     assert float(found["failed"].mean()) <= FAILED

@@ -18,6 +18,7 @@ def test_two_functions_with_one_seed():
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_all_functions_with_four_seeds():
     found = run(range(4))
     assert abs(float(found["bias"].mean())) < BIAS

@@ -30,6 +30,7 @@ def test_two_functions_on_two_designs():
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_all_functions_and_drawn_ones():
     found = counts(run((0,), runs_per_input=8))
     assert found["crumbs"] <= CRUMBS * found["resolved"]

@@ -20,6 +20,7 @@ def test_no_value_lies_beyond_the_known_extremes(function):
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_the_stated_gap_covers_and_is_not_vacuous():
     chosen = [
         BY_NAME[n]
