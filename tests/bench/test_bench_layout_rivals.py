@@ -9,6 +9,7 @@ nodes, over that of the start, after as many evaluations each. Nothing is assert
 """
 
 import contextlib
+import io
 import os
 import time
 from dataclasses import replace
@@ -162,7 +163,11 @@ def by_ipopt(problem, evaluations):
         "show_eval_warnings": False,
     }  # fmt: skip
     solver = casadi.nlpsol("solver", "ipopt", programme, options)
-    with contextlib.suppress(RuntimeError, StopIteration, SystemError):
+    with (
+        contextlib.redirect_stdout(io.StringIO()),  # casadi prints the trace of what ends it
+        contextlib.redirect_stderr(io.StringIO()),
+        contextlib.suppress(RuntimeError, StopIteration, SystemError),
+    ):
         solver(x0=rows.start, lbx=rows.lower, ubx=rows.upper, lbg=-np.inf, ubg=0.0)
     return rows.best
 
