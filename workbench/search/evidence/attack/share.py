@@ -46,4 +46,4 @@ def counted_share(hits: int, draws: int) -> Share:
     tail = (1 - LEVEL) if hits in (0, draws) else (1 - LEVEL) / 2
     low = float(beta.ppf(tail, hits, draws - hits + 1)) if hits else 0.0
     high = float(beta.ppf(1 - tail, hits + 1, draws - hits)) if hits < draws else 1.0
-    return Share(hits=hits, draws=draws, low=low, high=high)
+    return Share(hits=int(hits), draws=int(draws), low=low, high=high)  # counts of numpy's are no JSON

@@ -1,3 +1,6 @@
+import json
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -39,3 +42,9 @@ def test_intervals_cover_at_least_what_they_say(p):
 def test_more_hits_than_draws_are_refused():
     with pytest.raises(ValueError, match="hits needs a number between 0 and draws=3, got 4"):
         counted_share(4, 3)
+
+
+def test_counts_of_arrays_are_written_as_numbers():
+    """A model may answer in numpy's numbers, and what counts them is kept as JSON."""
+    hits = sum(np.array([0.5, 1.5]) > 1.0)
+    assert json.loads(json.dumps(asdict(counted_share(hits, np.int64(2)))))["hits"] == 1
