@@ -102,7 +102,7 @@ class _Cases:
     def step(self, case: Case, rng: np.random.Generator, size: float) -> dict[str, Any]:
         """Three numbers moved by a normal step of `size` of their ranges."""
         moved = dict(case)
-        for k in rng.choice(len(self.space.parameters), 3, replace=False):
+        for k in rng.choice(len(self.space.parameters), min(3, len(self.space.parameters)), replace=False):
             p = self.space.parameters[k]
             if p.lower is None or p.upper is None:
                 continue

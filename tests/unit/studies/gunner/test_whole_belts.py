@@ -6,7 +6,8 @@ from studies import gunner_whole_belts as whole_belts
 from studies.gunner.cabin.facing import HATCH
 from studies.gunner.restraints.ground_structure import sites
 from studies.gunner.restraints.model import restraint
-from studies.gunner_whole_belts import Counted, curve, lines, main
+from studies.gunner_whole_belts import curve, lines, main
+from studies.whole_under_attack import Counted
 from workbench.engine.layout.formulation.groups import mirrored
 
 
