@@ -185,16 +185,12 @@ class _Loop:
     def round(self, number: int) -> bool:
         """One layout, one look and perhaps an attack; True when nothing breaks the bound."""
         usable, made, note = self.improved(number)
-        chosen, found = self.looked_at(number)
-        spent = 0
-        while found.value <= self.limit(self.judged.worst(chosen)) and spent < LONGER:
-            spent += 1
-            if not self.longer(chosen, f"round {number}, evaluations added {spent}"):
-                break
-            chosen, found = self.looked_at(number)
+        chosen, found = self.judged.best(), None  # scouts that climb tell more than corners: attacked at once
+        if not self.oracle.scouts_climb:
+            chosen, found = self.settled_by_looks(number)
         bound = self.judged.worst(chosen)
-        attacked = found.value <= self.limit(bound)
-        if attacked:
+        attacked = found is None or found.value <= self.limit(bound)
+        if found is None or attacked:
             found = self.attack(chosen, number)
         gap = excess(found.value, bound)
         self.rounds.append(
@@ -209,6 +205,18 @@ class _Loop:
         self.tell(f"round {number}: broken, {found.value:.6g} {self.model.unit} instead of {bound:.6g}")
         self.join(found, bound)
         return False
+
+    def settled_by_looks(self, turn: int) -> tuple[str, Found]:
+        """The best layout, with more evaluations as long as random corners do not break it."""
+        spent = 0
+        while True:
+            name = self.judged.best()
+            found = self.look_at(name, turn)
+            spent += 1
+            if found.value > self.limit(self.judged.worst(name)) or spent > LONGER:
+                return name, found
+            if not self.longer(name, f"round {turn}, evaluations added {spent}"):
+                return name, found
 
     def for_one_case(self, name: str) -> Array | None:
         """The layout for the one case, not the nominal one, in which a layout is worst; None without any."""
@@ -283,11 +291,6 @@ class _Loop:
             self.failures.append(found)
             return None
         return found
-
-    def looked_at(self, turn: int) -> tuple[str, Found]:
-        """The best layout, and what random corners found on it."""
-        name = self.judged.best()
-        return name, self.look_at(name, turn)
 
     def look_at(self, name: str, turn: int) -> Found:
         limit = self.limit(self.judged.worst(name))

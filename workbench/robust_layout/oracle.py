@@ -119,6 +119,11 @@ class LayoutOracle:
     coarse: Callable[[Array], Evaluator] | None = None
     scouts: int = 0
 
+    @property
+    def scouts_climb(self) -> bool:
+        """Whether scouts are so many that they climb: they tell a round many cases at a time."""
+        return self.coarse is not None and self.scouts > SCOUTS * self.budget
+
     def look(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         """The worst of the known cases and of the random corners of this turn."""
         belief = self._belief(density, limit)
@@ -248,7 +253,7 @@ class LayoutOracle:
             first = [_Part(seed=RAIDS, budget=raid, split=CORNERS_FIRST, is_last_of_an_attack=False)]
             if self.coarse is not None and self.scouts:
                 first.append(replace(first[0], seed=SCOUTED, scouts=self.scouts))
-                first[0] = replace(first[0], leads_on=self.scouts > SCOUTS * self.budget)
+                first[0] = replace(first[0], leads_on=self.scouts_climb)
             first.append(_Part(seed=0, budget=self.budget - raid, split=THE_REST))
         if self.budget < fewest_runs(self.space.dimension):
             return first  # too short to say anything by its silence, however often

@@ -226,3 +226,32 @@ def test_the_study_says_how_many_scouts_there_are(tmp_path, monkeypatch, line, s
         run(tmp_path, text.replace(budget, "budget = 12"))
     assert asked["scouts"] == scouts
     assert asked["coarse"] is None  # this model has no runs at a longer step
+
+
+@pytest.mark.parametrize(("scouts", "first"), [(120, "look"), (121, "attack")])
+def test_where_scouts_climb_a_layout_is_attacked_at_once(tmp_path, monkeypatch, scouts, first):
+    turns = []
+
+    class Oracle(LayoutOracle):
+        """Tells how each round's layout was tried first, by a model that has runs at a longer step."""
+
+        def __init__(self, **options):
+            def same_step(density):
+                return options["evaluator"](density)
+
+            super().__init__(**{**options, "coarse": same_step})
+
+        def look(self, density, cases, *, limit, turn):
+            turns.append((turn, "look"))
+            return super().look(density, cases, limit=limit, turn=turn)
+
+        def attack(self, density, cases, *, limit, turn, to_the_end=False):
+            turns.append((turn, "attack"))
+            return super().attack(density, cases, limit=limit, turn=turn, to_the_end=to_the_end)
+
+    monkeypatch.setattr(loop, "LayoutOracle", Oracle)
+    found, _ = run(tmp_path, STUDY.replace("[robust_layout]\n", f"[robust_layout]\nscouts = {scouts}\n"))
+    assert found["closed"]
+    for one in found["rounds"]:
+        assert next(how for turn, how in turns if turn == one["number"]) == first
+        assert one["attacked"] or first == "look"
