@@ -7,7 +7,6 @@ attacked and tried by an outsider (`studies.whole_under_attack`). Whole belts go
 anchors are counted. The search takes steps of 2 ms; what is told are true runs of the demonstration's step.
 """
 
-from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -19,7 +18,7 @@ import numpy as np
 from studies.gunner.cabin.facing import HATCH
 from studies.gunner.restraints.ground_structure import sites
 from studies.gunner.restraints.model import GunnerRestraint, restraint
-from studies.whole_under_attack import Counted, Effort, count_members
+from studies.whole_under_attack import Counted, Effort, asked_effort, count_members, parser
 from workbench.engine.layout.formulation.groups import mirrored
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.whole.spending import Spending
@@ -111,28 +110,15 @@ def curve(found: Sequence[Counted]) -> "Figure":
 
 def main() -> None:
     """Print the table and save the curve."""
-    default = Effort()
-    ask = ArgumentParser(
-        prog="python -m studies.gunner_whole_belts", description=(__doc__ or "").splitlines()[0]
-    )
-    ask.add_argument("counts", nargs="?", default=COUNTS, type=_counts, help="numbers of belts, as 4,8,12")
-    ask.add_argument("--rounds", type=int, default=default.rounds, help="searches at most, each attacked")
-    ask.add_argument("--attack", type=int, default=default.attack, help="runs of the adversary a layout")
-    ask.add_argument("--outsider", type=int, default=default.outsider, help="runs of the outsider a layout")
-    ask.add_argument("--seed", type=int, default=default.seed, help="of cases, attacks and outsider")
+    purpose = (__doc__ or "").splitlines()[0]
+    ask = parser("studies.gunner_whole_belts", purpose, counts=COUNTS, effort=Effort())
     ask.add_argument("--folder", type=Path, default=Path(), help="where the curve is drawn")
     given = ask.parse_args()
-    effort = replace(
-        default, rounds=given.rounds, attack=given.attack, outsider=given.outsider, seed=given.seed
-    )
+    effort = asked_effort(given, Effort())
     found = count_belts(given.counts, effort=effort, tell=lambda text: print(text, flush=True))
     for one in found:
         print("\n".join(lines(one)), flush=True)
     curve(found).savefig(given.folder / "gunner_whole_belts.png", dpi=100)
-
-
-def _counts(text: str) -> tuple[int, ...]:
-    return tuple(int(number) for number in text.split(","))
 
 
 if __name__ == "__main__":

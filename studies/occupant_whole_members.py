@@ -8,14 +8,13 @@ every number two layouts are made, attacked and tried by an outsider (`studies.w
 search takes steps of 8 ms; what is told are true runs of 2 ms.
 """
 
-from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
 from studies.occupant_braking import OccupantRestraint, restraint
-from studies.whole_under_attack import Counted, Effort, count_members
+from studies.whole_under_attack import Counted, Effort, asked_effort, count_members, parser
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.space.box import Space
 from workbench.study.loading import load_study
@@ -78,25 +77,11 @@ def line(found: Counted) -> str:
 
 def main() -> None:
     """Print what is done, and a row for each number."""
-    ask = ArgumentParser(
-        prog="python -m studies.occupant_whole_members", description=(__doc__ or "").splitlines()[0]
-    )
-    ask.add_argument("counts", nargs="?", default=COUNTS, type=_counts, help="numbers of members, as 8,12")
-    ask.add_argument("--rounds", type=int, default=EFFORT.rounds, help="searches at most, each attacked")
-    ask.add_argument("--attack", type=int, default=EFFORT.attack, help="runs of the adversary a layout")
-    ask.add_argument("--outsider", type=int, default=EFFORT.outsider, help="runs of the outsider a layout")
-    ask.add_argument("--seed", type=int, default=EFFORT.seed, help="of cases, attacks and outsider")
-    given = ask.parse_args()
-    effort = Effort(
-        scenarios=EFFORT.scenarios, fractions=EFFORT.fractions, whole=EFFORT.whole, joining=EFFORT.joining,
-        rounds=given.rounds, attack=given.attack, outsider=given.outsider, seed=given.seed,
-    )  # fmt: skip
+    purpose = (__doc__ or "").splitlines()[0]
+    given = parser("studies.occupant_whole_members", purpose, counts=COUNTS, effort=EFFORT).parse_args()
+    effort = asked_effort(given, EFFORT)
     for one in count_restraints(given.counts, effort=effort, tell=lambda text: print(text, flush=True)):
         print(line(one), flush=True)
-
-
-def _counts(text: str) -> tuple[int, ...]:
-    return tuple(int(number) for number in text.split(","))
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ all are judged over all cases that anybody found for any of them. The search tak
 runs, which alone are told.
 """
 
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -31,7 +32,7 @@ from workbench.robust_layout.scenarios import stratified_cases
 from workbench.robust_layout.scouts import SCOUTS
 from workbench.space.box import Space
 
-__all__ = ["Counted", "Effort", "Subject", "count_members"]
+__all__ = ["Counted", "Effort", "Subject", "asked_effort", "count_members", "parser"]
 
 Array = np.ndarray[Any, Any]
 Case = Mapping[str, Any]
@@ -231,3 +232,23 @@ class _Search:
                 worse = [dict(other["case"]) for other in found.others if other["value"] > limit]
                 judged.join([found.case, *worse[: self.effort.joining - 1]])
         return broken
+
+
+def parser(module: str, purpose: str, *, counts: Sequence[int], effort: Effort) -> ArgumentParser:
+    """What the command lines of these studies have in common."""
+    ask = ArgumentParser(prog=f"python -m {module}", description=purpose)
+    ask.add_argument("counts", nargs="?", default=tuple(counts), type=_counts, help="numbers, as 4,8,12")
+    ask.add_argument("--rounds", type=int, default=effort.rounds, help="searches at most, each attacked")
+    ask.add_argument("--attack", type=int, default=effort.attack, help="runs of the adversary a layout")
+    ask.add_argument("--outsider", type=int, default=effort.outsider, help="runs of the outsider a layout")
+    ask.add_argument("--seed", type=int, default=effort.seed, help="of cases, attacks and outsider")
+    return ask
+
+
+def asked_effort(given: Namespace, effort: Effort) -> Effort:
+    """The effort with what the command line says of it."""
+    return replace(effort, rounds=given.rounds, attack=given.attack, outsider=given.outsider, seed=given.seed)
+
+
+def _counts(text: str) -> tuple[int, ...]:
+    return tuple(int(number) for number in text.split(","))
