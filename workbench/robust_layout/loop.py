@@ -183,20 +183,22 @@ class _Loop:
         return self.judged.best(rather=[name for name in self.bounds if self.holds(name)])
 
     def round(self, number: int) -> bool:
-        """One layout, one look and perhaps an attack; True when nothing breaks the bound."""
+        """One layout, looked at and perhaps attacked; True when nothing breaks the bound.
+
+        Scouts that climb tell the next round more than corners do: with them it is attacked at once.
+        """
         usable, made, note = self.improved(number)
-        chosen, found = self.judged.best(), None  # scouts that climb tell more than corners: attacked at once
+        chosen, looked = self.judged.best(), None
         if not self.oracle.scouts_climb:
-            chosen, found = self.settled_by_looks(number)
+            chosen, looked = self.settled_by_looks(number)
         bound = self.judged.worst(chosen)
-        attacked = found is None or found.value <= self.limit(bound)
-        if found is None or attacked:
-            found = self.attack(chosen, number)
+        broken = looked if looked is not None and looked.value > self.limit(bound) else None
+        found = broken or self.attack(chosen, number)
         gap = excess(found.value, bound)
         self.rounds.append(
             Round(
                 number=number, cases=len(usable), layout=chosen, bound=bound, worst=found.value,
-                case=found.case, gap=gap, runs=found.runs, attacked=attacked,
+                case=found.case, gap=gap, runs=found.runs, attacked=broken is None,
                 optimiser=str(made.document["status"]) if made else "", note=note,
             )
         )  # fmt: skip
