@@ -186,6 +186,7 @@ def test_a_kill_before_every_operation_leaves_no_answer_without_its_history(fork
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_two_hundred_kills_lose_nothing(forks, tmp_path):
     whole = uninterrupted(forks, tmp_path / "whole", 2000)
     kills = killed_and_resumed(forks, tmp_path / "killed", 2000, "inline", 200, seed=SHIFT + 2)

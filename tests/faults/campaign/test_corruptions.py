@@ -94,6 +94,7 @@ def test_corruptions_are_noticed_and_what_is_readable_is_saved(sound, tmp_path, 
 
 
 @pytest.mark.slow
+@pytest.mark.count
 @pytest.mark.parametrize("kind", KINDS)
 def test_two_hundred_corruptions(sound, tmp_path, kind):
     counts = [

@@ -160,6 +160,7 @@ def test_any_text(text):
 
 
 @pytest.mark.slow
+@pytest.mark.count
 @pytest.mark.timeout(1200)
 @settings(max_examples=10_000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(mutated())

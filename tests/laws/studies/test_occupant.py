@@ -241,6 +241,7 @@ def test_gradients_are_those_of_differences(name, hands):
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_a_thousand_random_designs_give_numbers():
     rng = np.random.default_rng(11)
     body = system(Case(hands=0, deceleration=9.0, mass=95.0), kinds=("belt", "airbag"))

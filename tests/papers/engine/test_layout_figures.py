@@ -7,6 +7,7 @@ import pytest
 
 from studies import trusses
 from studies.two_body_layout import problem as two_body
+from tests.counted import counted
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.purify import purify
 from workbench.engine.layout.outcome.result import LayoutStatus
@@ -129,7 +130,7 @@ def test_the_long_window_beats_the_best_known_layout():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", [0, 1, 2, *counted(range(3, 10))])
 def test_the_long_window_from_random_starts(seed):
     target = two_body("long")
     scattered = np.random.default_rng(seed).uniform(0, 1, target.members) ** (1 if seed % 2 else 4)

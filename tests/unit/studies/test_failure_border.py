@@ -52,6 +52,7 @@ def test_a_drawn_worst_is_the_largest_value_that_can_be_run():
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_drawn_problems():
     """Twelve problems that nothing was tuned to; of 24 that were counted 20 came within 1 %."""
     found = run_drawn(range(12))

@@ -12,6 +12,7 @@ def test_three_steps_with_one_seed():
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_steps_and_smooth_functions_with_four_seeds():
     found = run(range(4), names=("three steps", "four steps", "kinks", "welch", "friedman"))
     right = found["right"].isel(method=1).sum("seed")
@@ -34,6 +35,7 @@ def test_what_a_user_gets_is_counted_beside():
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_users_screenings_of_sobols_g():
     found = run(range(2), names=("g 0, 0.5, 3, 9", "g 0, 1, 4.5, 99"), methods=("user",))
     assert int(found["right"].sum()) >= 3  # of 4

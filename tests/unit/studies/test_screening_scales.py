@@ -17,6 +17,7 @@ def test_a_response_over_decades_is_positive_and_spans_them():
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_the_chosen_scale_lacks_less_over_decades_and_nothing_on_smooth_functions():
     wide = count([over_decades(2023, 2), over_decades(2031, 3)], (0,))
     assert wide["chosen"].screenings == wide["as it is"].screenings == 4

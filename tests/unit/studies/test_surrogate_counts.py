@@ -57,6 +57,7 @@ def test_intervals_bands_and_lists_are_counted(capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.count
 def test_bands_over_decades_are_counted():
     rows = list(carried(5, 1))
     assert [row["decades"] for row in rows] == [2, 3]

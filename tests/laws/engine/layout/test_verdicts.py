@@ -7,6 +7,7 @@ import pytest
 
 from studies import trusses
 from studies.layout_statuses import random_truss
+from tests.counted import counted
 from workbench.engine.layout.formulation.problem import static_problem
 from workbench.engine.layout.optimise import METHODS, optimise_layout
 from workbench.engine.layout.outcome.result import FIRST_ORDER, LayoutStatus
@@ -84,7 +85,7 @@ def test_no_verdict_says_more_than_is_known(first):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(100, 600, 50))
+@pytest.mark.parametrize("first", [100, 150, *counted(range(200, 600, 50))])
 def test_no_verdict_of_500_problems_says_more_than_is_known(first):
     for seed in range(first, first + 50):
         check(seed, 40)
