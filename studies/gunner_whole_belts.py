@@ -1,6 +1,7 @@
 """At most so many whole belts in severe braking, beside belts in fractions, both under attack.
 
-    python -m studies.gunner_whole_belts [numbers, as 4,8,12] [--rounds N] [--attack N] [--outsider N]
+    python -m studies.gunner_whole_belts [numbers, as 4,8,12] [--rounds N] [--scenarios N] [--attack N]
+        [--outsider N] [--seed N]
 
 The gunner of the shipped demonstration with its uncertainty; for every number of belts two layouts are made,
 attacked and tried by an outsider (`studies.whole_under_attack`). Whole belts go with their mirror images, and

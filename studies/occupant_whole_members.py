@@ -1,7 +1,7 @@
 """At most so many whole belts and airbags for the planar occupant, beside fractions, both under attack.
 
-    python -m studies.occupant_whole_members [numbers, as 8,12] [--rounds N] [--attack N] [--outsider N]
-        [--seed N]
+    python -m studies.occupant_whole_members [numbers, as 8,12] [--rounds N] [--scenarios N] [--attack N]
+        [--outsider N] [--seed N]
 
 The occupant of the shipped demonstration with its uncertainty, one budget for belts and airbags together; for
 every number two layouts are made, attacked and tried by an outsider (`studies.whole_under_attack`). The
@@ -25,7 +25,9 @@ Case = Mapping[str, Any]
 
 COUNTS = (12,)
 SEARCHED = 250  # steps of the two seconds in the searches
-EFFORT = Effort(scenarios=18, fractions=40, whole=300, rounds=6, attack=400, outsider=3000, joining=8, seed=1)
+EFFORT = Effort(
+    scenarios=50, fractions=40, whole=300, rounds=8, attack=400, outsider=3000, joining=12, seed=1
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -189,7 +189,9 @@ class _Search:
                 active = self.active([*fractions, *whole])
                 self.tell(f"{count} members, round {turn}: {len(active)} of {len(judged.cases)} cases")
                 problem = self.subject.searched(count, active)
-                start = judged.layouts[judged.best(fractions)]
+                # a whole layout is one of fractions, too: else a short search makes its price look small
+                start = judged.layouts[judged.best([*fractions, *whole])]
+                start_whole = judged.layouts[judged.best(whole)]
                 relaxed = optimise_layout(
                     replace(problem, start=start), max_evaluations=effort.fractions, multi_start=turn == 1,
                     compare=False, probes=0,
@@ -197,7 +199,7 @@ class _Search:
                 fractions.append(f"{count} in fractions, round {turn}")
                 judged.layouts[fractions[-1]] = relaxed.density
                 found = whole_members(
-                    problem, count, evaluations=effort.whole, seed=effort.seed,
+                    replace(problem, start=start_whole), count, evaluations=effort.whole, seed=effort.seed,
                     groups=self.subject.groups(problem), spending=self.subject.spending(problem),
                 )  # fmt: skip
                 whole.append(f"{count} whole, round {turn}")
@@ -239,6 +241,7 @@ def parser(module: str, purpose: str, *, counts: Sequence[int], effort: Effort) 
     ask = ArgumentParser(prog=f"python -m {module}", description=purpose)
     ask.add_argument("counts", nargs="?", default=tuple(counts), type=_counts, help="numbers, as 4,8,12")
     ask.add_argument("--rounds", type=int, default=effort.rounds, help="searches at most, each attacked")
+    ask.add_argument("--scenarios", type=int, default=effort.scenarios, help="cases to begin with")
     ask.add_argument("--attack", type=int, default=effort.attack, help="runs of the adversary a layout")
     ask.add_argument("--outsider", type=int, default=effort.outsider, help="runs of the outsider a layout")
     ask.add_argument("--seed", type=int, default=effort.seed, help="of cases, attacks and outsider")
@@ -247,7 +250,8 @@ def parser(module: str, purpose: str, *, counts: Sequence[int], effort: Effort) 
 
 def asked_effort(given: Namespace, effort: Effort) -> Effort:
     """The effort with what the command line says of it."""
-    return replace(effort, rounds=given.rounds, attack=given.attack, outsider=given.outsider, seed=given.seed)
+    names = ("rounds", "scenarios", "attack", "outsider", "seed")
+    return replace(effort, **{name: getattr(given, name) for name in names})
 
 
 def _counts(text: str) -> tuple[int, ...]:
