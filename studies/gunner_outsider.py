@@ -13,7 +13,7 @@ from the layout of the nominal case, with so many evaluations. With `--coarse` t
 model's longer step, where a run costs a third, and the worst case that he meets is run truly.
 """
 
-from argparse import ArgumentParser, ArgumentTypeError
+from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.loop_claims import outsider
+from studies.loop_claims import outsider, runs_of_an_outsider
 from studies.loop_rivals import CORNERS, Runs, drawn_case
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.errors import StudyError
@@ -177,23 +177,17 @@ def lines(found: list[Tried], unit: str) -> list[str]:
     ]
 
 
-def _runs(text: str) -> int:
-    if int(text) < 3:
-        raise ArgumentTypeError(
-            f"an outsider takes at least 3 runs, got {text}: inside, near corners, climbs"
-        )
-    return int(text)
-
-
 def main() -> None:
     """Print the table."""
     ask = ArgumentParser(
         prog="python -m studies.gunner_outsider", description=(__doc__ or "").splitlines()[0]
     )
     ask.add_argument("study", type=Path)
-    ask.add_argument("budget", nargs="?", type=_runs, default=1000, help="runs against the robust layout")
+    ask.add_argument(
+        "budget", nargs="?", type=runs_of_an_outsider, default=1000, help="runs against the robust layout"
+    )
     ask.add_argument("seed", nargs="?", type=int, default=4711)
-    ask.add_argument("--rivals", type=_runs, help="runs against each other layout (a quarter)")
+    ask.add_argument("--rivals", type=runs_of_an_outsider, help="runs against each other layout (a quarter)")
     ask.add_argument("--box", type=int, help="independent cases of the box (a quarter)")
     ask.add_argument("--corners", type=int, default=0, help="evaluations for 50 corners at once (none)")
     ask.add_argument("--coarse", action="store_true", help="search at the longer step, run the worst truly")

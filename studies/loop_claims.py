@@ -17,6 +17,7 @@ once, with as many runs as the loop has made.
 
 import sys
 import time
+from argparse import ArgumentTypeError
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -34,7 +35,7 @@ from workbench.robust_layout.record import LoopSettings, RobustLayout
 from workbench.space.box import Space
 from workbench.study.loading import load_study
 
-__all__ = ["Claim", "attacked", "drawn_space", "outsider", "settings_of_the_demo"]
+__all__ = ["Claim", "attacked", "drawn_space", "outsider", "runs_of_an_outsider", "settings_of_the_demo"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -150,6 +151,13 @@ def outsider(runs: Valued, density: Array, space: Space, *, budget: int, seed: i
         cases, values = cases + tried, np.append(values, found)
     worst = int(values.argmax())
     return float(values[worst]), cases[worst]
+
+
+def runs_of_an_outsider(text: str) -> int:
+    """A number of runs as a command line gives it: one at least inside, near corners and in climbs."""
+    if not text.isdecimal() or int(text) < 3:
+        raise ArgumentTypeError(f"an outsider takes at least 3 runs, got {text}")
+    return int(text)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

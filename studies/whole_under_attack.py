@@ -4,10 +4,10 @@
     whole          `whole_members`: members that are there or not, in groups where they belong together
 
 Both are made for the cases known and attacked by the adversary of the robust loop, with its scouts where the
-model has runs at a longer step; what breaks one of them joins the cases, and both are made anew while there
-are rounds. At the end an outsider with a sampler of his own (`studies.loop_claims`) tries every layout, and
-all are judged over all cases that anybody found for any of them. The search takes longer steps than the true
-runs, which alone are told.
+model has runs at a longer step; what breaks one of them joins the cases, and both are searched on from the
+best known while there are rounds. At the end an outsider with a sampler of his own (`studies.loop_claims`)
+tries every layout, and all are judged over all cases that anybody found for any of them. The search takes
+longer steps than the true runs, which alone are told.
 """
 
 from argparse import ArgumentParser, Namespace
@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from studies.loop_claims import outsider
+from studies.loop_claims import outsider, runs_of_an_outsider
 from studies.loop_rivals import Runs
 from workbench.engine import optimise_layout
 from workbench.engine.layout.formulation.problem import LayoutProblem
@@ -243,7 +243,9 @@ def parser(module: str, purpose: str, *, counts: Sequence[int], effort: Effort) 
     ask.add_argument("--rounds", type=int, default=effort.rounds, help="searches at most, each attacked")
     ask.add_argument("--scenarios", type=int, default=effort.scenarios, help="cases to begin with")
     ask.add_argument("--attack", type=int, default=effort.attack, help="runs of the adversary a layout")
-    ask.add_argument("--outsider", type=int, default=effort.outsider, help="runs of the outsider a layout")
+    ask.add_argument(
+        "--outsider", type=runs_of_an_outsider, default=effort.outsider, help="runs of the outsider a layout"
+    )
     ask.add_argument("--seed", type=int, default=effort.seed, help="of cases, attacks and outsider")
     return ask
 

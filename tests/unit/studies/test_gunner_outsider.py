@@ -150,8 +150,9 @@ def test_a_loop_is_read_beside_its_study(tmp_path, monkeypatch, capsys):
     assert np.array(loop["layouts"]["robust"]["density"]).tolist() == [0.99, 0.0]
 
 
-def test_too_few_runs_of_an_outsider_are_refused(monkeypatch, capsys):
-    monkeypatch.setattr("sys.argv", ["outsider", "mine.toml", "3000", "--rivals", "1"])
+@pytest.mark.parametrize("runs", ["1", "many"])
+def test_too_few_runs_of_an_outsider_are_refused(monkeypatch, capsys, runs):
+    monkeypatch.setattr("sys.argv", ["outsider", "mine.toml", "3000", "--rivals", runs])
     with pytest.raises(SystemExit, match="2"):
         main()
-    assert "at least 3 runs, got 1" in " ".join(capsys.readouterr().err.split())
+    assert f"an outsider takes at least 3 runs, got {runs}" in " ".join(capsys.readouterr().err.split())

@@ -56,10 +56,12 @@ def test_the_study_takes_numbers_and_prints_a_row(monkeypatch, capsys):
     monkeypatch.setattr(
         occupant, "count_restraints", lambda counts, **given: asked.update(counts=counts, **given) or [row]
     )
-    monkeypatch.setattr("sys.argv", ["whole", "8", "--rounds", "3", "--attack", "70", "--seed", "9"])
+    monkeypatch.setattr(
+        "sys.argv", ["whole", "8", "--rounds", "3", "--scenarios", "7", "--attack", "70", "--seed", "9"]
+    )
     occupant.main()
     assert (asked["counts"], asked["effort"].rounds, asked["effort"].attack) == ((8,), 3, 70)
-    assert (asked["effort"].seed, asked["effort"].outsider) == (9, 3000)
+    assert (asked["effort"].scenarios, asked["effort"].seed, asked["effort"].outsider) == (7, 9, 3000)
     assert capsys.readouterr().out == (
         "  8 members  spread evenly 0.3000  in fractions 0.2000  whole 0.2100 m  price 5.0 %  3 rounds  "
         "outsider beyond 0.0, 0.4 %  LIMIT\n"
