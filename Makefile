@@ -22,7 +22,7 @@ help:
 	@echo "make test    run the tests (a few minutes)"
 	@echo "make laws    the laws on examples drawn anew (make test repeats the same ones)"
 	@echo "make slow    slow, peer and fault tests"
-	@echo "make counts  claims and kills that are counted over many functions and seeds (half an hour)"
+	@echo "make counts  claims and kills that are counted over many functions and seeds"
 	@echo "make bench   ours beside the peers; times are appended to tests/bench/history.csv"
 	@echo "make wheel   build the wheel and try it in an empty environment"
 	@echo "make oldest  unit tests with the oldest dependencies, and on the newest Python"

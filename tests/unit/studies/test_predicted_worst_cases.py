@@ -17,7 +17,6 @@ def test_shares_count_from_the_worst_row():
 
 
 @pytest.mark.slow
-@pytest.mark.count
 def test_bounds_that_are_stated_cover():
     found = run((80,))
     is_stated = np.isfinite(found["upper"])

@@ -28,7 +28,6 @@ def test_both_peaks_stand_in_the_box():
 
 
 @pytest.mark.slow
-@pytest.mark.count
 def test_no_claim_of_the_small_games_is_false():
     """Numbers 4 and 17 were called attacked 1.8 and 9.6 % under the true worst: their narrow peak was known
     at other designs, and the last attack climbed the broad one alone."""
