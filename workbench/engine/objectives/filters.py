@@ -5,6 +5,7 @@ matrix F over the samples; backwards in time it is F^T, so slopes go back throug
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi, sqrt, tan
 from typing import Any, Protocol
 
@@ -100,9 +101,7 @@ class WholeBodyFilter:
         return np.concatenate(zeros), np.concatenate(poles), gain
 
     def _pass(self, signal: Array, step: float) -> Array:
-        return np.asarray(
-            sosfilt(zpk2sos(*bilinear_zpk(*self.zeros_poles_gain(), 1.0 / step)), signal, axis=0)
-        )
+        return np.asarray(sosfilt(_sections(self, step), signal, axis=0))
 
     def applied(self, signal: Array, step: float) -> Array:
         """(T, ...) the weighted signal, causal."""
@@ -111,6 +110,12 @@ class WholeBodyFilter:
     def transposed(self, signal: Array, step: float) -> Array:
         """(T, ...) the same backwards in time."""
         return self._pass(signal[::-1], step)[::-1]
+
+
+@lru_cache(maxsize=64)
+def _sections(weighting: WholeBodyFilter, step: float) -> Array:
+    """(k, 6) second-order sections of H: as costly as what they filter."""
+    return np.asarray(zpk2sos(*bilinear_zpk(*weighting.zeros_poles_gain(), 1.0 / step)))
 
 
 def _roots(w: float, q: float) -> Array:

@@ -28,7 +28,7 @@ from ._kernels.surfaces import surface_histories
 from ._kernels.tables import TreeRun, TreeTables, TreeWork, tree_work
 from .compiled import Place, TreeCompiled, tree_compiled
 from .loops.histories import CutForce, cut_force
-from .slopes import NodeMotion, crossed
+from .slopes import NodeMotion, cross, crossed
 from .steps.halved import TakenSteps
 from .system import TreeSystem
 from .view import SpatialView
@@ -189,8 +189,10 @@ class TreeTrajectory(GoesOn):
 
     def of(self, name: str, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
         """(steps + 1, 3) place of a body's point in global axes."""
-        frames = self.frames(name)
-        return np.asarray(frames.origin + frames.axes @ np.asarray(point, float))
+        place = self.place(name)
+        turn, origin = (x[:, place.link] for x in self.links()[:2])
+        turn = turn.reshape(-1, 3, 3)
+        return np.asarray(origin + turn @ place.at + turn @ place.turn @ np.asarray(point, float))
 
     def bushing_force(self, name: str) -> Array:
         """(steps + 1, 3) the force of a bushing on its body `a`, in the axes of `b`, N; raises ValueError."""
@@ -202,7 +204,7 @@ class TreeTrajectory(GoesOn):
         f, g = self.frames(own.a), self.frames(own.b)
         arm = f.axes @ np.asarray(own.point_a, float)
         apart = f.origin + arm - g.origin
-        speed = f.velocity + np.cross(f.spin, arm) - g.velocity - np.cross(g.spin, apart)
+        speed = f.velocity + cross(f.spin, arm) - g.velocity - cross(g.spin, apart)
         r, v = (np.einsum("tji,tj->ti", g.axes, x) for x in (apart, speed))
         state = self.tables.bushing_pair[number, 1]
         damage = self.states[:, state].copy() if state >= 0 else np.zeros(len(r))
@@ -221,10 +223,10 @@ class TreeTrajectory(GoesOn):
         """A point of a body (its frame, m) at every node."""
         f = self.frames(body)
         arm = f.axes @ np.asarray(point, float)
-        around = np.cross(f.spin, arm)
+        around = cross(f.spin, arm)
         return PointSeries(
             place=f.origin + arm, velocity=f.velocity + around,
-            acceleration=f.acceleration + np.cross(f.spin_rate, arm) + np.cross(f.spin, around),
+            acceleration=f.acceleration + cross(f.spin_rate, arm) + cross(f.spin, around),
         )  # fmt: skip
 
     def point_motion(self, node: int, body: str, point: Sequence[float]) -> PointMotion:
@@ -325,16 +327,16 @@ class TreeTrajectory(GoesOn):
         rows = np.repeat(tables.segment[:, 0], tables.segment[:, 3] - tables.segment[:, 2])
         first, second = tables.pair[rows, 0], tables.pair[rows, 1]
         sign = motion.moves[first].astype(float) - motion.moves[second]
-        wrench = np.concatenate([np.cross(a, u), u], axis=1)  # of a unit pull
+        wrench = np.concatenate([cross(a, u), u], axis=1)  # of a unit pull
         along = sign * (wrench @ motion.columns.T)  # (N, n) length by q
         speed = crossed(motion.columns, motion.twist[first][:, None]) + crossed(
             motion.twist[motion.parent], motion.columns
         )
         va, vb = motion.twist[first], motion.twist[second]
-        g = va[:, 3:] + np.cross(va[:, :3], a) - vb[:, 3:] - np.cross(vb[:, :3], b)
+        g = va[:, 3:] + cross(va[:, :3], a) - vb[:, 3:] - cross(vb[:, :3], b)
         length = work.delta + tables.geometry[6]
-        h = (g - work.rate[:, None] * u) / length[:, None] + np.cross(u, va[:, :3])
-        lever = np.concatenate([np.cross(a, h), h], axis=1)
+        h = (g - work.rate[:, None] * u) / length[:, None] + cross(u, va[:, :3])
+        lever = np.concatenate([cross(a, h), h], axis=1)
         rate_q = sign * (lever @ motion.columns.T + np.einsum("ie,ije->ij", wrench, speed))
         pull = tables.scale * work.f
         return MemberPower(
@@ -393,8 +395,8 @@ def moved_frames(place: Place, turn: Array, origin: Array, twist: Array, push: A
     6)."""
     spin, rate = twist[:, :3], push[:, :3]
     arm = turn @ place.at
-    across = np.cross(spin, arm)
+    across = cross(spin, arm)
     return Frames(
         axes=turn @ place.turn, origin=origin + arm, spin=spin, velocity=twist[:, 3:] + across,
-        spin_rate=rate, acceleration=push[:, 3:] + np.cross(rate, arm) + np.cross(spin, across),
+        spin_rate=rate, acceleration=push[:, 3:] + cross(rate, arm) + cross(spin, across),
     )  # fmt: skip
