@@ -12,12 +12,13 @@ With `corners` the plainest rival stands beside uniform and nominal only: 50 ran
 once, with as many runs as the loop has made.
 
 `python -m studies.loop_claims 300 8 3000` prints eight loops, with 3 000 runs of the outsider on each layout;
-`python -m studies.loop_claims 9602 3 3000 250 corners` three with steps of 8 ms and the 50 corners.
+`python -m studies.loop_claims 9602 3 3000 250 corners` three with steps of 8 ms and the 50 corners;
+with `--rounds 2` a loop is cut short, and what is said of one that did not close is counted.
 """
 
 import sys
 import time
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -201,12 +202,16 @@ def attacked(
 
 
 def claim_of(
-    seed: int, *, budget: int, steps: int = STEPS, corners: bool = False, tell: Any = lambda text: None
-) -> tuple[Claim, float]:
+    seed: int, *, budget: int, steps: int = STEPS, rounds: int | None = None, corners: bool = False,
+    tell: Any = lambda text: None,
+) -> tuple[Claim, float]:  # fmt: skip
     """What the loop of one box claims, tried with `budget` runs, and the processor seconds of the loop.
 
+    rounds: at most, None for the demo's.
     corners: also make the layout for 50 random corners, with as many runs.
     """
+    settings = settings_of_the_demo(seed)
+    settings = settings if rounds is None else replace(settings, rounds=rounds)
     rng = np.random.default_rng([seed, 41])
     space = drawn_space(rng)
     model = restraint(belts=float(rng.integers(4, 10)), airbags=float(rng.integers(4, 10)), steps=steps)
@@ -215,7 +220,7 @@ def claim_of(
         begun = time.process_time()
         found = find_robust_layout(
             counted if corners else model, space, evaluator=runs.of, folder=Path(folder),
-            start=[nominal(space)], settings=settings_of_the_demo(seed), identity="study", tell=tell,
+            start=[nominal(space)], settings=settings, identity="study", tell=tell,
             coarse=runs.coarse,
         )  # fmt: skip
         spent = time.process_time() - begun
@@ -243,7 +248,10 @@ def counted(made: list[Claim]) -> str:
     return "\n".join(lines)
 
 
-def main(first: int, loops: int, budget: int, steps: int = STEPS, *, corners: bool = False) -> None:
+def main(
+    first: int, loops: int, budget: int, steps: int = STEPS, rounds: int | None = None, *,
+    corners: bool = False,
+) -> None:  # fmt: skip
     """Print two lines for every loop, and what they count up to."""
     beside = "  50 corners" if corners else ""
     print(
@@ -252,7 +260,7 @@ def main(first: int, loops: int, budget: int, steps: int = STEPS, *, corners: bo
     )
     made = []
     for seed in range(first, first + loops):
-        claim, spent = claim_of(seed, budget=budget, steps=steps, corners=corners)
+        claim, spent = claim_of(seed, budget=budget, steps=steps, rounds=rounds, corners=corners)
         made.append(claim)
         print(
             f"{seed:4d}  {'yes' if claim.closed else 'no':6s}  {claim.arrived:7d}  "
@@ -267,6 +275,26 @@ def main(first: int, loops: int, budget: int, steps: int = STEPS, *, corners: bo
     print(counted(made))
 
 
+def arguments(words: Sequence[str]) -> Namespace:
+    """The command line; what does not fit ends with a sentence and code 2."""
+    parser = ArgumentParser(
+        prog="python -m studies.loop_claims", description="Do the claims of robust loops hold?"
+    )
+    number: dict[str, Any] = {"nargs": "?", "type": int}
+    parser.add_argument("first", default=300, help="seed of the first loop", **number)
+    parser.add_argument("loops", default=8, help="how many", **number)
+    parser.add_argument("budget", nargs="?", type=runs_of_an_outsider, default=3000, help="his runs")
+    parser.add_argument("steps", default=STEPS, help="of a run of two seconds", **number)
+    parser.add_argument("beside", nargs="?", choices=["corners"], help="the layout of 50 corners, too")
+    parser.add_argument("--rounds", type=int, help="of every loop, fewer than the demo's", default=None)
+    asked = parser.parse_args(words)
+    for name in ("loops", "steps", "rounds"):
+        value = getattr(asked, name)
+        if value is not None and value < 1:
+            parser.error(f"{name} needs to be 1 or more, got {value}")
+    return asked
+
+
 if __name__ == "__main__":
-    numbers = [int(text) for text in sys.argv[1:] if text != "corners"]
-    main(*(numbers + [300, 8, 3000][len(numbers) :]), corners="corners" in sys.argv)
+    said = arguments(sys.argv[1:])
+    main(said.first, said.loops, said.budget, said.steps, said.rounds, corners=said.beside == "corners")

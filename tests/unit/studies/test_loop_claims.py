@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 
 from studies import loop_claims
-from studies.loop_claims import Claim, claim_of, counted, drawn_space, outsider, settings_of_the_demo
+from studies.loop_claims import (
+    Claim,
+    arguments,
+    claim_of,
+    counted,
+    drawn_space,
+    outsider,
+    settings_of_the_demo,
+)
 from studies.loop_rivals import Runs, nominal
 from workbench.study.loading import load_study
 
@@ -98,3 +106,32 @@ def test_a_short_loop_is_attacked(monkeypatch):
     assert min(made.others.values()) > 0.0
     assert made.robust >= made.stated * (1 - 1e-12)
     assert made.beaten >= 0.0
+
+
+def test_the_command_line_is_checked(capsys):
+    asked = arguments(["9602", "3", "3000", "250", "corners", "--rounds", "2"])
+    assert (asked.first, asked.loops, asked.budget, asked.steps, asked.rounds) == (9602, 3, 3000, 250, 2)
+    assert asked.beside == "corners"
+    assert (arguments([]).loops, arguments([]).rounds) == (8, None)
+    for words, said in (
+        (["1", "0"], "loops needs to be 1 or more, got 0"),
+        (["1", "1", "2"], "an outsider takes at least 3 runs, got 2"),
+        (["--rounds", "0"], "rounds needs to be 1 or more, got 0"),
+        (["one"], "invalid int value: 'one'"),
+    ):
+        with pytest.raises(SystemExit):
+            arguments(words)
+        assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("rounds", "kept"), [(None, 10), (2, 2)])
+def test_a_loop_may_be_cut_short(monkeypatch, rounds, kept):
+    class Asked(Exception):
+        """The settings are known; the loop is not needed."""
+
+    def loop(*args, settings, **others):
+        raise Asked(settings.rounds)
+
+    monkeypatch.setattr(loop_claims, "find_robust_layout", loop)
+    with pytest.raises(Asked, match=f"^{kept}$"):
+        claim_of(2, budget=120, steps=250, rounds=rounds)
