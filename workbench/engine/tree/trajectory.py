@@ -190,8 +190,7 @@ class TreeTrajectory(GoesOn):
     def of(self, name: str, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
         """(steps + 1, 3) place of a body's point in global axes."""
         place = self.place(name)
-        turn, origin = (x[:, place.link] for x in self.links()[:2])
-        turn = turn.reshape(-1, 3, 3)
+        turn, origin = self.links()[0][:, place.link].reshape(-1, 3, 3), self.links()[1][:, place.link]
         return np.asarray(origin + turn @ place.at + turn @ place.turn @ np.asarray(point, float))
 
     def bushing_force(self, name: str) -> Array:
@@ -391,8 +390,7 @@ class TreeTrajectory(GoesOn):
 
 
 def moved_frames(place: Place, turn: Array, origin: Array, twist: Array, push: Array) -> Frames:
-    """A frame at `place` on a link, from the link's rotation (k, 3, 3), origin, twist and acceleration (k,
-    6)."""
+    """A frame at `place` on a link, from its rotation (k, 3, 3), origin, twist and acceleration (k, 6)."""
     spin, rate = twist[:, :3], push[:, :3]
     arm = turn @ place.at
     across = cross(spin, arm)
