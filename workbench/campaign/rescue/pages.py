@@ -132,10 +132,12 @@ def _cells(payload: bytes) -> tuple[Any, ...]:
     """The values of a row (2.1)."""
     end, place = _varint(payload, 0)
     types = []
-    while place < end:
+    left = len(payload) - end  # bytes for the values that are not named yet; most places end the search here
+    while place < end and left >= 0:
         kind, place = _varint(payload, place)
         types.append(kind)
-    if place != end or end + sum(map(_size, types)) != len(payload):
+        left -= _size(kind)
+    if place != end or left != 0:
         raise ValueError("no row begins here")
     cells: list[Any] = []
     for kind in types:
