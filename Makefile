@@ -6,6 +6,12 @@ BENCH_BIN := .venv-bench/bin
 INSTALL := -m pip install -q --disable-pip-version-check --no-compile -c constraints.txt
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
+# where no bytecode may be written (containers often say so), every Python that a test or a run starts would
+# compile all packages anew, which takes longer than all the rest of importing them: kept out of the tree
+ifdef PYTHONDONTWRITEBYTECODE
+unexport PYTHONDONTWRITEBYTECODE
+export PYTHONPYCACHEPREFIX ?= $(CURDIR)/.venv/bytecode
+endif
 
 .PHONY: help setup demo test laws fast one format check slow counts bench wheel oldest house hooks clean
 
