@@ -55,6 +55,13 @@ class JudgedLayouts:
         self.origins[pure], self.known[pure] = origin, len(self.cases)
         return [name, pure]
 
+    def leave_out(self, names: Collection[str]) -> None:
+        """Judge these optimised layouts no longer."""
+        for name in names:
+            del self.layouts[name], self.documents[name], self.origins[name], self.known[name]
+        if self.latest in names:
+            self.latest = next(reversed(self.known))
+
     def of(self, origin: str, *, others: bool = False) -> list[str]:
         """The names of the optimised layouts that descend from a start, or of all others."""
         return [name for name, start in self.origins.items() if (start == origin) != others]
@@ -77,6 +84,16 @@ class JudgedLayouts:
     def worst(self, name: str, *, first: int | None = None) -> float:
         """The largest response of a layout in any case, or in any of the first ones."""
         return largest(self.values(name)[:first])
+
+    def worst_of(self, name: str, *, since: int = 0) -> int:
+        """Which case is the worst for a layout, of those from `since` on."""
+        values = [-np.inf if v is None else v for v in self.values(name)]
+        return since + int(np.argmax(values[since:]))
+
+    def beyond(self, limit: float, name: str, cases: Sequence[Case]) -> list[Case]:
+        """Those of other cases in which a layout is worse than the limit."""
+        values = self.read(self.evaluator(self.layouts[name])(cases, purpose="cases"))
+        return [case for case, v in zip(cases, values, strict=True) if v is not None and v > limit]
 
     def best(self, names: Sequence[str] | None = None, *, rather: Collection[str] = ()) -> str:
         """The layout, of these or of all, whose worst over the known cases is smallest; one of `rather`,

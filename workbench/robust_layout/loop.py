@@ -45,8 +45,8 @@ from workbench.robust_layout.record import (
     RobustLayout,
     Round,
     excess,
-    largest,
     loop_status,
+    may_exceed,
     promise_of,
     reasons_against_green,
 )
@@ -119,10 +119,10 @@ class _Loop:
     unusable: set[int] = field(default_factory=set)  # cases that the optimiser cannot run
     worst: dict[str, Found] = field(default_factory=dict)
     bounds: dict[str, float] = field(default_factory=dict)  # of layouts that were attacked, at that time
-    ended: set[str] = field(default_factory=set)  # layouts that were attacked to the end
+    broke: dict[str, float] = field(default_factory=dict)  # bounds before, of those attacked again at the end
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
-    settled: int = 0  # best layouts that got more evaluations after the rounds
+    gained: dict[str, float] = field(default_factory=dict)  # by evaluations added after the rounds
     compared: bool = False  # with the layouts that are looked at once
     begins_at: Array | None = None  # the first round
 
@@ -222,8 +222,9 @@ class _Loop:
 
     def for_one_case(self, name: str) -> Array | None:
         """The layout for the one case, not the nominal one, in which a layout is worst; None without any."""
-        values = [-np.inf if v is None else v for v in self.judged.values(name)[1:]]
-        made = self.optimised([1 + int(np.argmax(values))], None) if values else None
+        if len(self.judged.cases) == 1:
+            return None
+        made = self.optimised([self.judged.worst_of(name, since=1)], None)
         return None if made is None else made.density
 
     def improved(self, number: int) -> tuple[list[int], Optimised | None, str]:
@@ -259,6 +260,20 @@ class _Loop:
             return False
         added = self.judged.add(new, made, origin=self.judged.origins[name])
         return min(self.judged.worst(n) for n in added) < before - GAIN * abs(before)
+
+    def searched_on(self, name: str) -> str:
+        """The best layout after more evaluations for this one.
+
+        One that has withstood an attack gives way only to a gain that is worth another: half of what may be
+        found beyond a layout that holds. One that gains less is left out, and what it gained is told.
+        """
+        known, before = set(self.judged.layouts), self.judged.worst(name)
+        self.longer(name, f"evaluations added {len(self.gained) + 1}")
+        made = set(self.judged.layouts) - known
+        self.gained[name] = max((excess(before, self.judged.worst(new)) for new in made), default=0.0)
+        if self.holds(name) and self.gained[name] < self.settings.tolerance / 2:
+            self.judged.leave_out(made)
+        return self.chosen()
 
     def is_unsettled(self, name: str) -> bool:
         """Whether the optimiser stopped at its limit where the first-order condition does not hold."""
@@ -301,13 +316,8 @@ class _Loop:
 
     def attack(self, name: str, turn: int, *, to_the_end: bool = False) -> Found:
         """Against the worst known of a layout, which is its bound from now on."""
-        self.bounds[name] = self.judged.worst(name)
-        return self.attack_on(name, turn, bound=self.bounds[name], to_the_end=to_the_end)
-
-    def attack_on(self, name: str, turn: int, *, bound: float, to_the_end: bool) -> Found:
+        bound = self.bounds[name] = self.judged.worst(name)
         self.tell(f"attack on the layout '{name}', bound {bound:.6g} {self.model.unit}")
-        if to_the_end:
-            self.ended.add(name)
         found = self.oracle.attack(
             self.judged.layouts[name], self.judged.cases, limit=self.limit(bound), turn=turn,
             to_the_end=to_the_end,
@@ -326,13 +336,7 @@ class _Loop:
         for name in ("uniform", "nominal only"):
             found = self.look_at(name, turn)
             rows = [found.case, *(other["case"] for other in found.others)]
-            evaluate = self.judged.evaluator(self.judged.layouts[best])
-            values = self.judged.read(evaluate(rows, purpose="cases"))
-            broken = [
-                dict(row)
-                for row, v in zip(rows, values, strict=True)
-                if v is not None and v > self.limit(bound)
-            ]
+            broken = self.judged.beyond(self.limit(bound), best, rows)
             if broken:
                 self.tell(f"broken by a case of the layout '{name}'")
                 self.fresh = min(self.fresh, len(self.judged.cases))
@@ -342,9 +346,9 @@ class _Loop:
         """The best layout over all cases found for any layout, settled and attacked; rounds that are left
         start there.
 
-        Where none is left, it is attacked by the whole budget, and against the bound that it broke: what is
-        said of it is the last word. Of those that were the best before, each broke in a raid; after as many
-        as there were rounds, but three, the next is returned as it is.
+        Where none is left, each that is the best for the first time meets a raid; after as many of them as
+        there were rounds, but three, the next is returned as it is. One that broke and is the best again, its
+        bound raised to what broke it, meets a whole attack with numbers of its own, once: the last word.
         """
         self.fresh = len(self.judged.cases)
         turn, is_spent = len(self.rounds) + 1, len(self.rounds) >= self.settings.rounds
@@ -352,47 +356,42 @@ class _Loop:
         while True:
             self.judged.join([found.case for found in self.worst.values()])
             name = self.chosen()
-            if left != 0 and self.settled < SETTLED and self.is_unsettled(name):
-                self.settled += 1
-                self.longer(name, f"evaluations added {self.settled}")
-                name = self.chosen()
+            searched_on = name in self.gained or len(self.gained) >= SETTLED
+            if left != 0 and not searched_on and self.is_unsettled(name):
+                name = self.searched_on(name)
             if name not in self.bounds:
                 if left == 0:
                     return name
                 left = None if left is None else left - 1
                 self.attack(name, turn)
-            elif is_spent and not self.holds(name) and not self.was_attacked_to_the_end(name):
-                self.attack_on(name, turn, bound=self.bounds[name], to_the_end=True)
+            elif is_spent and not self.holds(name) and name not in self.broke:
+                self.broke[name] = self.bounds[name]
+                self.attack(name, turn + 1, to_the_end=True)
             else:
                 return name
-
-    def was_attacked_to_the_end(self, name: str) -> bool:
-        """Whether no attack on a layout is left: one that it broke early is, as its budget was not spent."""
-        attack = self.worst[name].attack
-        return name in self.ended or (attack is not None and attack["runs"] >= self.settings.budget)
 
     def result(self, robust: str, others: OtherStartsFound | None) -> RobustLayout:
         """Every layout judged over all cases found; `robust` is the best of them."""
         values = {name: self.judged.values(name) for name in self.judged.layouts}
-        known = {name: largest(row) for name, row in values.items()}
-        for name, row in values.items():
-            k = int(np.argmax([-np.inf if v is None else v for v in row]))
+        for name in values:
             before = self.worst.get(name, Found(value=-np.inf, case={}, runs=0, status=JUDGED))
-            if known[name] > before.value:
-                self.worst[name] = replace(before, value=known[name], case=self.judged.cases[k])
+            known, case = self.judged.worst(name), self.judged.cases[self.judged.worst_of(name)]
+            if known > before.value:
+                self.worst[name] = replace(before, value=known, case=case)
         found, bound, holds = self.worst[robust], self.bounds.get(robust), self.holds(robust)
         needed = self.oracle.missing(found) if holds else 0
         closed = holds and not needed and found.attack is not None and is_settled(found.attack)
-        gaps = [r.gap for r in self.rounds if r.attacked][-2:]
-        attacked = self.bounds if bound is None else {robust: bound}
-        gaps += [excess(self.worst[name].value, before) for name, before in attacked.items()]
-        if holds:
-            gaps = [self.settings.tolerance] if closed else [*gaps, self.settings.tolerance]
-        status = loop_status(found, bound, closed=closed, needed=needed, holds=holds)
+        broke, document = self.broke.get(robust), self.judged.documents.get(robust)
+        attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
+        breaks = [excess(self.worst[name].value, before) for name, before in attacked.items()]
+        off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds)
         return RobustLayout(
-            robust=robust, closed=closed, status=status, may_exceed=max(gaps, default=0.0),
+            robust=robust, closed=closed, may_exceed=off,
+            status=loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke),
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
             rounds=self.rounds, failures=self.failures, other_starts=others,
-            reasons=reasons_against_green(found, self.judged.documents.get(robust), others, closed=closed),
-            document=self.judged.documents.get(robust, {}),
+            reasons=reasons_against_green(
+                found, document, others, closed=closed, gained=self.gained.get(robust)
+            ),
+            document=document or {},
         )  # fmt: skip

@@ -21,6 +21,7 @@ __all__ = [
     "excess",
     "largest",
     "loop_status",
+    "may_exceed",
     "promise_of",
     "reasons_against_green",
 ]
@@ -145,12 +146,29 @@ def excess(worst: float, bound: float) -> float:
     return above / abs(bound) if bound else above
 
 
-def loop_status(found: Found, bound: float | None, *, closed: bool, needed: int, holds: bool = False) -> str:
+def may_exceed(
+    rounds: Sequence[Round], breaks: Sequence[float], tolerance: float, *, closed: bool, holds: bool
+) -> float:
+    """By which share of the worst value another attack may find more: as much as attacks found lately.
+
+    breaks: what attacks found beyond the bounds of the best layout, or of all where it met none.
+    """
+    if closed:
+        return tolerance
+    lately = [r.gap for r in rounds if r.attacked][-2:]
+    return max([*lately, *breaks, *([tolerance] if holds else [])], default=0.0)
+
+
+def loop_status(
+    found: Found, bound: float | None, *, closed: bool, needed: int, holds: bool = False,
+    broke: float | None = None,
+) -> str:  # fmt: skip
     """Whether the loop is closed, in a sentence.
 
     found: of the best layout.    bound: over the known cases when it was attacked, None if it was not.
     needed: runs that an attack takes to close the loop, 0 where it made enough.
     holds: nothing was found beyond the tolerance.
+    broke: the bound before, of a layout that an attack had broken and that was attacked again as it is.
     """
     if bound is None:
         return (
@@ -159,19 +177,19 @@ def loop_status(found: Found, bound: float | None, *, closed: bool, needed: int,
         )
     above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
     scouts = 0 if found.attack is None else found.attack.get("scouts", 0)  # none in attacks kept from before
-    who = attackers(found.runs, scouts)
+    said = f"{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
+    if broke is not None:
+        raised = f"{100 * excess(bound, broke):.3g} %"
+        said = f"The bound is what an attack found, {raised} above the one before. {said}"
     if closed:
-        return f"{who} found nothing more than {above} above the bound: the loop is closed."
+        return f"{said}: the loop is closed."
     if needed:
-        return (
-            f"{who} found nothing more than {above} above the bound. That is too short an attack to call the "
-            f"loop closed: it takes {needed}."
-        )
+        return f"{said}. That is too short an attack to call the loop closed: it takes {needed}."
     if holds and found.attack is not None:
         arrived, climbs = found.attack["arrived"] or "none", found.attack["climbs"]
         return (
-            f"{who} found nothing more than {above} above the bound, but {arrived} of {climbs} climbs from "
-            "elsewhere arrived at the worst of them: another may end higher. The loop is not closed."
+            f"{said}, but {arrived} of {climbs} climbs from elsewhere arrived at the worst of them: another "
+            "may end higher. The loop is not closed."
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
     return (
@@ -194,12 +212,14 @@ def promise_of(document: Mapping[str, Any]) -> float:
 
 
 def reasons_against_green(
-    worst: Found, document: Mapping[str, Any] | None, others: OtherStartsFound | None, *, closed: bool
-) -> list[str]:
+    worst: Found, document: Mapping[str, Any] | None, others: OtherStartsFound | None, *, closed: bool,
+    gained: float | None = None,
+) -> list[str]:  # fmt: skip
     """An open loop, an optimiser at its limit, starts that disagree, an attack that leaves doubts.
 
     worst: of the layout returned.    document: of its optimisation, None where no optimiser made it.
     others: layouts from other starts, None where none could be made.
+    gained: what as many evaluations again gained over the cases known, None where they were not made.
     """
     said = [] if closed else ["the loop is not closed"]
     if document is not None and promise_of(document) > FIRST_ORDER:
@@ -207,6 +227,11 @@ def reasons_against_green(
         said.append(
             f"the optimiser {ended} where the first-order condition is off by "
             f"{100 * promise_of(document):.2g} %: a better layout may stand nearby"
+            + (
+                ""
+                if gained is None
+                else f" (as many evaluations again gained {100 * gained:.2g} % in the cases known)"
+            )
         )
     if others is None:
         said.append("no layout could be made from another start: a better one may stand elsewhere")

@@ -1,11 +1,15 @@
 """Attacks when the rounds of a robust loop are spent: how many, and what is said of what none is left for."""
 
+from dataclasses import replace
+
 import pytest
 
 from tests.sample_layout import STUDY
 from workbench.robust_layout import loop as loop_module
 from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.model import layout_name
+from workbench.robust_layout.oracle import Found, LayoutOracle
+from workbench.robust_layout.record import Round, loop_status, may_exceed
 from workbench.stages.campaign import Campaign
 from workbench.study.loading import parse_study
 
@@ -55,3 +59,63 @@ def test_what_no_attack_is_left_for_is_not_called_attacked(tmp_path, monkeypatch
 def test_three_are_attacked_though_there_was_one_round(tmp_path, attacked):
     run(tmp_path, rounds=1)
     assert len(set(attacked)) == 3
+
+
+@pytest.fixture
+def broken_once(monkeypatch):
+    """The first attack on every layout finds a case 10 % worse than all others; what was asked for."""
+    asked, attack, keep = [], LayoutOracle.attack, _Loop.keep
+
+    def seen(oracle, density, cases, *, limit, turn, to_the_end=False):
+        asked.append((layout_name(density), limit, turn, to_the_end))
+        return attack(oracle, density, cases, limit=limit, turn=turn, to_the_end=to_the_end)
+
+    def worse(loop, name, found):
+        if found.attack is None or asked[-1][3]:
+            return keep(loop, name, found)
+        answers = loop.judged._answers[layout_name(loop.judged.layouts[name])]
+        last, value = loop.judged.cases[-1], 1.1 * found.value
+        answers[repr(sorted(last.items()))] = value
+        return keep(loop, name, replace(found, value=value, case=last))
+
+    monkeypatch.setattr(LayoutOracle, "attack", seen)
+    monkeypatch.setattr(_Loop, "keep", worse)
+    return asked
+
+
+@pytest.mark.slow
+def test_one_that_broke_meets_a_whole_attack_as_it_is(tmp_path, broken_once):
+    found, _ = run(tmp_path, rounds=1)
+    name, limit, turn, to_the_end = broken_once[-1]
+    before = [row for row in broken_once[:-1] if row[0] == name]
+    assert to_the_end
+    assert [row[3] for row in before] == [False]
+    assert limit == pytest.approx(1.1 * before[0][1], rel=1e-3)  # the bound is what broke the one before
+    assert turn > max(row[2] for row in broken_once[:-1])  # numbers of its own
+    assert found["attack"]["runs"] >= 60
+    assert found["status"].startswith("The bound is what an attack found, 10 % above the one before. ")
+    assert "found nothing more than 0 % above the bound" in found["status"]
+    if not found["closed"]:
+        assert found["may_exceed"] >= 0.1
+
+
+def test_another_attack_may_find_as_much_as_attacks_found_lately():
+    def made(number, gap, *, attacked=True):
+        return Round(
+            number=number, cases=3, layout="", bound=1.0, worst=1 + gap, case={}, gap=gap, runs=9,
+            attacked=attacked, optimiser="",
+        )  # fmt: skip
+
+    rounds = [made(1, 0.5), made(2, 0.2), made(3, 0.9, attacked=False), made(4, 0.1)]
+    assert may_exceed(rounds, [0.05], 0.02, closed=False, holds=False) == 0.2
+    assert may_exceed(rounds, [0.3], 0.02, closed=False, holds=True) == 0.3
+    assert may_exceed([], [0.0], 0.02, closed=False, holds=True) == 0.02
+    assert may_exceed(rounds, [0.3], 0.02, closed=True, holds=True) == 0.02
+
+
+def test_a_bound_that_was_raised_is_told():
+    found = Found(value=3.0, case={}, runs=60, status="", attack={"arrived": 2, "climbs": 5})
+    said = loop_status(found, 3.0, closed=True, needed=0, broke=2.4)
+    assert said.startswith("The bound is what an attack found, 25 % above the one before. 60 true runs")
+    assert said.endswith("the loop is closed.")
+    assert not loop_status(found, 3.0, closed=True, needed=0).startswith("The bound")

@@ -1,10 +1,18 @@
 """A layout whose first-order condition does not hold gets more evaluations before it is returned."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from tests.sample_layout import STUDY
+from workbench.models.evaluator import Outcome
 from workbench.robust_layout import loop as loop_module
+from workbench.robust_layout.cases import Optimised
+from workbench.robust_layout.judged import JudgedLayouts
 from workbench.robust_layout.loop import _Loop
+from workbench.robust_layout.oracle import Found
+from workbench.robust_layout.record import LoopSettings, reasons_against_green
 from workbench.stages.campaign import Campaign
 from workbench.study.loading import parse_study
 
@@ -63,3 +71,50 @@ def test_rounds_search_with_all_cases_and_other_starts_by_those_that_bind(tmp_pa
     asked = [search for search, _ in searches]
     assert asked[0] == "all cases"
     assert asked.index("several starts") > asked.index("all cases")
+
+
+def held(tmp_path, worst):
+    """A loop whose one layout, worth its first density, withstood an attack."""
+
+    def evaluator(density):
+        return lambda rows, *, purpose: [
+            Outcome(parameters=row, status="ok", outputs={"push": float(density[0])}) for row in rows
+        ]
+
+    judged = JudgedLayouts(evaluator=evaluator, response="push", cases=[{"u": 0.0}])
+    loop = _Loop(
+        model=SimpleNamespace(unit="N"), oracle=None, folder=tmp_path, settings=LoopSettings(), identity="",
+        tell=lambda text: None, judged=judged, bounds={"round 1": worst},
+        worst={"round 1": Found(value=worst, case={"u": 0.0}, runs=1, status="")},
+    )  # fmt: skip
+    judged.add("round 1", made(worst), origin="rounds")
+    return loop
+
+
+def made(worst):
+    return Optimised(density=np.array([worst]), document={"converged": False, "kkt": 0.06})
+
+
+@pytest.mark.parametrize(("gain", "takes_over"), [(0.004, False), (0.03, True), (-0.1, False)])
+def test_a_layout_that_holds_gives_way_to_gains_that_are_worth_an_attack(
+    tmp_path, monkeypatch, gain, takes_over
+):
+    loop = held(tmp_path, 2.0)
+    better = made(2.0 / (1 + gain))
+    monkeypatch.setattr(_Loop, "optimised", lambda loop, cases, start, search: better)
+    chosen = loop.searched_on("round 1")
+    assert chosen == ("evaluations added 1" if takes_over else "round 1")
+    assert list(loop.judged.layouts) == ["round 1", *(["evaluations added 1"] if takes_over else [])]
+    assert loop.judged.latest == chosen
+    assert loop.gained == {"round 1": pytest.approx(max(gain, 0.0))}
+
+
+def test_what_more_evaluations_gained_is_told():
+    found = Found(value=2.0, case={}, runs=1, status="")
+    (said, _) = reasons_against_green(
+        found, {"converged": False, "kkt": 0.06}, None, closed=True, gained=0.004
+    )
+    assert said == (
+        "the optimiser stopped at its limit where the first-order condition is off by 6 %: a better layout "
+        "may stand nearby (as many evaluations again gained 0.4 % in the cases known)"
+    )
