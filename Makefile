@@ -9,8 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # where no bytecode may be written (containers often say so), every Python that a test or a run starts would
 # compile all packages anew, which takes longer than all the rest of importing them: kept out of the tree
 ifdef PYTHONDONTWRITEBYTECODE
-unexport PYTHONDONTWRITEBYTECODE
-export PYTHONPYCACHEPREFIX ?= $(CURDIR)/.venv/bytecode
+KEPT := env -u PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX=$(CURDIR)/.venv/bytecode
 endif
 
 .PHONY: help setup demo test laws fast one format check slow counts bench wheel oldest house hooks clean
@@ -56,11 +55,11 @@ help:
 setup: .venv/.installed
 
 demo: .venv/.core
-	$(BIN)/holdfast demo
+	$(KEPT) $(BIN)/holdfast demo
 
 # a file's tests in one process: what they compile is compiled once
 test: .venv/.installed
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile --durations=10 -m "$(NOT_SLOW)"
+	$(KEPT) $(BIN)/python -m pytest -q -n 2 --dist loadfile --durations=10 -m "$(NOT_SLOW)"
 
 laws: .venv/.installed
 	$(BIN)/python -m pytest -q -n 2 --hypothesis-profile=explore -m "$(NOT_SLOW)" tests/laws

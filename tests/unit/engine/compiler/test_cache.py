@@ -6,6 +6,7 @@ import sys
 import pytest
 from numba.core.caching import CompileResultCacheImpl
 
+from tests.kernel_package import no_bytecode
 from workbench.engine.compiler.cache import COMPILED, PACKAGE, count_all_kernels, kernels_digest
 
 INNER = """from numba import njit
@@ -29,7 +30,8 @@ def outer(x):
 
 @pytest.fixture
 def locators(monkeypatch):
-    """The list of locators, put back afterwards."""
+    """The list of locators, put back afterwards, the engine's own among them."""
+    importlib.import_module("workbench.engine.compiler.options")
     monkeypatch.setattr(
         CompileResultCacheImpl, "_locator_classes", list(CompileResultCacheImpl._locator_classes)
     )
@@ -41,7 +43,8 @@ def fresh(package):
         del sys.modules[name]
     kernels_digest.cache_clear()
     importlib.invalidate_caches()
-    return importlib.import_module(f"{package}._kernels_outer").outer
+    with no_bytecode():
+        return importlib.import_module(f"{package}._kernels_outer").outer
 
 
 def answers_around_an_edit(folder, name):
