@@ -122,7 +122,9 @@ class _Loop:
     broke: dict[str, float] = field(default_factory=dict)  # bounds before, of those attacked again at the end
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
-    gained: dict[str, float] = field(default_factory=dict)  # by evaluations added after the rounds
+    gained: dict[str, float | None] = field(
+        default_factory=dict
+    )  # too little, by evaluations added at the end
     compared: bool = False  # with the layouts that are looked at once
     begins_at: Array | None = None  # the first round
 
@@ -270,8 +272,10 @@ class _Loop:
         known, before = set(self.judged.layouts), self.judged.worst(name)
         self.longer(name, f"evaluations added {len(self.gained) + 1}")
         made = set(self.judged.layouts) - known
-        self.gained[name] = max((excess(before, self.judged.worst(new)) for new in made), default=0.0)
-        if self.holds(name) and self.gained[name] < self.settings.tolerance / 2:
+        gain = max((excess(before, self.judged.worst(new)) for new in made), default=None)
+        is_little = gain is not None and gain < self.settings.tolerance / 2
+        self.gained[name] = gain if is_little else None  # what was worth an attack is told by that
+        if is_little and self.holds(name):
             self.judged.leave_out(made)
         return self.chosen()
 
@@ -381,7 +385,8 @@ class _Loop:
         found, bound, holds = self.worst[robust], self.bounds.get(robust), self.holds(robust)
         needed = self.oracle.missing(found) if holds else 0
         closed = holds and not needed and found.attack is not None and is_settled(found.attack)
-        broke, document = self.broke.get(robust), self.judged.documents.get(robust)
+        broke, gained = self.broke.get(robust), self.gained.get(robust)
+        document = self.judged.documents.get(robust)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
         breaks = [excess(self.worst[name].value, before) for name, before in attacked.items()]
         off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds)
@@ -390,8 +395,6 @@ class _Loop:
             status=loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke),
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
             rounds=self.rounds, failures=self.failures, other_starts=others,
-            reasons=reasons_against_green(
-                found, document, others, closed=closed, gained=self.gained.get(robust)
-            ),
+            reasons=reasons_against_green(found, document, others, closed=closed, gained=gained),
             document=document or {},
         )  # fmt: skip

@@ -8,8 +8,8 @@ that goes to corners and climbs alone: most layouts of a loop break there. One t
 that scouts at a longer step found worst (`workbench.robust_layout.scouts`), and then the rest, even draws
 among it. Where scouts climb they go whatever the raid has met: they cost less than another layout, and tell
 it many cases at a time. Where that breaks nothing but no two of its climbs from elsewhere arrived at the
-worst, it goes on from there, three times at most. The layout that is returned is attacked to the end, though
-it broke: by how much it may be off rests on the whole budget.
+worst, it goes on from there, three times at most. A layout that broke and is the best all the same is
+attacked once more, to the end: what is said of it rests on the whole budget.
 
 What breaks the bound is run again at half the step, where the model can (`refined`), before it is believed
 (`workbench.search.evidence.attack.belief`).

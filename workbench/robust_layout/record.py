@@ -177,10 +177,12 @@ def loop_status(
         )
     above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
     scouts = 0 if found.attack is None else found.attack.get("scouts", 0)  # none in attacks kept from before
-    said = f"{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
+    raised = ""
     if broke is not None:
-        raised = f"{100 * excess(bound, broke):.3g} %"
-        said = f"The bound is what an attack found, {raised} above the one before. {said}"
+        raised = (
+            f"The bound is what an attack found, {100 * excess(bound, broke):.3g} % above the one before. "
+        )
+    said = f"{raised}{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
     if closed:
         return f"{said}: the loop is closed."
     if needed:
@@ -193,8 +195,8 @@ def loop_status(
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
     return (
-        f"The rounds were spent, and {how} found {above} above the bound: another may find as much again. "
-        "The loop is not closed."
+        f"{raised}The rounds were spent, and {how} found {above} above the bound: another may find as much "
+        "again. The loop is not closed."
     )
 
 
@@ -219,19 +221,15 @@ def reasons_against_green(
 
     worst: of the layout returned.    document: of its optimisation, None where no optimiser made it.
     others: layouts from other starts, None where none could be made.
-    gained: what as many evaluations again gained over the cases known, None where they were not made.
+    gained: what more evaluations gained over the cases known, where that was too little for another attack.
     """
     said = [] if closed else ["the loop is not closed"]
     if document is not None and promise_of(document) > FIRST_ORDER:
         ended = "ended" if document["converged"] else "stopped at its limit"
+        more = "" if gained is None else f" (more evaluations gained {100 * gained:.2g} % in the cases known)"
         said.append(
             f"the optimiser {ended} where the first-order condition is off by "
-            f"{100 * promise_of(document):.2g} %: a better layout may stand nearby"
-            + (
-                ""
-                if gained is None
-                else f" (as many evaluations again gained {100 * gained:.2g} % in the cases known)"
-            )
+            f"{100 * promise_of(document):.2g} %: a better layout may stand nearby{more}"
         )
     if others is None:
         said.append("no layout could be made from another start: a better one may stand elsewhere")

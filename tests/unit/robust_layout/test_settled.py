@@ -106,7 +106,14 @@ def test_a_layout_that_holds_gives_way_to_gains_that_are_worth_an_attack(
     assert chosen == ("evaluations added 1" if takes_over else "round 1")
     assert list(loop.judged.layouts) == ["round 1", *(["evaluations added 1"] if takes_over else [])]
     assert loop.judged.latest == chosen
-    assert loop.gained == {"round 1": pytest.approx(max(gain, 0.0))}
+    assert loop.gained == {"round 1": None if takes_over else pytest.approx(max(gain, 0.0))}
+
+
+def test_evaluations_that_could_not_be_made_gained_nothing_that_is_told(tmp_path, monkeypatch):
+    loop = held(tmp_path, 2.0)
+    monkeypatch.setattr(_Loop, "optimised", lambda loop, cases, start, search: None)
+    assert loop.searched_on("round 1") == "round 1"
+    assert loop.gained == {"round 1": None}
 
 
 def test_what_more_evaluations_gained_is_told():
@@ -116,5 +123,5 @@ def test_what_more_evaluations_gained_is_told():
     )
     assert said == (
         "the optimiser stopped at its limit where the first-order condition is off by 6 %: a better layout "
-        "may stand nearby (as many evaluations again gained 0.4 % in the cases known)"
+        "may stand nearby (more evaluations gained 0.4 % in the cases known)"
     )
