@@ -7,7 +7,9 @@ points forward on a hanging limb, positive outwards. A joint of spine or neck is
 the left, the forward and the long axis, on a carrier without mass.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from math import cos, pi, sin
 from types import MappingProxyType
 from typing import Any, Literal
@@ -82,8 +84,9 @@ def trunk(parent: str, at: Array, segment: Segment) -> Piece:
     )  # fmt: skip
 
 
-def pieces(numbers: Numbers) -> dict[str, Piece]:
-    """The 17 bodies in the posture, parents first."""
+@lru_cache(maxsize=64)
+def pieces(numbers: Numbers) -> Mapping[str, Piece]:
+    """The 17 bodies in the posture, parents first; the same objects for the same numbers."""
     f = numbers.figure
     xiphoid = f.lower_torso.length + f.central_torso.length
     found = {
@@ -94,7 +97,7 @@ def pieces(numbers: Numbers) -> dict[str, Piece]:
     }
     for side, sign in SIDES.items():
         found |= {f"{side} {name}": piece for name, piece in limbs(numbers, side, sign).items()}
-    return found
+    return MappingProxyType(found)
 
 
 def head_and_neck(numbers: Numbers, at: Array) -> dict[str, Piece]:
@@ -232,17 +235,17 @@ def joint_of(name: str, posture: Posture) -> Universal | Revolute:
 
 
 def spring(
-    turn: Turn, numbers: Numbers, body: dict[str, Piece], borne: dict[str, Triple], start: Start
+    turn: Turn, numbers: Numbers, body: Mapping[str, Piece], borne: dict[str, Triple], start: Start
 ) -> CoordinateSpring:
     """Spring, damper, stops and the constant torque that leaves the posture in balance on what is borne."""
     at, joints = body[turn.carries].at, numbers.joints
-    push = GRAVITY * numbers.figure.mass / len(borne) * UP
+    push = GRAVITY * numbers.figure.mass / len(borne)
     moment = np.zeros(3)
     for name in beyond(turn.carries, body):
         piece = body[name]
-        moment += np.cross(piece.at + piece.centre - at, -GRAVITY * piece.mass * UP)
+        moment += of_upward(-GRAVITY * piece.mass, piece.at + piece.centre - at)
         if name in borne:
-            moment += np.cross(piece.at + np.asarray(borne[name]) - at, push)
+            moment += of_upward(push, piece.at + np.asarray(borne[name]) - at)
     back, forth = turn.stops
     return CoordinateSpring(
         body=turn.body, coordinate=turn.coordinate, k=turn.k, c=turn.c, rest=0.0, k_stop=joints.stop_rate,
@@ -251,13 +254,18 @@ def spring(
     )  # fmt: skip
 
 
+def of_upward(force: float, arm: Array) -> Array:
+    """The moment of an upward force, N m."""
+    return np.array([arm[1] * force, -arm[0] * force, 0.0])
+
+
 def pressed(joints: Joints, stops: tuple[float, float]) -> float:
     """What holds against the soft stops in the posture, N m."""
     back, forth = (joints.stop_width * np.log1p(np.exp(-a / joints.stop_width)) for a in stops)
     return float(joints.stop_rate * (forth - back))
 
 
-def beyond(name: str, body: dict[str, Piece]) -> list[str]:
+def beyond(name: str, body: Mapping[str, Piece]) -> list[str]:
     """A body and all that hang on it."""
     return [name, *(x for child, p in body.items() if p.parent == name for x in beyond(child, body))]
 

@@ -14,8 +14,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
-
 from workbench.engine import Airbag, Belt, Impulse, Retractor, SpatialMember
 
 from ..figure import pieces
@@ -123,6 +121,10 @@ def laws(file: Path | str = FILE) -> dict[Kind, Belt | Airbag | Impulse]:
     }
 
 
+def _from(point: Triple, origin: Triple) -> Triple:
+    return point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
+
+
 def restraints(
     numbers: Numbers, kinds: tuple[Kind, ...] = ("belt",), *, file: Path | str = FILE, late: float = 0.0
 ) -> Parts:
@@ -134,7 +136,8 @@ def restraints(
     unknown = sorted(set(kinds) - set(KINDS))
     if unknown:
         raise ValueError(f"kinds needs names among {', '.join(KINDS)}, got {', '.join(unknown)}")
-    body, law = pieces(numbers), dict(laws(file))
+    law = dict(laws(file))
+    at = {name: triple(piece.at) for name, piece in pieces(numbers).items()}
     retractor = law["retractor"]
     assert isinstance(retractor, Impulse)
     law["retractor"] = replace(retractor, t0=retractor.t0 + late)
@@ -142,7 +145,7 @@ def restraints(
         members=tuple(
             SpatialMember(
                 a=site.segment, b="vehicle",
-                point_a=triple(np.subtract(site.from_hip, body[site.segment].at)),
+                point_a=_from(site.from_hip, at[site.segment]),
                 point_b=site.on_vehicle, law=law[kind], name=f"{kind} {site.number}",
             )
             for kind in kinds

@@ -1,5 +1,4 @@
-"""From a `TreeSystem` to the flat tables of the kernels: links in depth-first order, columns, elements,
-factors' pattern.
+"""From a `TreeSystem` to the flat tables of the kernels: links depth first, columns, elements, pattern.
 
 A joint of several kinds of freedom becomes several links, the first ones without mass: floating = translation
 and spherical, universal = two revolutes, cylindrical and planar = translation and revolute. Welded bodies
@@ -22,6 +21,7 @@ from ..errors import InvalidSystem
 from ._kernels.factors import Pattern, elimination
 from ._kernels.members import NEAR
 from ._kernels.tables import DRIVEN, REVOLUTE, SPHERICAL, TRANSLATION, TreeTables, laws_listed
+from .elements import friction_samples
 from .joints import (
     Cylindrical,
     Floating,
@@ -395,6 +395,6 @@ def _sampled(parts: TreeCompiled, times: Array) -> dict[str, Array]:
     pulls = np.array([[load.sample(t) for load in system.loads] for t in clock])
     return {
         "load_sample": pulls.reshape(len(times), len(system.loads), 3),
-        "friction_sample": np.array([[damper.friction_at(t) for damper in system.dampers] for t in clock]),
+        "friction_sample": friction_samples(system.dampers, clock),
         "motion": sampled(parts.drives, times),
     }

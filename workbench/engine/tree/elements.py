@@ -1,6 +1,6 @@
 """Forces on a tree: members, bushings, springs and dampers on coordinates, couplings, loads; SI units."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +13,10 @@ from .joints import ZERO, Quaternion, Triple
 
 __all__ = [
     "CoordinateDamper", "CoordinateSpring", "Coupling", "SpatialBushing", "SpatialLoad", "SpatialMember",
-    "SpatialStrut", "SphericalSpring",
+    "SpatialStrut", "SphericalSpring", "friction_samples",
 ]  # fmt: skip
 
+Array = np.ndarray[Any, Any]
 GROUND = "ground"
 
 
@@ -184,6 +185,15 @@ class CoordinateDamper:
     def friction_at(self, t: float) -> float:
         """Friction at a time."""
         return float(self.friction(t)) if callable(self.friction) else self.friction
+
+
+def friction_samples(dampers: Sequence[CoordinateDamper], times: Sequence[float]) -> Array:
+    """(times, dampers) friction; what is constant is not asked for at each time."""
+    table = np.empty((len(times), len(dampers)))
+    for i, damper in enumerate(dampers):
+        given = damper.friction
+        table[:, i] = [damper.friction_at(t) for t in times] if callable(given) else given
+    return table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

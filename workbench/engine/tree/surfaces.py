@@ -16,6 +16,7 @@ __all__ = ["Box", "Capsule", "Plane", "Ring", "Road", "Shape", "SpatialContact",
 
 Array = np.ndarray[Any, Any]
 GROUND = "ground"
+SLIPS = np.geomspace(1e-3, 3.0, 40001)  # among which the largest force of a tyre is looked for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -266,15 +267,14 @@ class Tyre:
 
     def peak(self, *, lateral: bool) -> float:
         """Slip of the largest force at the nominal load."""
-        slips = np.geomspace(1e-3, 3.0, 40001)
-        top = int(np.argmax(self.force(slips[::40], self.nominal_load, lateral=lateral))) * 40
-        near = slips[max(0, top - 40) : top + 41]
+        top = int(np.argmax(self.force(SLIPS[::40], self.nominal_load, lateral=lateral))) * 40
+        near = SLIPS[max(0, top - 40) : top + 41]
 
         def slope(slip: float) -> float:
             return float(self.force(complex(slip, 1e-30), self.nominal_load, lateral=lateral).imag)
 
         if slope(near[0]) <= 0.0 or slope(near[-1]) >= 0.0:  # the largest is the last
-            return float(slips[top])
+            return float(SLIPS[top])
         return float(brentq(slope, near[0], near[-1], xtol=1e-15, rtol=1e-14))
 
     def numbers(self) -> tuple[float, ...]:

@@ -119,7 +119,8 @@ class TreeSystem:
             )
         by_name = {body.name: body for body in self.bodies}
         for body in self.bodies:
-            _check_body(body, by_name)
+            _check_parents(body, by_name)
+        _check_numbers(self.bodies)
         for i, member in enumerate(self.members):
             _known(f"members[{i}]", (member.a, member.b), by_name)
             if member.a == member.b:
@@ -198,7 +199,7 @@ class TreeSystem:
         return MemberEnds(body_a=ends[0], point_a=ends[1], body_b=ends[2], point_b=ends[3])
 
 
-def _check_body(body: SpatialBody, by_name: dict[str, SpatialBody]) -> None:
+def _check_parents(body: SpatialBody, by_name: dict[str, SpatialBody]) -> None:
     _known(f"body '{body.name}'", (body.parent,), by_name)
     above, seen = body, {body.name}
     while above.parent != GROUND:
@@ -208,21 +209,40 @@ def _check_body(body: SpatialBody, by_name: dict[str, SpatialBody]) -> None:
         above = by_name[above.parent]
         if above.parent != GROUND and above.parent not in by_name:
             return  # that body's own check names its parent
-    if body.mass < 0.0:
-        raise InvalidSystem(f"body '{body.name}' needs mass >= 0 kg, got mass={body.mass}")
-    inertia = full_inertia(body.inertia)
-    if (
-        inertia.shape != (3, 3)
-        or not np.allclose(inertia, inertia.T)
-        or (np.linalg.eigvalsh(inertia) < 0).any()
-    ):
+
+
+def _check_numbers(bodies: tuple[SpatialBody, ...]) -> None:
+    """Masses, joints, inertias, axes; of all bodies at once where numpy can: every case makes a system."""
+    for body in bodies:
+        if body.mass < 0.0:
+            raise InvalidSystem(f"body '{body.name}' needs mass >= 0 kg, got mass={body.mass}")
+        _check_joint(body)
+    inertia = _stacked([full_inertia(body.inertia) for body in bodies])
+    is_inertia = np.all(np.isclose(inertia, inertia.transpose(0, 2, 1)), axis=(1, 2))
+    is_inertia[is_inertia] = (np.linalg.eigvalsh(inertia[is_inertia]) >= 0.0).all(axis=1)
+    if not is_inertia.all():
+        body = bodies[int(is_inertia.argmin())]
         raise InvalidSystem(
             f"body '{body.name}' needs a symmetric inertia without negative principal values, (3, 3) or "
             f"(3,), got {np.asarray(body.inertia).tolist()}"
         )
-    axes = np.asarray(body.axes, float)
-    if axes.shape != (3, 3) or np.abs(axes.T @ axes - np.eye(3)).max() > 1e-9 or np.linalg.det(axes) < 0.0:
-        raise InvalidSystem(f"body '{body.name}' needs right-handed unit axes (3, 3), got {axes.tolist()}")
+    axes = _stacked([np.asarray(body.axes, float) for body in bodies])
+    are_turns = np.abs(axes.transpose(0, 2, 1) @ axes - np.eye(3)).max(axis=(1, 2)) <= 1e-9
+    are_turns[are_turns] = np.linalg.det(axes[are_turns]) >= 0.0
+    if not are_turns.all():
+        body = bodies[int(are_turns.argmin())]
+        raise InvalidSystem(
+            f"body '{body.name}' needs right-handed unit axes (3, 3), got {np.asarray(body.axes).tolist()}"
+        )
+
+
+def _stacked(matrices: list[Array]) -> Array:
+    """(n, 3, 3); NaN in place of what has another shape."""
+    nothing = np.full((3, 3), np.nan)
+    return np.array([m if m.shape == (3, 3) else nothing for m in matrices]).reshape(-1, 3, 3)
+
+
+def _check_joint(body: SpatialBody) -> None:
     for name in ("axis", "axes"):
         if hasattr(body.joint, name):
             rows = np.atleast_2d(np.asarray(getattr(body.joint, name), float))

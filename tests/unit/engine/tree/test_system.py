@@ -52,8 +52,20 @@ def body(**change):
             "body 'x' hangs on itself",
         ),
         (lambda: TreeSystem(bodies=(body(mass=-1.0),)), "needs mass >= 0 kg, got mass=-1.0"),
-        (lambda: TreeSystem(bodies=(body(inertia=(1.0, -1.0, 1.0)),)), "without negative principal values"),
-        (lambda: TreeSystem(bodies=(body(axes=-np.eye(3)),)), "needs right-handed unit axes"),
+        *(
+            (
+                lambda wrong=wrong: TreeSystem(bodies=(ARM, body(inertia=wrong), TIP)),
+                "body 'x' needs a symmetric inertia without negative principal values",
+            )
+            for wrong in ((1.0, -1.0, 1.0), np.triu(np.ones((3, 3))), np.eye(2), (np.nan, 1.0, 1.0))
+        ),
+        *(
+            (
+                lambda wrong=wrong: TreeSystem(bodies=(ARM, body(axes=wrong), TIP)),
+                "body 'x' needs right-handed unit axes",
+            )
+            for wrong in (-np.eye(3), 2.0 * np.eye(3), np.eye(2), np.diag([1.0, 1.0, np.nan]))
+        ),
         (lambda: TreeSystem(bodies=(body(joint=Revolute(axis=(0, 0, 0))),)), "joint of 'x' needs an axis"),
         (
             lambda: TreeSystem(bodies=(body(joint=Planar(axes=((1, 0, 0), (1, 1, 0)))),)),
