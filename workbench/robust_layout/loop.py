@@ -267,7 +267,7 @@ class _Loop:
         """The best layout after more evaluations for this one.
 
         One that has withstood an attack gives way only to a gain that is worth another: half of what may be
-        found beyond a layout that holds. One that gains less is left out, and what it gained is told.
+        found beyond a layout that holds. One that gains less, or nothing, is left out, and that is told.
         """
         known, before = set(self.judged.layouts), self.judged.worst(name)
         self.longer(name, f"evaluations added {len(self.gained) + 1}")
@@ -275,7 +275,7 @@ class _Loop:
         gain = max((excess(before, self.judged.worst(new)) for new in made), default=None)
         is_little = gain is not None and gain < self.settings.tolerance / 2
         self.gained[name] = gain if is_little else None  # what was worth an attack is told by that
-        if is_little and self.holds(name):
+        if gain == 0.0 or (is_little and self.holds(name)):
             self.judged.leave_out(made)
         return self.chosen()
 

@@ -109,6 +109,17 @@ def test_a_layout_that_holds_gives_way_to_gains_that_are_worth_an_attack(
     assert loop.gained == {"round 1": None if takes_over else pytest.approx(max(gain, 0.0))}
 
 
+@pytest.mark.parametrize(("gain", "is_kept"), [(0.0, False), (0.004, True)])
+def test_of_a_layout_that_broke_what_gained_nothing_is_no_layout_more(tmp_path, monkeypatch, gain, is_kept):
+    """Whatever gained a little may be the best after the next attack; the same again only fills the table."""
+    loop = held(tmp_path, 2.0)
+    loop.bounds["round 1"] = 1.0
+    monkeypatch.setattr(_Loop, "optimised", lambda loop, cases, start, search: made(2.0 / (1 + gain)))
+    loop.searched_on("round 1")
+    assert list(loop.judged.layouts) == ["round 1", *(["evaluations added 1"] if is_kept else [])]
+    assert loop.gained == {"round 1": pytest.approx(gain)}
+
+
 def test_evaluations_that_could_not_be_made_gained_nothing_that_is_told(tmp_path, monkeypatch):
     loop = held(tmp_path, 2.0)
     monkeypatch.setattr(_Loop, "optimised", lambda loop, cases, start, search: None)
