@@ -1,14 +1,16 @@
 """Kernels are compiled by processes beside a campaign that makes its design and its first runs.
 
-An installation compiles once: some fifteen seconds for a Kriging, twenty for an adjoint of the engine. Each
-is one core's work, and would come when its stage has nothing else to do. What is compiled is kept on disk, so
-that the stage finds it there, or does itself what is missing of it.
+An installation compiles once: some fifteen seconds for a Kriging, twenty for an adjoint of the engine, ten
+for the bytecode of what draws a report. Each is one core's work, and would come when its stage has nothing
+else to do. What is compiled is kept on disk, so that the stage finds it there, or does itself what is missing
+of it.
 """
 
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ from workbench.workers.processes import usable_processors
 
 __all__ = ["compiled_ahead", "jobs_ahead"]
 
-KRIGING, LAYOUT = "kriging", "layout"
+REPORT, KRIGING, LAYOUT = "report", "kriging", "layout"
 
 
 @contextmanager
@@ -30,9 +32,10 @@ def compiled_ahead(campaign: CampaignRuns) -> Iterator[None]:
     Nothing is started where that is compiled by now, for a study that asks for one process alone, or where
     every stage is done: that is told without a look at kernels, since numba takes two seconds to load.
     """
-    jobs = [] if settled(campaign) is not None else jobs_ahead(campaign.study)
-    beside = [_started(job, campaign.study) for job in jobs]
+    beside: list[subprocess.Popen[bytes]] = []
     try:
+        for job in [] if settled(campaign) is not None else jobs_ahead(campaign.study):
+            beside.append(_started(job, campaign.study))
         yield
     finally:
         for process in beside:
@@ -40,21 +43,33 @@ def compiled_ahead(campaign: CampaignRuns) -> Iterator[None]:
             process.wait()
 
 
-def jobs_ahead(study: Study) -> list[str]:
-    """What there is to compile ahead: of a Kriging, of the layout model."""
+def jobs_ahead(study: Study) -> Iterator[str]:
+    """What there is to compile ahead: of the report, of a Kriging, of the layout model.
+
+    The first is told before the others are looked at, which loads numba: a core has nothing to do meanwhile.
+    """
     alone = study.evaluate.get("engine") == "inline" or study.evaluate.get("workers", 1) == 1
     if study.path is None or alone or usable_processors() == 1:
-        return []
-    jobs = []
+        return
+    if not is_report_read():
+        yield REPORT
     if study.screen or study.worst_case:
         from surrogates import are_kernels_compiled
 
-        jobs += [] if are_kernels_compiled() else [KRIGING]
+        if not are_kernels_compiled():
+            yield KRIGING
     if study.robust_layout:
         from workbench.engine.sensitivity.compiled_before import an_adjoint_is_compiled
 
-        jobs += [] if an_adjoint_is_compiled() else [LAYOUT]
-    return jobs
+        if not an_adjoint_is_compiled():
+            yield LAYOUT
+
+
+def is_report_read() -> bool:
+    """Whether the bytecode of what draws a report is kept by now, or cannot be."""
+    drawing = find_spec("matplotlib")
+    kept = None if drawing is None or sys.dont_write_bytecode else drawing.cached
+    return kept is None or Path(kept).exists()
 
 
 def _started(job: str, study: Study) -> "subprocess.Popen[bytes]":
@@ -67,6 +82,16 @@ def _started(job: str, study: Study) -> "subprocess.Popen[bytes]":
         [sys.executable, "-m", __name__, job, str(study.path)],
         stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True,
     )  # fmt: skip
+
+
+def compile_report() -> None:
+    """Load all that a report is made with, and draw a line: Python keeps the bytecode."""
+    import jinja2  # noqa: F401
+
+    import workbench.report.writing  # noqa: F401
+    from workbench.report.page.drawing import draw_svg
+
+    draw_svg(lambda axes: axes.plot([0.0, 1.0]), width=2.0, height=1.0, name="line")
 
 
 def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
@@ -90,6 +115,9 @@ def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
 
 def main(job: str, path: str) -> None:
     """Do one job of `jobs_ahead`."""
+    if job == REPORT:
+        compile_report()
+        return
     if job == KRIGING:
         from surrogates import compile_kernels
 

@@ -24,6 +24,7 @@ def cold(monkeypatch):
     """An installation on two processors that has compiled nothing."""
     monkeypatch.setattr("surrogates.compiling.are_kernels_compiled", lambda: False)
     monkeypatch.setattr("workbench.engine.sensitivity.compiled_before.an_adjoint_is_compiled", lambda: False)
+    monkeypatch.setattr(compiling_ahead, "is_report_read", lambda: False)
     monkeypatch.setattr(compiling_ahead, "usable_processors", lambda: 2)
 
 
@@ -36,33 +37,34 @@ def campaign(tmp_path):
 
 def test_a_cold_installation_compiles_what_the_study_asks_for(cold):
     study = load_study(DEMO)
-    assert jobs_ahead(study) == ["kriging", "layout"]
-    assert jobs_ahead(replace(study, robust_layout=None)) == ["kriging"]
-    assert jobs_ahead(replace(study, screen=None, worst_case=None)) == ["layout"]
+    assert list(jobs_ahead(study)) == ["report", "kriging", "layout"]
+    assert list(jobs_ahead(replace(study, robust_layout=None))) == ["report", "kriging"]
+    assert list(jobs_ahead(replace(study, screen=None, worst_case=None))) == ["report", "layout"]
 
 
 def test_nothing_is_compiled_twice(cold, monkeypatch):
     monkeypatch.setattr("surrogates.compiling.are_kernels_compiled", lambda: True)
-    assert jobs_ahead(load_study(DEMO)) == ["layout"]
+    assert list(jobs_ahead(load_study(DEMO))) == ["report", "layout"]
     monkeypatch.setattr("workbench.engine.sensitivity.compiled_before.an_adjoint_is_compiled", lambda: True)
-    assert jobs_ahead(load_study(DEMO)) == []
+    monkeypatch.setattr(compiling_ahead, "is_report_read", lambda: True)
+    assert list(jobs_ahead(load_study(DEMO))) == []
 
 
 @pytest.mark.parametrize("evaluate", [{"workers": 1}, {"workers": 2, "engine": "inline"}, {}])
 def test_a_study_of_one_process_stays_one(cold, evaluate):
-    assert jobs_ahead(replace(load_study(DEMO), evaluate=evaluate)) == []
+    assert list(jobs_ahead(replace(load_study(DEMO), evaluate=evaluate))) == []
 
 
 def test_there_is_no_work_beside_the_only_processor(cold, monkeypatch):
     monkeypatch.setattr(compiling_ahead, "usable_processors", lambda: 1)
-    assert jobs_ahead(load_study(DEMO)) == []
+    assert list(jobs_ahead(load_study(DEMO))) == []
 
 
 def test_what_is_not_compiled_when_the_stages_end_is_left(cold, campaign):
     before = set(psutil.Process().children())
     with compiled_ahead(campaign):
         beside = set(psutil.Process().children()) - before
-        assert {process.cmdline()[-2] for process in beside} == {"kriging", "layout"}
+        assert {process.cmdline()[-2] for process in beside} == {"report", "kriging", "layout"}
     assert not any(process.is_running() for process in beside)
 
 
@@ -78,6 +80,30 @@ def test_a_study_whose_stages_are_done_is_not_asked(cold, campaign, monkeypatch)
     before = set(psutil.Process().children())
     with compiled_ahead(campaign):
         assert set(psutil.Process().children()) <= before
+
+
+@pytest.mark.slow
+def test_bytecode_of_the_report_is_kept_by_its_job(tmp_path):
+    asked = "from workbench.terminal.compiling_ahead import is_report_read; print(is_report_read())"
+    job = [sys.executable, "-m", "workbench.terminal.compiling_ahead", "report", str(DEMO)]
+    fresh = {**os.environ, "PYTHONPYCACHEPREFIX": str(tmp_path)}
+    fresh.pop("PYTHONDONTWRITEBYTECODE", None)
+    unkept = {**fresh, "PYTHONDONTWRITEBYTECODE": "1"}
+
+    def answer(environment) -> str:
+        return subprocess.run(
+            [sys.executable, "-c", asked],
+            env=environment,
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.strip()
+
+    assert answer(fresh) == "False"
+    assert answer(unkept) == "True", "nothing would be kept"
+    subprocess.run(job, env=fresh, cwd=ROOT, check=True)
+    assert answer(fresh) == "True"
 
 
 def test_numba_is_not_loaded_for_the_question(tmp_path):
