@@ -170,22 +170,21 @@ def _segments(
         keys.append((pairs(a, b), code, id(member.law) if code == UserLaw.code else 0))
     order = np.array(sorted(range(count), key=lambda i: (keys[i], i)), np.int64)
 
-    geometry = np.zeros((6, count))
-    law = np.zeros((PARAMETERS, count))
+    geometry: list[tuple[float, ...]] = []
+    law: list[tuple[float, ...]] = []
     pair_list = list(pairs.numbers)
     turned = [(float(x), float(y), float(np.cos(th)), float(np.sin(th))) for x, y, th in places]
-    for at, i in enumerate(order.tolist()):
+    for i in order.tolist():
         member, (s1, s2) = members[i], ends[i]
         offset2 = max(member.offset**2, COINCIDENT**2)
         length = member.natural_length
         if length is None:
             one, two = pair_list[keys[i][0]]
-            d = np.subtract(_point_at(turned[one], s1), _point_at(turned[two], s2))
-            length = math.sqrt(d @ d + offset2)
-        geometry[:, at] = (*s1, *s2, offset2, length)
-        if not isinstance(member.law, UserLaw):
-            column = member.law.parameters
-            law[: len(column), at] = column
+            (x1, y1), (x2, y2) = _point_at(turned[one], s1), _point_at(turned[two], s2)
+            length = math.sqrt((x1 - x2) ** 2 + (y1 - y2) ** 2 + offset2)
+        geometry.append((*s1, *s2, offset2, length))
+        given = () if isinstance(member.law, UserLaw) else tuple(member.law.parameters)
+        law.append(given + (0.0,) * (PARAMETERS - len(given)))
 
     segments: list[tuple[int, int, int, int]] = []
     user: list[UserSegment] = []
@@ -198,7 +197,12 @@ def _segments(
             if isinstance(owner, UserLaw):
                 user.append(UserSegment(law=owner, pair=pair, first=first, last=at))
             first = at
-    return order, segments, geometry, law, tuple(user)
+    return order, segments, _columns(geometry, 6), _columns(law, PARAMETERS), tuple(user)
+
+
+def _columns(rows: list[tuple[float, ...]], size: int) -> Array:
+    """(size, rows)"""
+    return np.array(rows, float).reshape(-1, size).T.copy()
 
 
 def _elements(elements: tuple[Element, ...], pairs: _Pairs, places: list[Array]) -> tuple[Array, Array]:
