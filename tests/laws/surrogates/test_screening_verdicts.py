@@ -48,6 +48,7 @@ def total_indices(f, d):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_resolved_hides_no_input_that_matters(name):
     d, f = FUNCTIONS[name]

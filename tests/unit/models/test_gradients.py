@@ -49,6 +49,7 @@ def open_study(folder, *, gradient='gradient = "m.py:slopes"', engine="inline", 
     return Campaign.from_file(folder / "s.toml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("function", "gradient", "engine"),
     [("f", 'gradient = "m.py:slopes"', "processes"), ("pair", "", "inline")],
@@ -78,6 +79,7 @@ def test_runs_made_without_a_gradient_stay_valid(tmp_path):
         assert [run.key for run in campaign.evaluate([{"a": 0.5, "b": 0.5}])] == keys
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "words"),
     [

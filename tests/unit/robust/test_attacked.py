@@ -42,6 +42,7 @@ def test_an_attack_that_finds_nothing_makes_it_converged():
     assert found.evaluations <= found.budget == 180
 
 
+@pytest.mark.slow
 def test_what_the_attack_finds_is_the_worst_scenario():
     plain = minimax(_spiked, CHOICE, DANGER, budget=80, attack=0, tolerance=1e-2)
     found = minimax(_spiked, CHOICE, DANGER, budget=80, attack=400, tolerance=1e-2)

@@ -108,6 +108,7 @@ def test_mixed_problems_within_one_percent_of_their_enumeration(name, seed):
     assert function(result.design, result.scenario) == pytest.approx(result.value, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(PROBLEMS)[:3])
 @pytest.mark.parametrize("budget", [15, 100])
 def test_a_small_budget_falls_back_to_a_smaller_trend(name, budget):

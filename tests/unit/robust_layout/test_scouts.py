@@ -228,6 +228,7 @@ def test_the_study_says_how_many_scouts_there_are(tmp_path, monkeypatch, line, s
     assert asked["coarse"] is None  # this model has no runs at a longer step
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scouts", "first"), [(120, "look"), (121, "attack")])
 def test_where_scouts_climb_a_layout_is_attacked_at_once(tmp_path, monkeypatch, scouts, first):
     turns = []

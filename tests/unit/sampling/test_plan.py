@@ -60,6 +60,7 @@ def test_a_kind_gives_the_runs_asked_for_inside_the_bounds(space, kind):
     assert not np.array_equal(make_design(space, kind, 12, seed=4).unit, design.unit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["lhs", "ihs", "sobol", "halton", "optimised_lhs"])
 @pytest.mark.parametrize("runs", [1, 2, 7, 30])
 def test_levels_are_balanced_as_far_as_the_runs_allow(mixed, kind, runs):
@@ -90,6 +91,7 @@ def test_factors_are_arranged_together_not_rounded_afterwards(mixed):
         np.testing.assert_array_equal(np.sort(joint.unit[:, j]), np.sort(rounded.unit[:, j]))
 
 
+@pytest.mark.slow
 def test_d_optimal_swaps_keep_the_levels(space):
     design = make_design(space, "d_optimal_within", 16, seed=1, options=SEARCHED)
     assert design.to_pandas()["n"].value_counts().to_dict() == {1: 4, 2: 4, 3: 4, 4: 4}

@@ -27,6 +27,7 @@ def runs(n=40, seed=0):
     return x, 4 * x[:, 0] + 2 * x[:, 0] * x[:, 1] + 1.5 * (x[:, 2] == np.unique(x[:, 2])[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", INDICES)
 def test_every_method_ranks_what_matters_first(method):
     x, y = runs()
@@ -51,6 +52,7 @@ def test_sobol_indices_by_name_have_bands_and_interactions():
     assert found["averaged_over"]["steel"] == "its 3 levels, equally likely"
 
 
+@pytest.mark.slow
 def test_of_many_parameters_the_first_are_paired():
     space = Space([Parameter(f"x{k}", lower=0, upper=1) for k in range(8)])
     x = np.random.default_rng(1).random((30, 8))

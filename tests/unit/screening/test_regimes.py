@@ -32,6 +32,7 @@ def found():
     return screen(rows(), SPACE, NAMED, effects=False)
 
 
+@pytest.mark.slow
 def test_the_switch_and_the_regimes_have_drivers_of_their_own(found):
     regimes = found.regimes
     assert set(regimes["switch"]["selected"]) >= {"a", "b"}

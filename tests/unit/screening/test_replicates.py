@@ -10,6 +10,7 @@ SPACE = Space([Parameter(f"x{i}", lower=0.0, upper=1.0) for i in range(6)])
 NOISE = 0.3  # of a response that ranges over 4.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_the_active_inputs_are_found_in_fifteen_points_run_three_times(seed):
     rng = np.random.default_rng(seed)

@@ -114,6 +114,7 @@ def test_a_search_that_the_attack_proved_wrong_goes_on_with_what_it_has_left():
     assert sorted(reached)[1] > 2.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_where_the_attack_opens_the_gap_again_the_search_goes_on(seed):
     """A plane to all runs that are given; the attack comes upon a pit in it, no worse than its top."""
@@ -153,6 +154,7 @@ def test_numbers_do_not_depend_on_the_workers_for_the_attack():
     assert [tuple(a.point) for a in one[:40]] == [tuple(a.point) for a in four[:40]]
 
 
+@pytest.mark.slow
 def test_several_responses_share_the_attack():
     found = worst_cases(
         lambda **x: {"p": sum(x.values()), "q": -sum(x.values())},

@@ -168,6 +168,7 @@ def mixed(force, hands, road, speed):
     return (speed - 0.4) ** 2 / friction - hands + abs(force - 371.0) / 700.0
 
 
+@pytest.mark.slow
 def test_mixed_spaces_stay_on_their_levels_and_find_the_best_combination():
     result = worst_case(mixed, MIXED, sense="min", budget=60, seed=0)
     for run in result.runs:

@@ -33,6 +33,7 @@ def test_every_response_has_its_worst_case_and_the_runs_are_shared():
     assert not any(run.proposal == "start" for run in found["travel"].runs)
 
 
+@pytest.mark.slow
 def test_a_weighted_sum_is_searched():
     found = worst_case(model, BOX, response=weighted({"load": 1.0, "travel": -2.0}), budget=30, seed=0)
     # a (1 + b) - 2 (a^2 + b): b pays only where a > 2, so b = 0 and a = 1/4
@@ -50,6 +51,7 @@ def test_runs_outside_the_limits_are_excluded_and_counted():
         assert (run.status == "excluded") == (model(**run.parameters)["travel"] > 2.0)
 
 
+@pytest.mark.slow
 def test_an_evaluator_takes_the_place_of_the_function():
     senses = {"load": "max", "travel": "max"}
     plain = worst_cases(model, BOX, senses, budget=20, seed=1)

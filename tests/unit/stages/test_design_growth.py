@@ -67,6 +67,7 @@ def test_more_runs_are_made_beside_those_that_are_there(study):
     assert (fewer["n"], made) == (30, 0), "nothing that was paid for is left out"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["ihs", "sobol", "d_optimal_select", "lhs"])
 def test_another_kind_keeps_the_runs(study, kind):
     first, _ = study.run()
@@ -84,6 +85,7 @@ def test_narrower_bounds_keep_what_lies_inside(study):
     assert made == found["n"] - len(inside) == 20 - len(inside)
 
 
+@pytest.mark.slow
 def test_wider_bounds_are_filled_where_no_run_lies(study):
     first, _ = study.run()
     found, made = study.run(a=(0, 15))
@@ -94,6 +96,7 @@ def test_wider_bounds_are_filled_where_no_run_lies(study):
     assert (new[:, 0] > 10).all()
 
 
+@pytest.mark.slow
 def test_a_new_parameter_keeps_the_runs_at_its_baseline(study):
     first, _ = study.run()
     tilt = [("tilt", -1, 1, "baseline = 0.25")]
@@ -146,6 +149,7 @@ def test_a_grown_design_of_the_default_kind_is_as_good_as_a_fresh_one():
     assert np.max(ratios) < 1.05, json.dumps(ratios)
 
 
+@pytest.mark.slow
 def test_a_part_of_a_larger_design_is_run_first_and_the_rest_when_it_is_asked_for(study):
     from workbench.report.lines.design import design_lines
     from workbench.sampling.plan import make_design

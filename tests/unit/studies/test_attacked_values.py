@@ -58,6 +58,7 @@ def test_attacked_values_of_a_subset_are_not_beaten():
     assert float(found["excess"].values[graded].max()) <= BEATEN
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_line_per_function_and_what_was_beaten(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["attacked_values", "drawn", "2", "5", "--attack", "60"])
     main()

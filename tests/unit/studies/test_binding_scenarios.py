@@ -1,6 +1,7 @@
 """Starts of a fixed min-max problem, and what is told of their ends."""
 
 import numpy as np
+import pytest
 
 from studies.binding_scenarios import WAYS, Searched, drawn_problem, searched, starts_of, told
 from workbench.engine.layout.bound.binding import is_by_scenario
@@ -15,6 +16,7 @@ def test_problems_are_those_of_their_seed_and_large_enough_to_be_searched_by_bin
     assert is_by_scenario(problem, problem.evaluate(problem.start))
 
 
+@pytest.mark.slow
 def test_searches_are_judged_by_all_cases_whichever_way_they_are_made():
     model, cases = drawn_problem(516, steps=100)
     cases = cases[:11]

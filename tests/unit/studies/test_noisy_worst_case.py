@@ -9,6 +9,7 @@ from studies.noisy_worst_case import run, run_undeclared
 BIAS, HELD, GAP, COVERED = 0.3, 0.9, 0.19, 0.9
 
 
+@pytest.mark.slow
 def test_two_functions_with_one_seed():
     found = run((0,), cases=(("branin", "max"), ("circuit", "max")))
     assert float(abs(found["bias"]).max()) < 1.0  # of the noise: three times the error of a mean of 12
@@ -28,6 +29,7 @@ def test_all_functions_with_four_seeds():
     assert float(found["lucky"].mean()) > 1.5
 
 
+@pytest.mark.slow
 def test_noise_that_nobody_declares_is_found_and_its_luckiest_run_not_reported():
     ds = run_undeclared(0.03, (7303,), cases=(("camel", "max"),))
     assert bool(ds["found"].item())

@@ -7,6 +7,7 @@ from studies.occupant_braking import LEFT
 from studies.occupant_grip import CASE, profile, search
 
 
+@pytest.mark.slow
 def test_one_hand_holds_from_a_grip_inside_the_range_on():
     truth = profile()
     assert len(truth.grip) == 51

@@ -7,6 +7,7 @@ from studies.predicted_worst_cases import run
 from studies.worst_case_calibration import FUNCTIONS
 
 
+@pytest.mark.slow
 def test_shares_count_from_the_worst_row():
     found = run((0,), functions=FUNCTIONS[:1])  # the borehole, which tables foretell
     assert list(found["case"].values) == ["borehole max", "borehole min"]

@@ -28,6 +28,7 @@ def test_sobols_g_with_four_seeds():
     assert int(found["wrongly_resolved"].sum()) == 0
 
 
+@pytest.mark.slow
 def test_what_a_user_gets_is_counted_beside():
     found = run((104,), names=("three steps",), methods=("user",)).isel(function=0, seed=0, method=0)
     assert [int(found[key]) for key in ("right", "missing", "inert", "beyond")] == [1, 0, 0, 0]

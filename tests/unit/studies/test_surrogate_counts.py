@@ -43,6 +43,7 @@ def test_true_indices_of_a_response_over_decades():
     assert total == pytest.approx(r * np.prod(1 + r) / (1 + r) / whole, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_intervals_bands_and_lists_are_counted(capsys):
     held, error = kriging(1, 1, ["friedman"])["friedman"]
     assert 0.7 < held <= 1.0

@@ -39,6 +39,7 @@ def test_rows_that_the_design_leaves_out_and_rows_without_another_response_are_k
     assert contradictions(drawn, page=False) == []
 
 
+@pytest.mark.slow
 def test_the_comparison_finds_what_is_seeded(tmp_path):
     """Against a table that has become worse since, and a study that was said to ignore nothing."""
     drawn = drawn_study(7, 14, tmp_path)

@@ -52,6 +52,7 @@ def searched(folder, more=""):
         return document, lines, write_report(campaign.folder).read_text()
 
 
+@pytest.mark.slow
 def test_page_and_terminal_say_that_the_worst_case_borders_on_failures(tmp_path):
     document, lines, page = searched(tmp_path)
     said = "The worst case borders on failures of this kind:"

@@ -150,6 +150,7 @@ def test_the_responses_of_a_table_of_runs(tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_the_order_of_the_responses_is_part_of_the_stage(tmp_path):
     worst = "responses = {{ {} }}\nbudget = 16"
     found(tmp_path, worst.format('load = "max", travel = "min"'))

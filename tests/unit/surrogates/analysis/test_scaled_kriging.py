@@ -44,6 +44,7 @@ def test_mean_and_deviation_are_those_of_a_lognormal():
     assert model.predict(x[12:20]) == pytest.approx(mean)
 
 
+@pytest.mark.slow
 def test_intervals_on_the_scale_of_the_response_hold_new_runs():
     """Six samples of 30 runs."""
     held, wide = [], []

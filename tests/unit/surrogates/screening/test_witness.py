@@ -1,6 +1,7 @@
 """The second witness: slopes, squares and products by regression, and inputs in leave-one-out errors."""
 
 import numpy as np
+import pytest
 
 from surrogates import KrigingScreener
 from surrogates.screening.confirmation import examined
@@ -91,6 +92,7 @@ def test_a_named_input_joins_when_the_likelihood_confirms_it():
     assert unasked.share.upper > 0.05
 
 
+@pytest.mark.slow
 def test_confirmed_inputs_are_selected_and_said():
     """Sobol's g of a third input that the likelihood finds too dear and its errors show."""
     a = np.array([0.0, 0.5, 3.0, 9.0] + [99.0] * 8)

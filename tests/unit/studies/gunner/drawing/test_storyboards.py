@@ -1,6 +1,7 @@
 """Stills of the manoeuvres: all of them named, the vehicle in the middle of each."""
 
 import numpy as np
+import pytest
 
 from studies.gunner.drawing.storyboards import MIDDLE, TIMES, camera_beside, figure, ridden
 from studies.gunner.proving_grounds import rough
@@ -11,6 +12,7 @@ def test_every_proving_ground_is_shown():
     assert names == {"straight", "braking", "step steer", "rollover", "rough", "kerb trip"}
 
 
+@pytest.mark.slow
 def test_a_row_has_a_still_for_every_time_and_says_how_far_he_is():
     made = figure({"waves": (rough(), (0.0, 0.02))})
     axes = made.get_axes()

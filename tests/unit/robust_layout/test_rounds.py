@@ -1,0 +1,77 @@
+"""Where rounds and other starts of a robust loop begin, and when rounds that are left are used."""
+
+import numpy as np
+import pytest
+
+from tests.sample_layout import STUDY
+from workbench.robust_layout import loop as loop_module
+from workbench.robust_layout.loop import _Loop
+from workbench.robust_layout.other_starts import OtherStarts
+from workbench.stages.campaign import Campaign
+from workbench.study.loading import parse_study
+
+pytestmark = pytest.mark.slow
+
+
+def run(folder, text=STUDY):
+    path = folder / "two.toml"
+    path.write_text(text)
+    with Campaign(parse_study(text, path=path)) as campaign:
+        return campaign.run()["robust_layout"]
+
+
+def optimised_in(folder, monkeypatch, text=STUDY):
+    """The cases, the start and the layout of every optimisation of a loop, and the titles of its starts."""
+    made, titles, real = [], [], loop_module.optimise_for_cases
+
+    def kept(model, cases, *, start, **others):
+        found = real(model, cases, start=start, **others)
+        made.append((cases, start, found.density))
+        return found
+
+    def begun(**given):
+        titles.extend(given["starts"])
+        return OtherStarts(**given)
+
+    monkeypatch.setattr(loop_module, "optimise_for_cases", kept)
+    monkeypatch.setattr(loop_module, "OtherStarts", begun)
+    run(folder, text)
+    return made, titles
+
+
+def test_rounds_begin_at_the_nominal_layout_and_other_starts_at_that_of_its_worst_case(tmp_path, monkeypatch):
+    made, titles = optimised_in(tmp_path, monkeypatch)
+    (nominal, none, first), (alone, also_none, second), (several, start, _) = made[:3]
+    assert none is None
+    assert also_none is None
+    assert [case["u"] for case in nominal] == [0.9]
+    assert [case["u"] for case in alone] == [-1.0]  # the other end, where that layout is worst
+    assert len(several) > 1
+    np.testing.assert_array_equal(start, first)
+    assert titles == ["second start", "third start", "fourth start"]
+    begun = [s for cases, s, _ in made[3:] if s is not None and np.array_equal(s, second)]
+    assert begun  # by the layouts from other starts
+
+
+def test_a_single_case_has_no_worst_of_the_others(tmp_path, monkeypatch):
+    made, titles = optimised_in(tmp_path, monkeypatch, STUDY.replace("scenarios = 4", "scenarios = 0"))
+    assert titles == ["third start", "fourth start"]
+    assert made[1][1] is not None
+
+
+def test_rounds_that_are_left_are_used_where_the_best_layout_breaks_in_the_end(tmp_path, monkeypatch):
+    attacked_best, rounds = _Loop.attacked_best, []
+
+    def broken_at_first(loop):
+        name = attacked_best(loop)
+        if not rounds:  # as where the attack on another layout finds a case for it
+            loop.bounds[name] *= 0.5
+        rounds.append(len(loop.rounds))
+        return name
+
+    monkeypatch.setattr(_Loop, "attacked_best", broken_at_first)
+    found = run(tmp_path)
+    assert rounds[0] < 5
+    assert rounds[1] > rounds[0]
+    assert len(found["rounds"]) == rounds[-1]
+    assert found["closed"] or rounds[-1] == 5
