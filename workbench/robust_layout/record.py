@@ -22,6 +22,7 @@ __all__ = [
     "largest",
     "loop_status",
     "may_exceed",
+    "percent",
     "promise_of",
     "reasons_against_green",
 ]
@@ -146,6 +147,15 @@ def excess(worst: float, bound: float) -> float:
     return above / abs(bound) if bound else above
 
 
+def percent(share: float) -> str:
+    """An excess in words: what is not nothing and less than a ten-thousandth counts as that.
+
+    >>> percent(9.2e-7), percent(0.0), percent(0.115)
+    ('0.01 %', '0 %', '11.5 %')
+    """
+    return f"{100 * max(share, 1e-4):.3g} %" if share else "0 %"
+
+
 def may_exceed(
     rounds: Sequence[Round], breaks: Sequence[float], tolerance: float, *, closed: bool, holds: bool
 ) -> float:
@@ -175,7 +185,7 @@ def loop_status(
             "The rounds were spent, and attacks broke the layouts that were better before. This one is the "
             "best in the cases that are known by now; it was not attacked itself. The loop is not closed."
         )
-    above = f"{100 * excess(found.value, bound):.3g} %" if bound else f"{found.value:.3g}"
+    above = percent(excess(found.value, bound)) if bound else f"{found.value:.3g}"
     scouts = 0 if found.attack is None else found.attack.get("scouts", 0)  # none in attacks kept from before
     raised = ""
     if broke is not None:

@@ -119,6 +119,8 @@ def test_a_bound_that_was_raised_is_told():
     assert said.startswith("The bound is what an attack found, 25 % above the one before. 60 true runs")
     assert said.endswith("the loop is closed.")
     assert not loop_status(found, 3.0, closed=True, needed=0).startswith("The bound")
+    hardly = loop_status(replace(found, value=3.0 + 1e-6), 3.0, closed=True, needed=0)
+    assert "nothing more than 0.01 % above the bound" in hardly
     again = loop_status(replace(found, value=3.3), 3.0, closed=False, needed=0, broke=2.4)
     assert again.startswith(
         "The bound is what an attack found, 25 % above the one before. The rounds were spent, and the last "

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.report.lines.requirements import requirement_text
-from workbench.report.lines.tables import format_number, table_lines, unit_suffix, wrapped
+from workbench.report.lines.tables import format_number, format_share, table_lines, unit_suffix, wrapped
 
 __all__ = ["robust_layout_lines"]
 
@@ -18,7 +18,7 @@ def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:
     rows = [
         (
             str(k + 1), "", str(r["cases"]), format_number(r["bound"]), format_number(r["worst"]),
-            f"{100 * r['gap']:.3g} %",
+            format_share(r["gap"]),
         )
         for k, r in enumerate(document["rounds"])
     ]  # fmt: skip

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Iterable, Sequence
 
-__all__ = ["fitted", "format_number", "hanging", "table_lines", "unit_suffix", "wrapped"]
+__all__ = ["fitted", "format_number", "format_share", "hanging", "table_lines", "unit_suffix", "wrapped"]
 
 
 def format_number(value: float | None, digits: int = 5) -> str:
@@ -13,6 +13,15 @@ def format_number(value: float | None, digits: int = 5) -> str:
     ('-50.168', '1.23e-05', '-')
     """
     return "-" if value is None else f"{value:.{digits}g}"
+
+
+def format_share(share: float) -> str:
+    """A share in percent; "< 0.01 %" for what is less and not nothing.
+
+    >>> format_share(0.11508), format_share(9.2e-7), format_share(0.0)
+    ('11.5 %', '< 0.01 %', '0 %')
+    """
+    return "< 0.01 %" if 0.0 < share < 1e-4 else f"{100 * share:.3g} %"
 
 
 def unit_suffix(unit: str) -> str:

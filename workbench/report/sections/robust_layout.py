@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.figures.loop import plot_rounds
+from workbench.report.lines.tables import format_share
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -51,7 +52,7 @@ def _rounds(
     folder: CampaignFolder, rounds: list[dict[str, Any]], loop: Mapping[str, Any], unit: str
 ) -> Figure:
     label = str(loop["response"])
-    said = ", ".join(f"{100 * r['gap']:.3g} %" for r in rounds)
+    said = ", ".join(format_share(r["gap"]) for r in rounds)
     return Figure(
         id="loop-rounds",
         title="Bound and worst case, round by round",
