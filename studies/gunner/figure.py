@@ -97,6 +97,9 @@ def pieces(numbers: Numbers) -> Mapping[str, Piece]:
     }
     for side, sign in SIDES.items():
         found |= {f"{side} {name}": piece for name, piece in limbs(numbers, side, sign).items()}
+    for piece in found.values():
+        for shared in (piece.at, piece.centre, piece.inertia):
+            shared.setflags(write=False)
     return MappingProxyType(found)
 
 

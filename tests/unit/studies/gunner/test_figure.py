@@ -149,3 +149,12 @@ def test_slips_are_told(numbers, tmp_path):
     own.write_text(FILE.read_text().replace("value = 0.2247,", "value = 0.9,"))
     with pytest.raises(ValueError, match=r"the neck leaves the head no inertia: share 0\.9"):
         figure(figure_numbers(str(own)))
+
+
+def test_bodies_that_all_cases_share_cannot_be_written_into():
+    shared = pieces(figure_numbers())
+    assert pieces(figure_numbers()) is shared
+    with pytest.raises(ValueError, match="read-only"):
+        shared["head"].centre[0] = 1.0
+    with pytest.raises(TypeError, match="item assignment"):
+        shared["head"] = shared["neck"]
