@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from workbench.engine.layout.formulation.problem import InvalidLayout, static_problem
+from workbench.stages.campaign import Campaign
+from workbench.study.loading import parse_study
 
 ROBUST = 4 * 5 / 4.8  # 4/(0.1 + a0) at a0 = 0.86 with the budget 1
 
@@ -116,3 +118,21 @@ corners = 8
 rounds = 5
 samples = 30
 """
+
+
+def study(folder, text=STUDY):
+    """The study in a folder."""
+    path = folder / "two.toml"
+    path.write_text(text)
+    return parse_study(text, path=path)
+
+
+def run(folder, text=STUDY):
+    """The document of its loop, and the folder of its campaign."""
+    with Campaign(study(folder, text)) as campaign:
+        return campaign.run()["robust_layout"], campaign.folder
+
+
+def changed(old, new, text=STUDY):
+    assert old in text
+    return text.replace(old, new)

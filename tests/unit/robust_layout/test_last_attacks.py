@@ -4,21 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sample_layout import STUDY
+from tests.sample_layout import changed, run
 from workbench.robust_layout import loop as loop_module
 from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.model import layout_name
 from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.record import Round, loop_status, may_exceed
-from workbench.stages.campaign import Campaign
-from workbench.study.loading import parse_study
 
-
-def run(folder, *, rounds):
-    path, text = folder / "two.toml", STUDY.replace("rounds = 5", f"rounds = {rounds}")
-    path.write_text(text)
-    with Campaign(parse_study(text, path=path)) as campaign:
-        return campaign.run()["robust_layout"], campaign.folder
+ONE_ROUND = changed("rounds = 5", "rounds = 1")
 
 
 @pytest.fixture
@@ -42,7 +35,7 @@ def attacked(monkeypatch):
 @pytest.mark.slow
 def test_what_no_attack_is_left_for_is_not_called_attacked(tmp_path, monkeypatch, attacked):
     monkeypatch.setattr(loop_module, "LAST", 1)
-    found, folder = run(tmp_path, rounds=1)
+    found, folder = run(tmp_path, ONE_ROUND)
     assert len(attacked) == 1
     assert found["made_as"] not in attacked
     assert found["attack"] is None
@@ -57,7 +50,7 @@ def test_what_no_attack_is_left_for_is_not_called_attacked(tmp_path, monkeypatch
 
 @pytest.mark.slow
 def test_three_are_attacked_though_there_was_one_round(tmp_path, attacked):
-    run(tmp_path, rounds=1)
+    run(tmp_path, ONE_ROUND)
     assert len(set(attacked)) == 3
 
 
@@ -85,7 +78,7 @@ def broken_once(monkeypatch):
 
 @pytest.mark.slow
 def test_one_that_broke_meets_a_whole_attack_as_it_is(tmp_path, broken_once):
-    found, _ = run(tmp_path, rounds=1)
+    found, _ = run(tmp_path, ONE_ROUND)
     name, limit, turn, to_the_end = broken_once[-1]
     before = [row for row in broken_once[:-1] if row[0] == name]
     assert to_the_end

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from studies.occupant_braking import NOMINAL, restraint
-from tests.sample_layout import ROBUST, STUDY, TwoMembers, value
+from tests.sample_layout import ROBUST, STUDY, TwoMembers, changed, run, study, value
 from workbench.errors import Interrupted, StudyError
 from workbench.models.evaluator import FunctionEvaluator
 from workbench.report.writing import write_report
@@ -18,29 +18,11 @@ from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.other_starts import OtherStarts
 from workbench.robust_layout.record import OtherStartsFound, RobustLayout, loop_status
 from workbench.stages import robust_layout as robust_layout_stage
-from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
 from workbench.stages.validation import check_study
-from workbench.study.loading import parse_study
 
 NEAR = 0.02  # the loop's own tolerance
 VARIANT = '\n[[robust_layout.variant]]\nname = "half of it"\noptions = { budget = 0.5 }\n'
-
-
-def study(folder, text=STUDY):
-    path = folder / "two.toml"
-    path.write_text(text)
-    return parse_study(text, path=path)
-
-
-def run(folder, text=STUDY):
-    with Campaign(study(folder, text)) as campaign:
-        return campaign.run()["robust_layout"], campaign.folder
-
-
-def changed(old, new, text=STUDY):
-    assert old in text
-    return text.replace(old, new)
 
 
 @pytest.fixture(scope="module")

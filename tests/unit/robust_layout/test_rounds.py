@@ -3,21 +3,12 @@
 import numpy as np
 import pytest
 
-from tests.sample_layout import STUDY
+from tests.sample_layout import STUDY, changed, run
 from workbench.robust_layout import loop as loop_module
 from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.other_starts import OtherStarts
-from workbench.stages.campaign import Campaign
-from workbench.study.loading import parse_study
 
 pytestmark = pytest.mark.slow
-
-
-def run(folder, text=STUDY):
-    path = folder / "two.toml"
-    path.write_text(text)
-    with Campaign(parse_study(text, path=path)) as campaign:
-        return campaign.run()["robust_layout"]
 
 
 def optimised_in(folder, monkeypatch, text=STUDY):
@@ -54,7 +45,7 @@ def test_rounds_begin_at_the_nominal_layout_and_other_starts_at_that_of_its_wors
 
 
 def test_a_single_case_has_no_worst_of_the_others(tmp_path, monkeypatch):
-    made, titles = optimised_in(tmp_path, monkeypatch, STUDY.replace("scenarios = 4", "scenarios = 0"))
+    made, titles = optimised_in(tmp_path, monkeypatch, changed("scenarios = 4", "scenarios = 0"))
     assert titles == ["third start", "fourth start"]
     assert made[1][1] is not None
 
@@ -70,7 +61,7 @@ def test_rounds_that_are_left_are_used_where_the_best_layout_breaks_in_the_end(t
         return name
 
     monkeypatch.setattr(_Loop, "attacked_best", broken_at_first)
-    found = run(tmp_path)
+    found, _ = run(tmp_path)
     assert rounds[0] < 5
     assert rounds[1] > rounds[0]
     assert len(found["rounds"]) == rounds[-1]

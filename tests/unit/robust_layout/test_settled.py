@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.sample_layout import STUDY
+from tests.sample_layout import run
 from workbench.models.evaluator import Outcome
 from workbench.robust_layout import loop as loop_module
 from workbench.robust_layout.cases import Optimised
@@ -13,15 +13,6 @@ from workbench.robust_layout.judged import JudgedLayouts
 from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.oracle import Found
 from workbench.robust_layout.record import LoopSettings, reasons_against_green
-from workbench.stages.campaign import Campaign
-from workbench.study.loading import parse_study
-
-
-def run(folder, text=STUDY):
-    path = folder / "two.toml"
-    path.write_text(text)
-    with Campaign(parse_study(text, path=path)) as campaign:
-        return campaign.run()["robust_layout"]
 
 
 @pytest.fixture
@@ -59,7 +50,7 @@ def test_the_best_of_all_is_searched_on_where_it_is_not_settled(tmp_path, monkey
     monkeypatch.setattr(_Loop, "attacked_best", at_the_end)
     monkeypatch.setattr(_Loop, "is_unsettled", lambda loop, name: bool(left))
     monkeypatch.setattr(_Loop, "longer", seen)
-    found = run(tmp_path)
+    found, _ = run(tmp_path)
     assert left == []
     assert found["closed"]
     assert found["worst"] <= 1.001 * min(kept["worst"] for kept in found["layouts"].values())
