@@ -22,7 +22,6 @@ __all__ = [
     "largest",
     "loop_status",
     "may_exceed",
-    "percent",
     "promise_of",
     "reasons_against_green",
 ]
@@ -147,10 +146,10 @@ def excess(worst: float, bound: float) -> float:
     return above / abs(bound) if bound else above
 
 
-def percent(share: float) -> str:
+def _percent(share: float) -> str:
     """An excess in words: what is not nothing and less than a ten-thousandth counts as that.
 
-    >>> percent(9.2e-7), percent(0.0), percent(0.115)
+    >>> _percent(9.2e-7), _percent(0.0), _percent(0.115)
     ('0.01 %', '0 %', '11.5 %')
     """
     return f"{100 * max(share, 1e-4):.3g} %" if share else "0 %"
@@ -185,7 +184,7 @@ def loop_status(
             "The rounds were spent, and attacks broke the layouts that were better before. This one is the "
             "best in the cases that are known by now; it was not attacked itself. The loop is not closed."
         )
-    above = percent(excess(found.value, bound)) if bound else f"{found.value:.3g}"
+    above = _percent(excess(found.value, bound)) if bound else f"{found.value:.3g}"
     scouts = 0 if found.attack is None else found.attack.get("scouts", 0)  # none in attacks kept from before
     raised = ""
     if broke is not None:

@@ -51,7 +51,7 @@ def jobs_ahead(study: Study) -> Iterator[str]:
     alone = study.evaluate.get("engine") == "inline" or study.evaluate.get("workers", 1) == 1
     if study.path is None or alone or usable_processors() == 1:
         return
-    if not is_report_read():
+    if not is_report_compiled():
         yield REPORT
     if study.screen or study.worst_case:
         from surrogates import are_kernels_compiled
@@ -65,7 +65,7 @@ def jobs_ahead(study: Study) -> Iterator[str]:
             yield LAYOUT
 
 
-def is_report_read() -> bool:
+def is_report_compiled() -> bool:
     """Whether the bytecode of what draws a report is kept by now, or cannot be."""
     drawing = find_spec("matplotlib")
     kept = None if drawing is None or sys.dont_write_bytecode else drawing.cached

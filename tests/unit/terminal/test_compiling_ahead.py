@@ -24,7 +24,7 @@ def cold(monkeypatch):
     """An installation on two processors that has compiled nothing."""
     monkeypatch.setattr("surrogates.compiling.are_kernels_compiled", lambda: False)
     monkeypatch.setattr("workbench.engine.sensitivity.compiled_before.an_adjoint_is_compiled", lambda: False)
-    monkeypatch.setattr(compiling_ahead, "is_report_read", lambda: False)
+    monkeypatch.setattr(compiling_ahead, "is_report_compiled", lambda: False)
     monkeypatch.setattr(compiling_ahead, "usable_processors", lambda: 2)
 
 
@@ -46,7 +46,7 @@ def test_nothing_is_compiled_twice(cold, monkeypatch):
     monkeypatch.setattr("surrogates.compiling.are_kernels_compiled", lambda: True)
     assert list(jobs_ahead(load_study(DEMO))) == ["report", "layout"]
     monkeypatch.setattr("workbench.engine.sensitivity.compiled_before.an_adjoint_is_compiled", lambda: True)
-    monkeypatch.setattr(compiling_ahead, "is_report_read", lambda: True)
+    monkeypatch.setattr(compiling_ahead, "is_report_compiled", lambda: True)
     assert list(jobs_ahead(load_study(DEMO))) == []
 
 
@@ -84,7 +84,7 @@ def test_a_study_whose_stages_are_done_is_not_asked(cold, campaign, monkeypatch)
 
 @pytest.mark.slow
 def test_bytecode_of_the_report_is_kept_by_its_job(tmp_path):
-    asked = "from workbench.terminal.compiling_ahead import is_report_read; print(is_report_read())"
+    asked = "from workbench.terminal.compiling_ahead import is_report_compiled; print(is_report_compiled())"
     job = [sys.executable, "-m", "workbench.terminal.compiling_ahead", "report", str(DEMO)]
     fresh = {**os.environ, "PYTHONPYCACHEPREFIX": str(tmp_path)}
     fresh.pop("PYTHONDONTWRITEBYTECODE", None)
