@@ -140,8 +140,11 @@ def _body(trajectory: Any, name: str) -> tuple[Array, Array, Array]:
     for index, body in enumerate(system.prescribed):
         if body.name == name:
             part = slice(3 * index, 3 * index + 3)
-            push = np.array([body.motion.push(float(t)) for t in times])
-            return trajectory.tables.motion[:, 0, part], trajectory.tables.motion[:, 1, part], push
+            kept = f"acceleration of '{name}'"
+            if kept not in trajectory.memo:  # every point of the body asks for it
+                trajectory.memo[kept] = np.array([body.motion.push(t) for t in times.tolist()])
+            place, speed = (trajectory.tables.motion[:, k, part] for k in range(2))
+            return place, speed, trajectory.memo[kept]
     part = system.coordinate(name)
     return trajectory.position[:, part], trajectory.velocity[:, part], trajectory.acceleration[:, part]
 
