@@ -223,7 +223,8 @@ def ascend(D, at, y, start, lower, upper, restricted, iterations, tolerance):
     trial_information = np.zeros((m, m))
     # a theta on its lower bound stays there: its gradient in log theta is theta times a slope
     dead = lower[0]
-    l, s2 = likelihood(D, at, y, phi, restricted, 2, gradient, information, dead, -np.inf)
+    level = np.int64(2)  # numba compiles a kernel anew for each literal that it is called with
+    l, s2 = likelihood(D, at, y, phi, restricted, level, gradient, information, dead, -np.inf)
     damping = 1e-2
     evaluations = 1
     if l == FAILED:
@@ -234,7 +235,7 @@ def ascend(D, at, y, start, lower, upper, restricted, iterations, tolerance):
             break
         trial = phi + delta
         value, variance = likelihood(
-            D, at, y, trial, restricted, 2, trial_gradient, trial_information, dead, l
+            D, at, y, trial, restricted, level, trial_gradient, trial_information, dead, l
         )
         evaluations += 1
         if value > l:
