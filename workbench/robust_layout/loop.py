@@ -5,7 +5,7 @@
                        first from the layout of the nominal case)
              worst  <- look at random corners; when they do not break the bound, spend evaluations until the
                        first-order condition holds, and send the adversary
-             stop when nothing exceeds the bound by more than the tolerance, else S <- S + what broke it
+             stop within the tolerance of the bound, or where rounds gain nothing; else S <- S + what broke it
     look at the layouts it is compared with, and optimise from other starts until one agrees with the best
     (`workbench.robust_layout.other_starts`); go on when they change it
 
@@ -49,6 +49,7 @@ from workbench.robust_layout.record import (
     may_exceed,
     promise_of,
     reasons_against_green,
+    rounds_are_spent,
 )
 from workbench.robust_layout.scenarios import stratified_cases
 from workbench.robust_layout.scouts import SCOUTS
@@ -99,11 +100,10 @@ def find_robust_layout(
     drawn = stratified_cases(space, settings.scenarios, seed=settings.seed)
     cases = distinct([space.canonical(case) for case in [*start, *drawn]])
     judged = JudgedLayouts(evaluator=evaluator, response=model.response, cases=cases)
-    loop = _Loop(
+    return _Loop(
         model=model, oracle=oracle, folder=folder, settings=settings, identity=identity, tell=tell,
         judged=judged,
-    )  # fmt: skip
-    return loop.run()
+    ).run()  # fmt: skip
 
 
 @dataclass(slots=True, kw_only=True)
@@ -122,9 +122,7 @@ class _Loop:
     broke: dict[str, float] = field(default_factory=dict)  # bounds before, of those attacked again at the end
     rounds: list[Round] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
-    gained: dict[str, float | None] = field(
-        default_factory=dict
-    )  # too little, by evaluations added at the end
+    gained: dict[str, float | None] = field(default_factory=dict)  # too little, by evaluations at the end
     compared: bool = False  # with the layouts that are looked at once
     begins_at: Array | None = None  # the first round
 
@@ -137,9 +135,8 @@ class _Loop:
         self.judged.documents["nominal only"] = nominal.document
         self.judged.origins["nominal only"] = ROUNDS
         self.begins_at = nominal.density
-        starts: dict[str, Array | None] = {
-            "third start": None, "fourth start": random_densities(problem, seed=self.settings.seed)
-        }  # fmt: skip
+        random = random_densities(problem, seed=self.settings.seed)
+        starts: dict[str, Array | None] = {"third start": None, "fourth start": random}
         alone = self.for_one_case("nominal only")
         others = OtherStarts(
             judged=self.judged,
@@ -154,12 +151,12 @@ class _Loop:
             if agreed and self.holds(robust) and not others.agrees():  # what was found since parts them
                 others.agree()
                 robust = self.attacked_best()
-            if self.holds(robust) or len(self.rounds) >= self.settings.rounds:
+            if self.holds(robust) or self.is_spent():
                 return self.result(robust, others.found())
 
     def until_it_holds(self) -> bool:
-        """Rounds, until the best layout of all holds against an attack or all are spent; whether it does."""
-        while len(self.rounds) < self.settings.rounds:
+        """Rounds, until the best layout of all holds against an attack or they are spent; whether it does."""
+        while not self.is_spent():
             if not self.round(len(self.rounds) + 1):
                 continue
             if not self.compared:
@@ -168,6 +165,10 @@ class _Loop:
             if self.holds(self.chosen()):
                 return True
         return False
+
+    def is_spent(self) -> bool:
+        """Whether no round is left, or the last ones gained nothing."""
+        return rounds_are_spent(self.rounds, self.judged.worst, self.settings)
 
     def limit(self, bound: float) -> float:
         """What a worst case may reach without breaking a bound."""
@@ -212,15 +213,13 @@ class _Loop:
 
     def settled_by_looks(self, turn: int) -> tuple[str, Found]:
         """The best layout, with more evaluations as long as random corners do not break it."""
-        spent = 0
-        while True:
+        for spent in range(1, LONGER + 2):
             name = self.judged.best()
             found = self.look_at(name, turn)
-            spent += 1
-            if found.value > self.limit(self.judged.worst(name)) or spent > LONGER:
-                return name, found
-            if not self.longer(name, f"round {turn}, evaluations added {spent}"):
-                return name, found
+            broken = found.value > self.limit(self.judged.worst(name))
+            if broken or spent > LONGER or not self.longer(name, f"round {turn}, evaluations added {spent}"):
+                break
+        return name, found
 
     def for_one_case(self, name: str) -> Array | None:
         """The layout for the one case, not the nominal one, in which a layout is worst; None without any."""
@@ -355,7 +354,7 @@ class _Loop:
         bound raised to what broke it, meets a whole attack with numbers of its own, once: the last word.
         """
         self.fresh = len(self.judged.cases)
-        turn, is_spent = len(self.rounds) + 1, len(self.rounds) >= self.settings.rounds
+        turn, is_spent = len(self.rounds) + 1, self.is_spent()
         left = max(LAST, self.settings.rounds) if is_spent else None
         while True:
             self.judged.join([found.case for found in self.worst.values()])
@@ -389,10 +388,11 @@ class _Loop:
         document = self.judged.documents.get(robust)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
         breaks = [excess(self.worst[name].value, before) for name, before in attacked.items()]
+        idle = len(self.rounds) < self.settings.rounds
+        status = loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke, idle=idle)
         off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds)
         return RobustLayout(
-            robust=robust, closed=closed, may_exceed=off,
-            status=loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke),
+            robust=robust, closed=closed, may_exceed=off, status=status,
             layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
             rounds=self.rounds, failures=self.failures, other_starts=others,
             reasons=reasons_against_green(found, document, others, closed=closed, gained=gained),

@@ -1,6 +1,6 @@
 """What the robust loop is asked for, its rounds, and what it found."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,6 +24,7 @@ __all__ = [
     "may_exceed",
     "promise_of",
     "reasons_against_green",
+    "rounds_are_spent",
 ]
 
 Array = NDArray[np.float64]
@@ -31,6 +32,8 @@ Case = Mapping[str, Any]
 
 GOING_ON = 3  # attacks after the first, at most
 FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
+IDLE = 3  # rounds one after the other that gained nothing
+AT_HAND = 5  # tolerances between what the best layout is worth and what the last round was made for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +41,8 @@ class LoopSettings:
     """How much the loop may spend, and when it is closed.
 
     scenarios: of the stratified set that it begins with.    evaluations: of the optimiser per round.
-    budget: true runs of each attack.    corners: random ones looked at before.    rounds: at most.
+    budget: true runs of each attack.    corners: random ones looked at before.    rounds: at most, fewer
+    where the last ones gain nothing (`rounds_are_spent`).
     tolerance: relative excess of the worst case over the bound that is accepted.
     going_on: attacks after the first, at most, where that one broke nothing and no two of its climbs arrived
     at the worst case.    scouts: runs at a longer step in each attack; None: `SCOUTS` times the budget.
@@ -168,9 +172,29 @@ def may_exceed(
     return max([*lately, *breaks, *([tolerance] if holds else [])], default=0.0)
 
 
+def rounds_are_spent(
+    rounds: Sequence[Round], worst: Callable[[str], float], settings: LoopSettings
+) -> bool:  # fmt: skip
+    """Whether no round is left, or the last three gained less than half a tolerance over all cases known.
+
+    worst: of a layout, over these cases. A round is made for what broke the one before, and what it is made
+    for is met by as much elsewhere; more of them would go on so. Where the best layout is far above what the
+    last round was made for, rounds still learn of a cliff, and go on.
+    """
+    if len(rounds) >= settings.rounds:
+        return True
+    if len(rounds) <= IDLE:
+        return False
+    before = min(worst(r.layout) for r in rounds[:-IDLE])
+    best = min(before, *(worst(r.layout) for r in rounds[-IDLE:]))
+    made_for = rounds[-1].bound
+    is_at_hand = best - made_for < AT_HAND * settings.tolerance * abs(made_for)
+    return is_at_hand and before - best < 0.5 * settings.tolerance * abs(best)
+
+
 def loop_status(
     found: Found, bound: float | None, *, closed: bool, needed: int, holds: bool = False,
-    broke: float | None = None,
+    broke: float | None = None, idle: bool = False,
 ) -> str:  # fmt: skip
     """Whether the loop is closed, in a sentence.
 
@@ -178,10 +202,12 @@ def loop_status(
     needed: runs that an attack takes to close the loop, 0 where it made enough.
     holds: nothing was found beyond the tolerance.
     broke: the bound before, of a layout that an attack had broken and that was attacked again as it is.
+    idle: rounds were left, of which nothing more was hoped.
     """
+    ended = "The last rounds gained nothing" if idle else "The rounds were spent"
     if bound is None:
         return (
-            "The rounds were spent, and attacks broke the layouts that were better before. This one is the "
+            f"{ended}, and attacks broke the layouts that were better before. This one is the "
             "best in the cases that are known by now; it was not attacked itself. The loop is not closed."
         )
     above = _percent(excess(found.value, bound)) if bound else f"{found.value:.3g}"
@@ -204,7 +230,7 @@ def loop_status(
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
     return (
-        f"{raised}The rounds were spent, and {how} found {above} above the bound: another may find as much "
+        f"{raised}{ended}, and {how} found {above} above the bound: another may find as much "
         "again. The loop is not closed."
     )
 
