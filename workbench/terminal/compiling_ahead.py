@@ -6,6 +6,7 @@ else to do. What is compiled is kept on disk, so that the stage finds it there, 
 of it.
 """
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -23,6 +24,7 @@ from workbench.workers.processes import usable_processors
 __all__ = ["compiled_ahead", "jobs_ahead"]
 
 REPORT, KRIGING, LAYOUT = "report", "kriging", "layout"
+BEHIND = 19  # the lowest priority that there is
 
 
 @contextmanager
@@ -114,8 +116,12 @@ def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
 
 
 def main(job: str, path: str) -> None:
-    """Do one job of `jobs_ahead`."""
+    """Do one job of `jobs_ahead`.
+
+    The report is drawn last of all: its job takes what the others and the stages leave of the cores.
+    """
     if job == REPORT:
+        os.nice(BEHIND)
         compile_report()
         return
     if job == KRIGING:
