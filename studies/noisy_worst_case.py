@@ -9,7 +9,8 @@ are, in units of the noise or of the range:
     short      largest mean over the box less the mean at the reported point, over the range
     gap        stated gap over the range, and the share of gaps that the largest mean does not exceed
 
-`python -m studies.noisy_worst_case 0 10` prints a line per function for seeds 0 to 9, and
+`python -m studies.noisy_worst_case 0 10` prints a line per function for seeds 0 to 9, with the runs that a
+search makes which is told of noise; `python -m studies.noisy_worst_case 0 10 60` with 60 runs; and
 `python -m studies.noisy_worst_case undeclared 0.03 0 10` what becomes of noise of 3 % of the range of which
 nobody says anything: how often it is `found`, and the bias of what is reported, a mean or a single run.
 """
@@ -22,9 +23,10 @@ import xarray as xr
 
 from studies.asked_range import asked_range
 from studies.worst_case_calibration import FUNCTIONS, Extremes
+from workbench.search.arguments import default_budget
 from workbench.search.worst_case import worst_case
 
-__all__ = ["CASES", "NOISE", "run", "run_undeclared"]
+__all__ = ["CASES", "NOISE", "asked_budget", "run", "run_undeclared"]
 
 NOISE = 0.1  # standard deviation of a run, of the range of the function
 CASES = (
@@ -40,7 +42,7 @@ def _noisy(f: Extremes, seed: int, noise: float) -> Callable[..., float]:
     return lambda **x: float(f.function(**x) + deviation * rng.standard_normal())
 
 
-def _searched(f: Extremes, sense: str, seed: int, budget: int) -> tuple[float, ...]:
+def _searched(f: Extremes, sense: str, seed: int, budget: int | None) -> tuple[float, ...]:
     size, noisy = f.high - f.low, _noisy(f, seed, NOISE)
     found = worst_case(noisy, f.space, sense=sense, budget=budget, seed=seed, noise=True)
     sign, top = (1.0, f.high) if sense == "max" else (-1.0, f.low)
@@ -58,9 +60,12 @@ def _searched(f: Extremes, sense: str, seed: int, budget: int) -> tuple[float, .
 
 
 def run(
-    seeds: Sequence[int] = (0,), *, budget: int = 60, cases: Sequence[tuple[str, str]] = CASES
+    seeds: Sequence[int] = (0,), *, budget: int | None = None, cases: Sequence[tuple[str, str]] = CASES
 ) -> xr.Dataset:
-    """Every case with every seed; variables over (case, seed) as above."""
+    """Every case with every seed; variables over (case, seed) as above.
+
+    budget: None for what a search makes that is told of noise.
+    """
     known = {f.name: f for f in FUNCTIONS}
     made = np.array(
         [[_searched(known[name], sense, seed, budget) for seed in seeds] for name, sense in cases]
@@ -69,8 +74,18 @@ def run(
     return xr.Dataset(
         {name: (("case", "seed"), made[:, :, k]) for k, name in enumerate(names)},
         coords={"case": [f"{name} {sense}" for name, sense in cases], "seed": list(seeds)},
-        attrs={"budget": budget, "noise": NOISE},
+        attrs={"budget": default_budget(True) if budget is None else budget, "noise": NOISE},
     )
+
+
+def asked_budget(words: Sequence[str]) -> int | None:
+    """The runs of a search as a command line gives them, None without.
+
+    Raises SystemExit, which ends the command with its message: not a whole number of runs.
+    """
+    if words and not words[0].isdecimal():
+        raise SystemExit(f"the runs of a search need a whole number after FIRST LAST, got {words[0]}")
+    return int(words[0]) if words else None
 
 
 def run_undeclared(
@@ -104,10 +119,10 @@ if __name__ == "__main__" and sys.argv[1:2] == ["undeclared"]:
         f"{float(told['bias'].mean()):.2f}"
     )
 elif __name__ == "__main__":
-    seeds = asked_range(sys.argv[1:])
+    seeds, runs = asked_range(sys.argv[1:]), asked_budget(sys.argv[3:])
     parts = []
     for case in CASES:
-        part = run(seeds, cases=(case,))
+        part = run(seeds, budget=runs, cases=(case,))
         parts.append(part)
         words = ", ".join(f"{name} {float(part[name].mean()):.3f}" for name in part.data_vars)
         print(f"{case[0]:12s} {case[1]}   {words}   gap {float(part['gap'].median()):.3f}", flush=True)
