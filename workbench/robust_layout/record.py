@@ -172,9 +172,7 @@ def may_exceed(
     return max([*lately, *breaks, *([tolerance] if holds else [])], default=0.0)
 
 
-def rounds_are_spent(
-    rounds: Sequence[Round], worst: Callable[[str], float], settings: LoopSettings
-) -> bool:  # fmt: skip
+def rounds_are_spent(rounds: Sequence[Round], worst: Callable[[str], float], settings: LoopSettings) -> bool:
     """Whether no round is left, or the last three gained less than half a tolerance over all cases known.
 
     worst: of a layout, over these cases. A round is made for what broke the one before, and what it is made

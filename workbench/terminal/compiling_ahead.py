@@ -6,7 +6,6 @@ else to do. What is compiled is kept on disk, so that the stage finds it there, 
 of it.
 """
 
-import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -24,7 +23,6 @@ from workbench.workers.processes import usable_processors
 __all__ = ["compiled_ahead", "jobs_ahead"]
 
 REPORT, KRIGING, LAYOUT = "report", "kriging", "layout"
-BEHIND = 19  # the lowest priority that there is
 
 
 @contextmanager
@@ -116,12 +114,8 @@ def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
 
 
 def main(job: str, path: str) -> None:
-    """Do one job of `jobs_ahead`.
-
-    The report is drawn last of all: its job takes what the others and the stages leave of the cores.
-    """
+    """Do one job of `jobs_ahead`."""
     if job == REPORT:
-        os.nice(BEHIND)
         compile_report()
         return
     if job == KRIGING:

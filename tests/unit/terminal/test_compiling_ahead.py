@@ -106,17 +106,6 @@ def test_bytecode_of_the_report_is_kept_by_its_job(tmp_path):
     assert answer(fresh) == "True"
 
 
-def test_the_job_of_the_report_leaves_the_cores_to_the_others():
-    asked = (
-        "import os\n"
-        "from workbench.terminal import compiling_ahead as ahead\n"
-        "ahead.compile_report = lambda: print(os.nice(0))\n"
-        "ahead.main('report', '')"
-    )
-    done = subprocess.run([sys.executable, "-c", asked], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "19"
-
-
 def test_numba_is_not_loaded_for_the_question(tmp_path):
     """A run whose stages are done takes a fraction of a second; numba alone takes two."""
     asked = "import sys, workbench.terminal.compiling_ahead; print('numba' in sys.modules)"
