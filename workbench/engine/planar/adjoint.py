@@ -154,7 +154,7 @@ def _state_sweep(trajectory: Trajectory, start: NodeSeeds) -> DamageSweep:
     rows, states = len(start.starts), r.states.shape[1]
     return DamageSweep(
         state_pair=tables.state_pair, pair=tables.pair, motion=tables.motion,
-        q=work.q, v=work.v, big=work.big, row_g=work.row_g,
+        q=work.q, v=work.v, turn=work.turn, big=work.big, row_g=work.row_g,
         rates=r.velocity, seed=start.states, slopes=np.empty((0, states, 10)),
         costate=np.zeros((rows, 2, states)), eta=np.zeros((int(start.starts[0]) + 1, rows, states)),
     )  # fmt: skip

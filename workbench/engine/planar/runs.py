@@ -284,7 +284,7 @@ def integrate(
         np.zeros(n),
         np.zeros((total, total if band is None else 3 * band.width[0] + 1)),
         np.zeros(total, np.int64),
-        np.zeros(5),
+        np.zeros(7),
     )
     if left is None:
         known, grid = 1, step_changes(tables.times, joints=m > 0)

@@ -10,7 +10,7 @@ One step, with c = (1 - alpha_f)/(1 - alpha_m) and the unknown dw (scaled: no 1/
 """
 
 from numba import njit
-from numpy import cos, sin
+from numpy import array, cos, sin
 
 from ...compiler._kernels_dense import lu_factor, lu_solve
 from ...compiler.options import CAREFUL, INNER
@@ -21,6 +21,17 @@ from .saddle import factor_band, fill_band, solve_band
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are
+ROUNDING = 3e-15  # of the coordinates: what is left of the joints' residuals
+LOOKS = 6  # nodes that an extrapolation looks at
+# weights of these nodes, the latest first: roots of their polynomials are 1, d times, for powers of time
+# below d, and -1 for the alternation that rho = 1 leaves in w and lambda
+EXTRAPOLATIONS = array([
+    [1.0, 1.0, -1.0, 0.0, 0.0, 0.0],  # d = 2 and the alternation
+    [3.0, -3.0, 1.0, 0.0, 0.0, 0.0],  # d = 3
+    [4.0, -5.0, 0.0, 5.0, -4.0, 1.0],  # d = 5 and the alternation
+    [6.0, -15.0, 20.0, -15.0, 6.0, -1.0],  # d = 6
+])  # fmt: skip
+SIXTH = 3
 
 
 @njit(**INNER)
@@ -41,12 +52,25 @@ def fill_matrix(T, W, hc, h2c, shift, matrix):
 
 
 @njit(**INNER)
-def extrapolated(x, step, i):
-    """The polynomial through the six nodes before `step`, there."""
-    return (
-        6.0 * (x[step - 1, i] + x[step - 5, i]) - 15.0 * (x[step - 2, i] + x[step - 4, i])
-        + 20.0 * x[step - 3, i] - x[step - 6, i]
-    )  # fmt: skip
+def extrapolated(x, step, i, which):
+    """One of the extrapolations to `step` from the nodes before it."""
+    total = EXTRAPOLATIONS[which, 0] * x[step - 1, i]
+    for j in range(1, LOOKS):
+        total += EXTRAPOLATIONS[which, j] * x[step - 1 - j, i]
+    return total
+
+
+@njit(**INNER)
+def closest(w, step):
+    """The extrapolation that came closest to a step that is solved."""
+    best, least = 0, 0.0
+    for which in range(EXTRAPOLATIONS.shape[0]):
+        off = 0.0
+        for i in range(w.shape[1]):
+            off = max(off, abs(w[step, i] - extrapolated(w, step, i, which)))
+        if which == 0 or off < least:
+            best, least = which, off
+    return best
 
 
 @njit(**INNER)
@@ -76,11 +100,11 @@ def keep_tangents(W, k, c, j):
 
 
 @njit(**INNER)
-def work_of(pair, q, big, fr, w, move, free):
+def work_of(pair, turn, big, fr, w, move, free):
     """Work of the members' forces along a motion of the free bodies, systems of springs alone."""
     total = 0.0 * move[0]
     for p in range(pair.shape[0]):
-        pair_covector(q, pair[p, 0], pair[p, 1], free, move, big[p], w)
+        pair_covector(turn, pair[p, 0], pair[p, 1], free, move, big[p], w)
         total += fr[p, 0] * w[0] + fr[p, 1] * w[1] + fr[p, 2] * w[2]
     return total
 
@@ -93,8 +117,9 @@ def alpha_forward(
     """Integrate from the first `known` nodes (all of whose arrays are set) to the end of q (steps + 1, n).
 
     known: 1 from the start of a system; nodes of an earlier run otherwise, which left acc, matrix, pivot and
-    carried (5,) as they are on entry: largest acceleration, strongest joint force, attempts left to
-    extrapolate, 1 where the next step does, 1 where it uses the factors. They are left so on return.
+    carried (7,) as they are on entry: largest acceleration, strongest joint force, attempts left to take a
+    step at once, 1 where the next is tried so, 1 where it uses the factors, steps of the last length in a
+    row, the extrapolation that came closest. They are left so on return.
 
     S: the `Saddle` of the system, whose band the matrix then is, or None: (n + m, n + m), the band compiled
     away. space (2, n + m): work space.
@@ -133,21 +158,23 @@ def alpha_forward(
     smooth, attempts = False, 8  # rounding of the joints may hide a smooth motion: then it is given up
     if shift.real > 0.0:
         attempts = 0  # multipliers of redundant joints have no unique value to extrapolate
+    evenly, nearest = 0, 0  # steps of the present length in a row; the extrapolation to take
     if known > 1:
         largest, strongest, attempts = carried[0], carried[1], int(carried[2])
         smooth, fresh = carried[3] > 0.0 and even, carried[4] > 0.0
+        evenly, nearest = int(carried[5]), int(carried[6])
     for step in range(known, steps + 1):
         q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
         h, along = grid[0, step], grid[1, step]
         hc, h2c = h * gamma * c, h * h * beta * c
+        evenly += 1
         if h != grid[0, step - 1]:
-            fresh = False
+            fresh, evenly, nearest = False, 1, 0
             for i in range(n):
                 acc[i] = along * acc[i] + (1.0 - along) * w[step - 1, i]
         for i in range(n):
-            # exact for straight lines and for the alternation that rho = 1 leaves in w and lambda
-            if smooth:
-                w1[i] = extrapolated(w, step, i)
+            if evenly > LOOKS:
+                w1[i] = extrapolated(w, step, i, SIXTH if smooth else nearest)
             else:
                 w1[i] = w[step - 1, i] + w[step - 2, i] - w[step - 3, i] if step > 2 else w[step - 1, i]
             known = (af * w[step - 1, i] - am * acc[i]) / (1.0 - am)
@@ -156,13 +183,14 @@ def alpha_forward(
             v1[i] = v[step - 1, i] + h * ((1.0 - gamma) * acc[i] + gamma * a1)
             acc[i] = known  # completed with c w1 after the iteration
         for r in range(m):
-            l1[r] = lam[step - 1, r]
-            if smooth:
-                l1[r] = extrapolated(lam, step, r)
-            elif step > 2:
-                l1[r] += lam[step - 2, r] - lam[step - 3, r]
+            if evenly > LOOKS:
+                l1[r] = extrapolated(lam, step, r, SIXTH if smooth else nearest)
+            else:
+                l1[r] = (
+                    lam[step - 1, r] + lam[step - 2, r] - lam[step - 3, r] if step > 2 else lam[step - 1, r]
+                )
         old, theta = -1.0, 1.0
-        done = False
+        done = slow = False
         refresh = (not reuse) or (not fresh) or smooth
         closed = False  # whether W was evaluated after the last update
         seen = settled = False  # whether W holds tangents of this iteration; whether its update is rounding
@@ -227,16 +255,16 @@ def alpha_forward(
                 theta = 0.0
                 done = True
                 break
+            # error left ~ size theta/(1 - theta); where it no longer shrinks, rounding is reached: that of
+            # Phi moves the accelerations by 1/h^2, and far more near singular positions of the joints
             if old > 0.0:
                 theta = size / old
-            # error left ~ size theta/(1 - theta); where it no longer shrinks, rounding is reached, and near
-            # singular positions of the joints the rounding of Phi moves the accelerations far more
             left = size if old < 0.0 else size * min(theta, 0.9) / (1.0 - min(theta, 0.9))
-            floor = 1e-9 * level
-            if m > 0:
-                floor = max(floor, (3e-15 if iteration < 8 else 1e-12) * extent / h2c.real)
-            if left <= tolerance.real * level or (old > 0.0 and theta > 0.3 and size <= floor):
+            rounding = ROUNDING * extent / h2c.real if m > 0 else 0.0
+            floor = max(1e-9 * level, rounding if iteration < 8 else 1e-12 * extent / h2c.real)
+            if left <= max(tolerance.real * level, rounding) or (old > 0.0 and theta > 0.3 and size <= floor):
                 done = True
+                slow = old > 0.0 and size > 0.05 * old + 2.0 * rounding
                 if not keep or (seen and settled):
                     break
             refresh = old > 0.0 and theta > 0.1 and (iteration > 4 or not refresh)
@@ -246,21 +274,23 @@ def alpha_forward(
             return
         if smooth and theta > 0.0:
             attempts -= 1
-        if theta > 0.05:
+        if slow:
             fresh = False
         if keep:
             keep_tangents(W, keep_k[step], keep_c[step], keep_j[step])
             if keep_e.shape[0] > 0:
                 keep_e[step] = W.energy[0]
                 if not closed:
-                    keep_e[step] += h2c * work_of(T.pair, W.q, W.big, W.fr, W.row_g, rhs, n // 3)
+                    keep_e[step] += h2c * work_of(T.pair, W.turn, W.big, W.fr, W.row_g, rhs, n // 3)
         for i in range(n):
             acc[i] += c * w1[i]
             largest = max(largest, abs(w1[i]))
+        if evenly > LOOKS:
+            nearest = closest(w, step)
         smooth = keep and step > 6 and attempts > 0 and even
         if smooth:
             for i in range(n):
-                off = abs(h2c) * abs(w1[i] - extrapolated(w, step, i))
+                off = abs(h2c) * abs(w1[i] - extrapolated(w, step, i, SIXTH))
                 if off > KEPT * extent:  # rho below 1 damps an alternation of the start by rho in a step
                     smooth = False
         for e in range(z.shape[1]):
@@ -268,4 +298,5 @@ def alpha_forward(
             zdot[step, e] = W.zdot[e]
     carried[0], carried[1], carried[2] = largest, strongest, attempts if even else 0
     carried[3], carried[4] = 1.0 if smooth else 0.0, 1.0 if fresh else 0.0
+    carried[5], carried[6] = evenly, nearest
     info[0], info[1] = CONVERGED, steps

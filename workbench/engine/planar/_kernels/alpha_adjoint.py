@@ -55,7 +55,7 @@ def states_to_motion(D, at, row, out):
         i, j = D.pair[p, 0], D.pair[p, 1]
         g, d = D.slopes[at, e, 4:7], D.slopes[at, e, 7:10]
         f0, f1, f2 = eta[e] * g[0] + lz[e] * d[0], eta[e] * g[1] + lz[e] * d[1], eta[e] * g[2] + lz[e] * d[2]
-        pull_back(D.q, i, j, free, D.big[p], f0, f1, f2, out)
+        pull_back(D.turn, i, j, free, D.big[p], f0, f1, f2, out)
 
 
 @njit(**INNER)
@@ -64,7 +64,7 @@ def motion_to_states(D, step, at, row, mu, half):
     eta, lz, w, free = D.costate[row, 0], D.costate[row, 1], D.row_g, mu.shape[0] // 3
     for e in range(eta.shape[0]):
         p = D.state_pair[e]
-        pair_covector(D.q, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
+        pair_covector(D.turn, D.pair[p, 0], D.pair[p, 1], free, mu, D.big[p], w)
         b = D.slopes[at, e]
         eta[e] = -(lz[e] + b[1] * w[0] + b[2] * w[1] + b[3] * w[2]) / (1.0 - half * b[0])
         D.eta[step, row, e] = eta[e]
@@ -213,7 +213,7 @@ def alpha_adjoint(
             for r in range(m):
                 rhs[row, n + r] = 0.0
         if D is not None:
-            set_state(D.pair, D.motion, step, q[step], D.rates[step], D.q, D.v, D.big)
+            set_state(D.pair, D.motion, step, q[step], D.rates[step], D.q, D.v, D.turn, D.big)
             for row in range(active):
                 states_back(D, here, row, 0.5 * grid[0, min(step + 1, grid.shape[1] - 1)])
         while cursor < at.shape[0] and at[cursor, 0] == step:

@@ -45,7 +45,7 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
     count, last_node = starts.shape[0], starts[0]
     free = mu.shape[2] // 3
     for step in range(last_node + 1):
-        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.turn, W.big)
         for p in range(T.pair.shape[0]):
             for a in range(6):
                 big[step, p, a] = W.big[p, a]
@@ -53,7 +53,7 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
             for r in range(count):
                 if starts[r] >= step:
                     w = covector[p, step, r]
-                    pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu[step, r], W.big[p], w)
+                    pair_covector(W.turn, T.pair[p, 0], T.pair[p, 1], free, mu[step, r], W.big[p], w)
     for g in range(T.segment.shape[0]):
         p, code, begin, end = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
         if code == USER:
@@ -84,7 +84,7 @@ def contract_history(T, W, starts, q, v, mu, big, covector, b, gradient):
 def contract_parameter_history(T, W, last, q, v, w, z, mu, by_law, by_length, by_element, by_mass, dp, dq):
     """Add the sum over the nodes up to `last` of (dr/dparameter)^T mu; see `contract_parameters`."""
     for step in range(last + 1):
-        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.turn, W.big)
         for e in range(z.shape[1]):
             W.z[e] = z[step, e]
         contract_parameters(T, W, step, mu[step], w[step], by_law, by_length, by_element, by_mass, dp, dq)
@@ -100,13 +100,13 @@ def contract_points(T, W, last, q, v, mu, by_point):
     free = mu.shape[1] // 3
     w = W.row_g
     for step in range(last + 1):
-        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.turn, W.big)
         for g in range(T.segment.shape[0]):
             p, code, first, end = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
             if code == USER:
                 continue
             X = W.big[p]
-            pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu[step], X, w)
+            pair_covector(W.turn, T.pair[p, 0], T.pair[p, 1], free, mu[step], X, w)
             measure(T.geometry, first, end, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
             law_code = SPRING if code == FUSED else code
             laws(law_code, T.law, first, end, W.delta, W.rate, T.times[step], W.f, W.fd, W.fv)
@@ -149,7 +149,7 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_element, by
         if code == USER:
             continue
         X = W.big[p]
-        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        pair_covector(W.turn, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
         law_code = SPRING if code == FUSED else code
         measure(T.geometry, first, last, X[0], X[1], X[2], X[3], X[4], X[5], W.delta, W.rate)
         laws(law_code, T.law, first, last, W.delta, W.rate, t, W.f, W.fd, W.fv)
@@ -162,7 +162,7 @@ def contract_parameters(T, W, step, mu, w_acc, by_law, by_length, by_element, by
                 by_law[k, i] += along * dp[k]
     for e in range(T.element.shape[0]):
         p, code, s = T.element[e, 0], T.element[e, 1], T.element[e, 2]
-        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
+        pair_covector(W.turn, T.pair[p, 0], T.pair[p, 1], free, mu, W.big[p], w)
         for k in range(dq.shape[0]):
             for a in range(3):
                 dq[k, a] = 0.0

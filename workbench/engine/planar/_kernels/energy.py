@@ -89,7 +89,7 @@ def member_energy_series(T, W, nodes, q, v, energy):
     """energy[a] = stored energy of the members at the a-th of the given nodes of the grid."""
     for a in range(nodes.shape[0]):
         step = nodes[a]
-        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.turn, W.big)
         total = 0.0 * q[0, 0]
         for g in range(T.segment.shape[0]):
             p, code, first, last = T.segment[g, 0], T.segment[g, 1], T.segment[g, 2], T.segment[g, 3]
@@ -116,7 +116,7 @@ def member_power(T, W, nodes, q, v, rate, slopes, k, explicit):
     """
     for at in range(nodes.shape[0]):
         step, by_position, by_velocity = nodes[at], slopes[at, 0], slopes[at, 1]
-        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.big)
+        set_state(T.pair, T.motion, step, q[step], v[step], W.q, W.v, W.turn, W.big)
         full = by_position.shape[0]
         for a in range(full):
             by_position[a] = 0.0
@@ -148,7 +148,7 @@ def member_power(T, W, nodes, q, v, rate, slopes, k, explicit):
         power = 0.0 * q[0, 0]
         for p in range(T.pair.shape[0]):
             spread(
-                W.q, W.v, T.pair[p, 0], T.pair[p, 1], full // 3, W.big[p], W.fr[p], W.kr[p], W.cr[p],
+                W.turn, W.v, T.pair[p, 0], T.pair[p, 1], full // 3, W.big[p], W.fr[p], W.kr[p], W.cr[p],
                 step >= 0, by_position, k, k, W.half,
             )  # fmt: skip
             power += W.fr[p, 0] * W.big[p, 3] + W.fr[p, 1] * W.big[p, 4] + W.fr[p, 2] * W.big[p, 5]

@@ -42,8 +42,8 @@ FUSED = -1  # segment code of undamped linear springs
 
 
 @njit(**INNER)
-def set_state(pair, motion, step, q, v, q_full, v_full, big):
-    """Fill the full coordinates and every pair's coordinates."""
+def set_state(pair, motion, step, q, v, q_full, v_full, turn, big):
+    """Fill the full coordinates, cosine and sine of every body's angle, and every pair's coordinates."""
     n = q.shape[0]
     for a in range(n):
         q_full[a] = q[a]
@@ -51,14 +51,16 @@ def set_state(pair, motion, step, q, v, q_full, v_full, big):
     for a in range(q_full.shape[0] - n):
         q_full[n + a] = motion[step, 0, a]
         v_full[n + a] = motion[step, 1, a]
+    for body in range(turn.shape[1]):
+        turn[0, body], turn[1, body] = cos(q_full[3 * body + 2]), sin(q_full[3 * body + 2])
     for p in range(pair.shape[0]):
-        pair_coordinates(q_full, v_full, pair[p, 0], pair[p, 1], big[p])
+        pair_coordinates(q_full, v_full, turn, pair[p, 0], pair[p, 1], big[p])
 
 
 @njit(**ENTRY)
 def place(T, W, step, q, v):
     """`set_state` for callers from Python."""
-    set_state(T.pair, T.motion, step, q, v, W.q, W.v, W.big)
+    set_state(T.pair, T.motion, step, q, v, W.q, W.v, W.turn, W.big)
 
 
 @njit(**INNER)
@@ -101,7 +103,7 @@ def _elements(T, W, step, lam, z, zrate, half, tangent):
         i, j = T.pair[p, 0], T.pair[p, 1]
         value = pair_row(kind, T.row_data, r, W.big[p], W.row_g, W.row_h)
         W.phi[r] = value - T.drive[step, r]
-        pull_back(W.q, i, j, free, W.big[p], W.row_g[0], W.row_g[1], W.row_g[2], W.phi_q[r])
+        pull_back(W.turn, i, j, free, W.big[p], W.row_g[0], W.row_g[1], W.row_g[2], W.phi_q[r])
         for a in range(3):
             W.fr[p, a] += lam[r] * W.row_g[a]
             for b in range(3):
@@ -204,7 +206,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
     n = q.shape[0]
     m = T.row.shape[0]
     free = n // 3
-    set_state(T.pair, T.motion, step, q, v, W.q, W.v, W.big)
+    set_state(T.pair, T.motion, step, q, v, W.q, W.v, W.turn, W.big)
     for a in range(n):
         W.force[a] = -T.gravity[a]
     if tangent:
@@ -243,7 +245,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
         for side in range(2):
             body = T.row[r, 2 + side]
             sign = 1.0 - 2.0 * side
-            c, s = cos(W.q[3 * body + 2]), sin(W.q[3 * body + 2])
+            c, s = W.turn[0, body], W.turn[1, body]
             sx, sy = T.row_data[r, 2 * side], T.row_data[r, 2 * side + 1]
             ax = c * sx - s * sy
             ay = s * sx + c * sy
@@ -263,7 +265,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
 
     for p in range(T.pair.shape[0]):
         spread(
-            W.q, W.v, T.pair[p, 0], T.pair[p, 1], free, W.big[p], W.fr[p], W.kr[p], W.cr[p],
+            W.turn, W.v, T.pair[p, 0], T.pair[p, 1], free, W.big[p], W.fr[p], W.kr[p], W.cr[p],
             tangent, W.force, W.k, W.c, W.half,
         )  # fmt: skip
 
@@ -274,7 +276,7 @@ def evaluate(T, W, step, q, v, lam, z, zrate, half, tangent):
         at, follower = 3 * body, T.load[e, 1] == 1
         fx, fy = T.load_sample[step, e, 0], T.load_sample[step, e, 1]
         sx, sy = T.load_point[e, 0], T.load_point[e, 1]
-        c, s = cos(W.q[at + 2]), sin(W.q[at + 2])
+        c, s = W.turn[0, body], W.turn[1, body]
         gx, gy = fx + 0.0 * c, fy + 0.0 * c
         if follower:
             gx, gy = c * fx - s * fy, s * fx + c * fy
@@ -301,7 +303,7 @@ def contract(T, W, step, mu, gradient):
         if code == USER:
             continue
         X = W.big[p]
-        pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
+        pair_covector(W.turn, T.pair[p, 0], T.pair[p, 1], free, mu, X, w)
         if code == FUSED:
             springs_contract(
                 T.geometry, T.law[0], first, last, X[0], X[1], cos(X[2]), sin(X[2]),
@@ -352,7 +354,7 @@ def add_segment(T, W, p, first, last, tangent):
         X[0], X[1], X[2], X[3], X[4], X[5], W.fr[p], W.kr[p], W.cr[p],
     )  # fmt: skip
     spread(
-        W.q, W.v, T.pair[p, 0], T.pair[p, 1], W.force.shape[0] // 3, X, W.fr[p], W.kr[p], W.cr[p],
+        W.turn, W.v, T.pair[p, 0], T.pair[p, 1], W.force.shape[0] // 3, X, W.fr[p], W.kr[p], W.cr[p],
         tangent, W.force, W.k, W.c, W.half,
     )  # fmt: skip
 
@@ -362,7 +364,7 @@ def contract_segment(T, W, p, first, last, mu, gradient):
     """gradient[first:last] += W.f (b . J mu) for members with the unit forces given in W.f."""
     w = W.row_g
     X = W.big[p]
-    pair_covector(W.q, T.pair[p, 0], T.pair[p, 1], mu.shape[0] // 3, mu, X, w)
+    pair_covector(W.turn, T.pair[p, 0], T.pair[p, 1], mu.shape[0] // 3, mu, X, w)
     project(T.geometry, first, last, X[0], X[1], X[2], w[0], w[1], w[2], W.fd)
     for i in range(first, last):
         gradient[i] += W.f[i] * W.fd[i]

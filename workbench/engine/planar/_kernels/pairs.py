@@ -1,12 +1,11 @@
 # mypy: ignore-errors
 """The map from pair coordinates to bodies and back, compiled.
 
-Pair coordinates X, U as in `_kernels_members`. `spread` maps the sums of a pair's elements to the bodies:
-F <- J^T F,  K <- J^T K J + F . d2X/dq2 + J^T C dU/dq.
+Pair coordinates X, U as in `members`; turn (2, bodies): cosine and sine of every body's angle. `spread` maps
+the sums of a pair's elements to the bodies: F <- J^T F,  K <- J^T K J + F . d2X/dq2 + J^T C dU/dq.
 """
 
 from numba import njit
-from numpy import cos, sin
 
 from ...compiler.options import INNER
 
@@ -14,26 +13,26 @@ __all__ = ["pair_coordinates", "pair_covector", "pull_back", "spread"]
 
 
 @njit(**INNER)
-def pair_coordinates(qa, va, i, j, big):
+def pair_coordinates(qa, va, turn, i, j, big):
     """big[:3] = X and big[3:6] = U of body i seen from body j (indices into the full coordinate arrays)."""
-    c, s = cos(qa[3 * j + 2]), sin(qa[3 * j + 2])
+    c, s = turn[0, j], turn[1, j]
     dx, dy = qa[3 * i] - qa[3 * j], qa[3 * i + 1] - qa[3 * j + 1]
     du, dv = va[3 * i] - va[3 * j], va[3 * i + 1] - va[3 * j + 1]
-    turn = va[3 * j + 2]
+    speed = va[3 * j + 2]
     x = c * dx + s * dy
     y = c * dy - s * dx
     big[0] = x
     big[1] = y
     big[2] = qa[3 * i + 2] - qa[3 * j + 2]
-    big[3] = c * du + s * dv + turn * y
-    big[4] = c * dv - s * du - turn * x
-    big[5] = va[3 * i + 2] - turn
+    big[3] = c * du + s * dv + speed * y
+    big[4] = c * dv - s * du - speed * x
+    big[5] = va[3 * i + 2] - speed
 
 
 @njit(**INNER)
-def pair_covector(q_full, i, j, free, mu, big, w):
+def pair_covector(turn, i, j, free, mu, big, w):
     """w (3,) = J mu: how a virtual motion mu of the free bodies moves the pair's coordinates."""
-    c, s = cos(q_full[3 * j + 2]), sin(q_full[3 * j + 2])
+    c, s = turn[0, j], turn[1, j]
     x = 0.0 * mu[0]
     y, turn_i, turn_j = x, x, x
     if i < free:
@@ -50,9 +49,9 @@ def pair_covector(q_full, i, j, free, mu, big, w):
 
 
 @njit(**INNER)
-def pull_back(q_full, i, j, free, big, f0, f1, f2, out):
+def pull_back(turn, i, j, free, big, f0, f1, f2, out):
     """out (n,) += J^T f: a force in pair coordinates on the free bodies."""
-    c, s = cos(q_full[3 * j + 2]), sin(q_full[3 * j + 2])
+    c, s = turn[0, j], turn[1, j]
     x, y = c * f0 - s * f1, s * f0 + c * f1
     if i < free:
         out[3 * i] += x
@@ -104,9 +103,9 @@ def add_blocks(i, j, free, c, s, x, y, a, b0, b1, b2, out):
 
 
 @njit(**INNER)
-def spread(qa, va, i, j, free, big, fr, kr, cr, tangent, force, k, c_out, half):
+def spread(turn, va, i, j, free, big, fr, kr, cr, tangent, force, k, c_out, half):
     """Add the pair's F, K, C to the free bodies (index < free); half (3, 6) is work space."""
-    c, s = cos(qa[3 * j + 2]), sin(qa[3 * j + 2])
+    c, s = turn[0, j], turn[1, j]
     x, y = big[0], big[1]
     gx = c * fr[0] - s * fr[1]
     gy = s * fr[0] + c * fr[1]
@@ -121,14 +120,14 @@ def spread(qa, va, i, j, free, big, fr, kr, cr, tangent, force, k, c_out, half):
         force[3 * j + 2] += turned - fr[2]
     if not tangent:
         return
-    turn = va[3 * j + 2]
+    speed = va[3 * j + 2]
     du, dv = va[3 * i] - va[3 * j], va[3 * i + 1] - va[3 * j + 1]
-    u0, u1 = c * dv - s * du - turn * x, -c * du - s * dv - turn * y  # dU/dtheta_j of the x and y rates
+    u0, u1 = c * dv - s * du - speed * x, -c * du - s * dv - speed * y  # dU/dtheta_j of the x and y rates
     # dF/dq = K J + C dU/dq; the column of theta_j holds b beside minus that of theta_i
     for r in range(3):
         k0, k1, c0, c1 = kr[r, 0], kr[r, 1], cr[r, 0], cr[r, 1]
-        half[r, 0] = c * k0 - s * k1 - turn * (s * c0 + c * c1)
-        half[r, 1] = s * k0 + c * k1 + turn * (c * c0 - s * c1)
+        half[r, 0] = c * k0 - s * k1 - speed * (s * c0 + c * c1)
+        half[r, 1] = s * k0 + c * k1 + speed * (c * c0 - s * c1)
         half[r, 2] = kr[r, 2]
         half[r, 3] = k0 * y - k1 * x + c0 * u0 + c1 * u1
     add_blocks(i, j, free, c, s, x, y, half, half[0, 3], half[1, 3], half[2, 3], k)

@@ -54,6 +54,7 @@ class Work(NamedTuple):
 
     q: Array  # (3 bodies,) full coordinates
     v: Array
+    turn: Array  # (2, bodies) cosine and sine of the angles
     force: Array  # (n,) internal minus external forces plus Phi_q^T lambda
     k: Array  # (n, n)
     c: Array  # (n, n)
@@ -87,6 +88,7 @@ class DamageSweep(NamedTuple):
     motion: Array  # (samples, 2, 3 prescribed)
     q: Array  # (3 bodies,) work space, as in `Work`
     v: Array
+    turn: Array  # (2, bodies)
     big: Array  # (P, 6)
     row_g: Array  # (3,)
     rates: Array  # (nodes, n) velocities of the run
@@ -106,7 +108,7 @@ def work_space(tables: Tables, dtype: Any = np.float64) -> Work:
         return np.zeros(shape, dtype)
 
     return Work(
-        q=zeros(full), v=zeros(full), force=zeros(n), k=zeros(n, n), c=zeros(n, n),
+        q=zeros(full), v=zeros(full), turn=zeros(2, full // 3), force=zeros(n), k=zeros(n, n), c=zeros(n, n),
         phi=zeros(m), phi_q=zeros(m, n),
         big=zeros(p, 6), fr=zeros(p, 3), kr=zeros(p, 3, 3), cr=zeros(p, 3, 3),
         half=zeros(3, 6),
