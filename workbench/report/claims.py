@@ -26,7 +26,7 @@ from typing import Any
 from workbench.errors import Contradiction
 from workbench.report.recounts import against_rounds, against_search, against_summary
 from workbench.search.evidence.attack.share import counted_share
-from workbench.search.evidence.grade import ARRIVED, AS_GOOD
+from workbench.search.evidence.grade import ARRIVED
 
 __all__ = [
     "Claim",
@@ -184,7 +184,7 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
     if document["verdict"] == "green":
         against.extend(f"its verdict is green although {why}" for why in _against_green(document))
     withstood = attack is not None and document["worst"] <= limit
-    slack = AS_GOOD if withstood else ROUNDING
+    slack = 0.5 * tolerance if withstood else ROUNDING  # what withstood an attack is not left for less
     for name, kept in document["layouts"].items():
         lowest = max((v for v in kept["values"] if v is not None), default=float("inf"))
         if lowest < document["bound"] - slack * abs(document["bound"]):

@@ -12,7 +12,6 @@ from workbench.robust_layout.cases import Optimised
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import layout_name
 from workbench.robust_layout.record import largest
-from workbench.search.evidence.grade import AS_GOOD
 
 __all__ = ["ROUNDS", "JudgedLayouts"]
 
@@ -95,12 +94,18 @@ class JudgedLayouts:
         values = self.read(self.evaluator(self.layouts[name])(cases, purpose="cases"))
         return [case for case, v in zip(cases, values, strict=True) if v is not None and v > limit]
 
-    def best(self, names: Sequence[str] | None = None, *, rather: Collection[str] = ()) -> str:
+    def best(
+        self, names: Sequence[str] | None = None, *, rather: Collection[str] = (), within: float = 0.0
+    ) -> str:
         """The layout, of these or of all, whose worst over the known cases is smallest; one of `rather`,
-        where that is as good but for next to nothing."""
+        where that is less than a share `within` above it, and no worse than any layout that nobody searched.
+        """
         known = {name: self.worst(name) for name in (self.layouts if names is None else names)}
         least = min(known.values())
-        enough = least + AS_GOOD * abs(least)
+        enough = min(
+            least + within * abs(least),
+            min((worst for name, worst in known.items() if name not in self.known), default=np.inf),
+        )
         return min(known, key=lambda name: (name not in rather or known[name] > enough, known[name]))
 
     def near(self, names: Sequence[str], *, share: float, since: int) -> list[int]:

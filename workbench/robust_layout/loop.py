@@ -47,6 +47,7 @@ from workbench.robust_layout.record import (
     excess,
     loop_status,
     may_exceed,
+    passed_over,
     promise_of,
     reasons_against_green,
     rounds_are_spent,
@@ -182,8 +183,9 @@ class _Loop:
         return worst <= self.limit(self.bounds[name])
 
     def chosen(self) -> str:
-        """The best layout; one that holds against an attack, where it is as good but for next to nothing."""
-        return self.judged.best(rather=[name for name in self.bounds if self.holds(name)])
+        """The best layout; one that holds, where none is better by half of what may be found beyond it."""
+        holding = [name for name in self.bounds if self.holds(name)]
+        return self.judged.best(rather=holding, within=self.settings.tolerance / 2)
 
     def round(self, number: int) -> bool:
         """One layout, looked at and perhaps attacked; True when nothing breaks the bound.
@@ -265,8 +267,7 @@ class _Loop:
     def searched_on(self, name: str) -> str:
         """The best layout after more evaluations for this one.
 
-        One that has withstood an attack gives way only to a gain that is worth another: half of what may be
-        found beyond a layout that holds. One that gains less, or nothing, is left out, and that is told.
+        One that holds gives way only as in `chosen`; what gains less, or nothing, is left out and told.
         """
         known, before = set(self.judged.layouts), self.judged.worst(name)
         self.longer(name, f"evaluations added {len(self.gained) + 1}")
@@ -293,8 +294,7 @@ class _Loop:
         """Cases for the optimiser: the new ones, and those near the bound for the layout it starts from or
         for the one made last.
 
-        The others cost time and change nothing; every layout is judged in them all the same, and one that
-        breaks there is not chosen.
+        The others cost time and change nothing; every layout is judged in them all the same.
         """
         near = self.judged.near([best, self.judged.latest], share=NEAR, since=self.fresh)
         return [k for k in near if k not in self.unusable] or [0]
@@ -346,12 +346,11 @@ class _Loop:
                 self.judged.join(broken[: self.settings.joining])
 
     def attacked_best(self) -> str:
-        """The best layout over all cases found for any layout, settled and attacked; rounds that are left
-        start there.
+        """The best layout over all cases found, settled and attacked; rounds that are left start there.
 
-        Where none is left, each that is the best for the first time meets a raid; after as many of them as
-        there were rounds, but three, the next is returned as it is. One that broke and is the best again, its
-        bound raised to what broke it, meets a whole attack with numbers of its own, once: the last word.
+        Where none is left, each that is the best for the first time meets a raid; after as many as there were
+        rounds, but three, the next is returned as it is. One that broke and is the best again, its bound
+        raised to what broke it, meets a whole attack with numbers of its own, once: the last word.
         """
         self.fresh = len(self.judged.cases)
         turn, is_spent = len(self.rounds) + 1, self.is_spent()
@@ -390,6 +389,7 @@ class _Loop:
         breaks = [excess(self.worst[name].value, before) for name, before in attacked.items()]
         idle = len(self.rounds) < self.settings.rounds
         status = loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke, idle=idle)
+        status += passed_over(self.judged.best(), self.judged.worst, robust)
         off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds)
         return RobustLayout(
             robust=robust, closed=closed, may_exceed=off, status=status,

@@ -22,6 +22,7 @@ __all__ = [
     "largest",
     "loop_status",
     "may_exceed",
+    "passed_over",
     "promise_of",
     "reasons_against_green",
     "rounds_are_spent",
@@ -230,6 +231,20 @@ def loop_status(
     return (
         f"{raised}{ended}, and {how} found {above} above the bound: another may find as much "
         "again. The loop is not closed."
+    )
+
+
+def passed_over(least: str, worst: Callable[[str], float], robust: str) -> str:
+    """A sentence where the layout that is the least in the known cases is not the one returned; else nothing.
+
+    worst: of a layout, over these cases.
+    """
+    lower = excess(worst(robust), worst(least))
+    if not lower:
+        return ""
+    return (
+        f" In the cases known the layout '{least}' is {_percent(lower)} lower, less than half of the "
+        "tolerance; returned is the one that withstood an attack."
     )
 
 

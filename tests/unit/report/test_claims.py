@@ -284,8 +284,8 @@ def test_a_worst_case_is_that_of_its_own_list_of_runs(changes, said):
         refuse_contradictions(claim(**changes), [])
 
 
-def test_what_withstood_an_attack_may_stand_above_the_best_by_next_to_nothing():
-    better = {**LOOP["layouts"], "round 3": {"values": [1.0 * (1 - 0.5e-3), None], "worst": 1.0}}
+def test_what_withstood_an_attack_may_stand_above_the_best_by_less_than_half_of_the_tolerance():
+    better = {**LOOP["layouts"], "round 3": {"values": [0.992, None], "worst": 1.0}}
     refuse_contradictions(*robust_layout_claims({**LOOP, "layouts": better}), [])
     unattacked = {"attack": None, "closed": False, "verdict": "amber", "reasons": ["no attack"]}
     broken = {"worst": 1.2, "closed": False, "verdict": "amber", "reasons": ["broken"]}
@@ -293,3 +293,9 @@ def test_what_withstood_an_attack_may_stand_above_the_best_by_next_to_nothing():
         (wrong,) = robust_layout_claims({**LOOP, **doubts, "layouts": better})
         with pytest.raises(Contradiction, match="the layout 'round 3' is better over the cases known"):
             refuse_contradictions(wrong, [])
+
+
+def test_what_withstood_an_attack_may_not_stand_further_above_the_best():
+    better = {**LOOP["layouts"], "round 3": {"values": [0.985, None], "worst": 1.0}}
+    with pytest.raises(Contradiction, match="the layout 'round 3' is better over the cases known"):
+        refuse_contradictions(*robust_layout_claims({**LOOP, "layouts": better}), [])

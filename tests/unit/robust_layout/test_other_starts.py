@@ -8,6 +8,7 @@ from workbench.models.evaluator import Outcome
 from workbench.robust_layout.cases import Optimised
 from workbench.robust_layout.judged import ROUNDS, JudgedLayouts
 from workbench.robust_layout.other_starts import OtherStarts, random_densities
+from workbench.robust_layout.record import passed_over
 
 CASES = [{"u": 0.0}, {"u": 1.0}]
 
@@ -164,11 +165,29 @@ def test_random_densities_keep_the_budget_and_are_those_of_the_seed():
     assert not np.allclose(drawn, random_densities(problem, seed=5))
 
 
-def test_a_layout_that_is_better_by_next_to_nothing_is_no_better():
+def test_a_layout_that_holds_is_left_only_for_a_gain_that_is_worth_an_attack():
     layouts = judged()
-    layouts.add("round 1", layout(2.001), origin=ROUNDS)
+    layouts.add("round 1", layout(2.018), origin=ROUNDS)
     layouts.add("second start", layout(2.0), origin="second start")
     layouts.add("third start", layout(2.1), origin="third start")
     assert layouts.best() == "second start"
-    assert layouts.best(rather=["round 1", "third start"]) == "round 1"
-    assert layouts.best(rather=["third start"]) == "second start"
+    assert layouts.best(rather=["round 1"]) == "second start"
+    assert layouts.best(rather=["round 1", "third start"], within=0.01) == "round 1"
+    assert layouts.best(rather=["round 1"], within=0.001) == "second start"
+    assert layouts.best(rather=["third start"], within=0.01) == "second start"
+
+
+def test_no_layout_is_left_worse_than_one_that_nobody_searched():
+    layouts = judged()
+    layouts.add("round 1", layout(2.018), origin=ROUNDS)
+    layouts.layouts["uniform"] = layout(2.01).density
+    assert layouts.best(rather=["round 1"], within=0.01) == "uniform"
+
+
+def test_a_layout_that_is_passed_over_is_told():
+    worst = {"round 1": 2.0, "round 2": 1.99}.__getitem__
+    assert passed_over("round 2", worst, "round 1") == (
+        " In the cases known the layout 'round 2' is 0.503 % lower, less than half of the tolerance; "
+        "returned is the one that withstood an attack."
+    )
+    assert passed_over("round 2", worst, "round 2") == ""

@@ -5,14 +5,13 @@ from enum import Enum
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.gap import Gap
 
-__all__ = ["ARRIVED", "AS_GOOD", "BEYOND", "FOR_THE_WORD", "Grade", "fewest_runs", "grade_of"]
+__all__ = ["ARRIVED", "BEYOND", "FOR_THE_WORD", "Grade", "fewest_runs", "grade_of"]
 
 FEWEST_RUNS, PER_INPUT = 100, 25  # of an attack, before its silence says anything; fewer of few inputs
 SILENT = 0.5  # share of an attack's runs that must have followed the last noticeable gain
 ARRIVED = 2  # climbs from elsewhere that must have met the worst value known: peaks met once have sisters
 BEYOND = 0.01  # of the uncertainty: more may not lie beyond a worst case that is called attacked
 FOR_THE_WORD = 1200  # runs of an attack, a quarter of them independent: none of 300 beyond is less than that
-AS_GOOD = 1e-3  # relative: what is better by less than this is no reason to leave what withstood an attack
 
 
 class Grade(Enum):
