@@ -27,6 +27,7 @@ from ._kernels.tables import (
     SpringTables,
     Tables,
     Work,
+    listed,
     work_space,
 )
 from .adjoint import COMPILED, LOOP
@@ -305,8 +306,9 @@ def integrate(
         0.0 if springs else 1.0,
     ])  # fmt: skip
     alpha_forward(
-        tables, work, band, scheme.numbers, grid, q, v, w, lam, z, zdot, acc, matrix, np.zeros((2, total)),
-        pivot, settings, info, kept.stiffness, kept.damping, kept.jacobian, kept.energy, known, carried,
+        tables, work, band, listed(total if band is None else 0), scheme.numbers, grid, q, v, w, lam, z, zdot,
+        acc, matrix, np.zeros((2, total)), pivot, settings, info, kept.stiffness, kept.damping,
+        kept.jacobian, kept.energy, known, carried,
     )  # fmt: skip
     new = [x[known - 1 :] for x in (q, v, w, lam, z, zdot)]
     return Run(

@@ -12,7 +12,7 @@ One step, with c = (1 - alpha_f)/(1 - alpha_m) and the unknown dw (scaled: no 1/
 from numba import njit
 from numpy import array, cos, sin
 
-from ...compiler._kernels_dense import lu_factor, lu_solve
+from ...compiler._kernels_dense import lu_factor, lu_list, lu_solve, lu_solve_listed
 from ...compiler.options import CAREFUL, INNER
 from .equations import evaluate
 from .pairs import pair_covector
@@ -21,6 +21,7 @@ from .saddle import factor_band, fill_band, solve_band
 
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are
+FEW_ENTRIES = 0.5  # of the factors: a list of so many is quicker than all of them
 ROUNDING = 3e-15  # of the coordinates: what is left of the joints' residuals
 LOOKS = 6  # nodes that an extrapolation looks at
 # weights of these nodes, the latest first: roots of their polynomials are 1, d times, for powers of time
@@ -111,7 +112,7 @@ def work_of(pair, turn, big, fr, w, move, free):
 
 @njit(**CAREFUL)
 def alpha_forward(
-    T, W, S, scheme, grid, q, v, w, lam, z, zdot, acc, matrix, space, pivot, settings, info,
+    T, W, S, L, scheme, grid, q, v, w, lam, z, zdot, acc, matrix, space, pivot, settings, info,
     keep_k, keep_c, keep_j, keep_e, known, carried,
 ):  # fmt: skip
     """Integrate from the first `known` nodes (all of whose arrays are set) to the end of q (steps + 1, n).
@@ -122,7 +123,7 @@ def alpha_forward(
     row, the extrapolation that came closest. They are left so on return.
 
     S: the `Saddle` of the system, whose band the matrix then is, or None: (n + m, n + m), the band compiled
-    away. space (2, n + m): work space.
+    away. space (2, n + m): work space. L: `Listed` room for what is not zero of factors that are no band.
     grid: (2, steps + 1) lengths of the steps that lead to each node, and the factor s by which the auxiliary
     acceleration goes along with them, a <- w + s (a - w), as from `step_changes`.
     settings: tolerance, most iterations, shift, reuse of factors, 1 when tangents depend on velocities.
@@ -158,11 +159,14 @@ def alpha_forward(
     smooth, attempts = False, 8  # rounding of the joints may hide a smooth motion: then it is given up
     if shift.real > 0.0:
         attempts = 0  # multipliers of redundant joints have no unique value to extrapolate
+    entries = 0
     evenly, nearest = 0, 0  # steps of the present length in a row; the extrapolation to take
     if known > 1:
         largest, strongest, attempts = carried[0], carried[1], int(carried[2])
         smooth, fresh = carried[3] > 0.0 and even, carried[4] > 0.0
         evenly, nearest = int(carried[5]), int(carried[6])
+        if S is None and fresh:
+            entries = lu_list(matrix, L.value, L.column, L.start)
     for step in range(known, steps + 1):
         q1, v1, w1, l1 = q[step], v[step], w[step], lam[step]
         h, along = grid[0, step], grid[1, step]
@@ -215,13 +219,18 @@ def alpha_forward(
                 if lost > 0:
                     info[0], info[1] = SINGULAR, step
                     return
+                if S is None:
+                    entries = lu_list(matrix, L.value, L.column, L.start)
                 fresh = True
             for i in range(n):
                 rhs[i] = -(T.mass[i] * w1[i] + W.force[i])
             for r in range(m):
                 rhs[n + r] = -W.phi[r] / h2c
             if S is None:
-                lu_solve(matrix, pivot, rhs)
+                if entries < FEW_ENTRIES * (n + m) * (n + m):
+                    lu_solve_listed(pivot, L.value, L.column, L.start, rhs)
+                else:
+                    lu_solve(matrix, pivot, rhs)
             else:
                 solve_band(S, matrix, pivot, False, rhs, space[1])
             size, level, extent, quickest = 0.0, 0.0, 1.0, 0.0

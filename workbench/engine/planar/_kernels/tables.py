@@ -11,7 +11,7 @@ import numpy as np
 
 from ...compiler.records import passed_as_record
 
-__all__ = ["DamageSweep", "SpringTables", "Tables", "Work", "work_space"]
+__all__ = ["DamageSweep", "Listed", "SpringTables", "Tables", "Work", "listed", "work_space"]
 
 Array = np.ndarray[Any, Any]
 
@@ -77,6 +77,23 @@ class Work(NamedTuple):
     slopes: Array  # (Z, 10) dg/dz (1), dF/dz, dg/dX and dz/dX (3 each)
     out: Array  # (2,)
     energy: Array  # (1,) stored in the undamped springs, where tangents were asked for
+
+
+@passed_as_record
+class Listed(NamedTuple):
+    """Room for what is not zero of the factors of N unknowns, as from `lu_list`; none for those in a band."""
+
+    value: Array  # (N N,)
+    column: Array  # (N N,)
+    start: Array  # (N + 1, 2)
+
+
+def listed(unknowns: int) -> Listed:
+    """The room for so many unknowns."""
+    return Listed(
+        value=np.zeros(unknowns**2), column=np.zeros(unknowns**2, np.int64),
+        start=np.zeros((unknowns + 1, 2), np.int64),
+    )  # fmt: skip
 
 
 @passed_as_record
