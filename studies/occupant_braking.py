@@ -9,6 +9,7 @@ grips and seat behind; how far he then flies within the window says little, only
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -214,8 +215,13 @@ class OccupantRestraint:
         threads: int,
         scheme: GeneralisedAlpha,
     ) -> list[dict[str, float] | Exception]:
-        made = [acting_members(self.system(uncertain), self._checked(density)) for uncertain in cases]
-        runs = [EngineCase(system=system, density=few) for system, few in made]
+        density = self._checked(density)
+
+        def made(uncertain: Mapping[str, Any]) -> EngineCase:
+            system, few = acting_members(self.system(uncertain), density)
+            return EngineCase(system=system, density=few)
+
+        runs = [partial(made, uncertain) for uncertain in cases]
         found = simulate_cases(runs, responses_of, t_end=T_END, steps=steps, scheme=scheme, threads=threads)
         return [run.error if run.found is None else run.found for run in found]
 

@@ -9,6 +9,7 @@ A row names any of `uncertain.NOMINAL`; what it does not name has its nominal va
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
 from typing import Any
 
@@ -146,8 +147,13 @@ class GunnerRestraint:
         steps: int,
         threads: int,
     ) -> list[dict[str, float] | Exception]:
-        made = [acting_members(self.system(uncertain), self._checked(density)) for uncertain in cases]
-        runs = [EngineCase(system=system, density=few) for system, few in made]
+        density = self._checked(density)
+
+        def made(uncertain: Mapping[str, Any]) -> EngineCase:
+            system, few = acting_members(self.system(uncertain), density)
+            return EngineCase(system=system, density=few)
+
+        runs = [partial(made, uncertain) for uncertain in cases]
         found = simulate_cases(runs, then, t_end=self.t_end, steps=steps, threads=threads)
         return [run.error if run.found is None else run.found for run in found]
 

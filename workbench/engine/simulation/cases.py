@@ -37,7 +37,7 @@ class CaseResult(Generic[Found]):
 
 
 def simulate_cases(
-    cases: Sequence[Case],
+    cases: Sequence[Case | Callable[[], Case]],
     then: Callable[[AnyTrajectory], Found],
     t_end: float = 0.2,
     steps: int = 200,
@@ -53,7 +53,9 @@ def simulate_cases(
     run has arrays of its own. What has to be compiled is compiled by the first case of a kind of system and
     scheme alone.
 
-    Args:    cases: systems of any kind, not necessarily of one    t_end: s    steps, scheme: as in `simulate`
+    Args:    cases: systems of any kind, not necessarily of one, or functions that make one, called in the
+             run's thread, so that a case is made while others run
+             t_end: s    steps, scheme: as in `simulate`
              threads: 0 for one per usable processor; 1 runs them one after the other
     Raises what `simulate` and `then` raise, but NotConverged, which becomes the case's `error`.
 
@@ -67,14 +69,21 @@ def simulate_cases(
     [-0.0033, -0.1086]
     """
 
-    def result(case: Case) -> CaseResult[Found]:
+    def result(case: Case | Callable[[], Case]) -> CaseResult[Found]:
+        case = _made(case)
         try:
             run = simulate(case.system, np.asarray(case.density, float), t_end, steps, scheme=scheme)
             return CaseResult(found=then(run), error=None)
         except NotConverged as error:
             return CaseResult(found=None, error=error)
 
-    alone = 0 if all((type(case.system), type(scheme)) in _COMPILED for case in cases) else 1
-    first = [result(case) for case in cases[:alone]]
-    _COMPILED.update((type(case.system), type(scheme)) for case in cases[:alone])
-    return (*first, *side_by_side(result, cases[alone:], threads=threads))
+    ready = [*(_made(case) for case in cases[:1]), *cases[1:]]
+    kinds = {(type(case.system), type(scheme)) for case in ready if isinstance(case, Case)}
+    alone = 0 if kinds <= _COMPILED else 1
+    first = [result(case) for case in ready[:alone]]
+    _COMPILED.update((type(case.system), type(scheme)) for case in ready[:alone] if isinstance(case, Case))
+    return (*first, *side_by_side(result, ready[alone:], threads=threads))
+
+
+def _made(case: Case | Callable[[], Case]) -> Case:
+    return case if isinstance(case, Case) else case()

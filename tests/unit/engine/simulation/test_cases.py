@@ -1,6 +1,8 @@
 """Many cases in threads: the numbers of single runs, to the bit."""
 
+import threading
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -54,6 +56,22 @@ def test_cases_have_the_numbers_of_single_runs_to_the_bit(threads):
             result.found, kept(simulate(case.system, case.density, T_END, STEPS)), strict=True
         ):
             np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_cases_are_made_where_they_run(threads):
+    made = []
+
+    def case(number):
+        made.append(threading.get_ident())
+        return trees()[number]
+
+    found = simulate_cases([partial(case, k) for k in range(COUNT)], kept, T_END, STEPS, threads=threads)
+    for one, other in zip(found, simulate_cases(trees(), kept, T_END, STEPS), strict=True):
+        for mine, its in zip(one.found, other.found, strict=True):
+            np.testing.assert_array_equal(mine, its)
+    here = threading.get_ident()
+    assert all((thread == here) == (threads == 1) for thread in made[1:])  # the first tells the kind
 
 
 def test_a_case_that_stops_keeps_its_reason_and_the_others_go_on():
