@@ -11,7 +11,7 @@ from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cases import Optimised
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import layout_name
-from workbench.robust_layout.record import largest
+from workbench.robust_layout.record import FIRST_ORDER, largest, promise_of
 
 __all__ = ["ROUNDS", "JudgedLayouts"]
 
@@ -107,6 +107,11 @@ class JudgedLayouts:
             min((worst for name, worst in known.items() if name not in self.known), default=np.inf),
         )
         return min(known, key=lambda name: (name not in rather or known[name] > enough, known[name]))
+
+    def is_unsettled(self, name: str) -> bool:
+        """Whether the optimiser stopped at its limit where the first-order condition does not hold."""
+        document = self.documents.get(name)
+        return document is not None and not document["converged"] and promise_of(document) > FIRST_ORDER
 
     def near(self, names: Sequence[str], *, share: float, since: int) -> list[int]:
         """Cases in which one of these layouts reaches a share of the worst of the first of them, and all

@@ -2,7 +2,7 @@
 
     S <- nominal case, the worst case found without restraints, a stratified set over the uncertainty
     repeat   layout <- min over densities of max over S, by the engine, from the best layout so far (the
-                       first from the layout of the nominal case)
+                       first from the layout of the nominal case); that one itself, where it is as good
              worst  <- look at random corners; when they do not break the bound, spend evaluations until the
                        first-order condition holds, and send the adversary
              stop within the tolerance of the bound, or where rounds gain nothing; else S <- S + what broke it
@@ -39,16 +39,15 @@ from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.oracle import Found, LayoutOracle, is_settled
 from workbench.robust_layout.other_starts import OtherStarts, random_densities
 from workbench.robust_layout.record import (
-    FIRST_ORDER,
     LoopSettings,
     OtherStartsFound,
     RobustLayout,
     Round,
     excess,
+    is_as_good,
     loop_status,
     may_exceed,
     passed_over,
-    promise_of,
     reasons_against_green,
     rounds_are_spent,
 )
@@ -66,6 +65,7 @@ LONGER = 2  # optimisations more, at most, of a layout that is not settled
 LAST = 3  # layouts at least that may be attacked one after the other when the rounds are spent
 SETTLED = 2  # best layouts that get more evaluations after the rounds, at most
 GAIN = 1e-3  # relative improvement that is worth another one
+STANDS = "none is made, the best is as good in all cases as what the last round was made for"
 JUDGED = "judged in the cases of the others alone"
 
 
@@ -138,11 +138,13 @@ class _Loop:
         self.begins_at = nominal.density
         random = random_densities(problem, seed=self.settings.seed)
         starts: dict[str, Array | None] = {"third start": None, "fourth start": random}
-        alone = self.for_one_case("nominal only")
+        alone = None
+        if len(self.judged.cases) > 1:  # for the other case in which the layout of the nominal one is worst
+            alone = self.optimised([self.judged.worst_of("nominal only", since=1)], None)
         others = OtherStarts(
             judged=self.judged,
             optimised=lambda best, start, search: self.optimised(self.active(best), start, search),
-            starts=starts if alone is None else {"second start": alone, **starts},
+            starts=starts if alone is None else {"second start": alone.density, **starts},
             tolerance=self.settings.tolerance, tell=self.tell,
         )  # fmt: skip
         while True:
@@ -190,26 +192,35 @@ class _Loop:
     def round(self, number: int) -> bool:
         """One layout, looked at and perhaps attacked; True when nothing breaks the bound.
 
-        Scouts that climb tell the next round more than corners do: with them it is attacked at once.
+        One that is as good as what a round could make is attacked at once, and so are all where scouts climb,
+        which tell the next round more than corners do.
         """
-        usable, made, note = self.improved(number)
         chosen, looked = self.judged.best(), None
-        if not self.oracle.scouts_climb:
-            chosen, looked = self.settled_by_looks(number)
+        worst = self.judged.worst(chosen)
+        if chosen not in self.bounds and is_as_good(worst, self.rounds, self.settings):
+            count, optimiser, note = 0, "", STANDS
+            self.tell(f"round {number}: {note}")
+        else:
+            count, optimiser, note = self.improved(number)
+            chosen = self.judged.best()
+            if not self.oracle.scouts_climb:
+                chosen, looked = self.settled_by_looks(number)
         bound = self.judged.worst(chosen)
         broken = looked if looked is not None and looked.value > self.limit(bound) else None
         found = broken or self.attack(chosen, number)
         gap = excess(found.value, bound)
         self.rounds.append(
             Round(
-                number=number, cases=len(usable), layout=chosen, bound=bound, worst=found.value,
+                number=number, cases=count, layout=chosen, bound=bound, worst=found.value,
                 case=found.case, gap=gap, runs=found.runs, attacked=broken is None,
-                optimiser=str(made.document["status"]) if made else "", note=note,
+                optimiser=optimiser, note=note,
             )
         )  # fmt: skip
         if found.value <= self.limit(bound):
             return True
         self.tell(f"round {number}: broken, {found.value:.6g} {self.model.unit} instead of {bound:.6g}")
+        if count:
+            self.fresh = len(self.judged.cases)
         self.join(found, bound)
         return False
 
@@ -223,15 +234,8 @@ class _Loop:
                 break
         return name, found
 
-    def for_one_case(self, name: str) -> Array | None:
-        """The layout for the one case, not the nominal one, in which a layout is worst; None without any."""
-        if len(self.judged.cases) == 1:
-            return None
-        made = self.optimised([self.judged.worst_of(name, since=1)], None)
-        return None if made is None else made.density
-
-    def improved(self, number: int) -> tuple[list[int], Optimised | None, str]:
-        """The layout of a round, from the best one: the cases it was made for, and why there is none.
+    def improved(self, number: int) -> tuple[int, str, str]:
+        """Make the layout of a round, from the best one: for how many cases, how it ended, why there is none.
 
         The first begins at the layout of the nominal case, whatever that is worth in the others.
         """
@@ -245,16 +249,16 @@ class _Loop:
             if made is not None:
                 origin = self.judged.origins.get(best, ROUNDS)  # a trivial layout is where rounds begin
                 self.judged.add(f"round {number}", made, origin=origin)
-                return usable, made, note
+                return len(usable), str(made.document["status"]), note
             culprits = failing(self.model, [self.judged.cases[k] for k in usable])
             self.unusable |= {usable[k] for k in culprits}  # they still judge every layout by true runs
             note = self.failures[-1]
             if len(usable) == 1:
-                return usable, None, note
+                return len(usable), "", note
 
     def longer(self, name: str, new: str) -> bool:
         """Spend more evaluations where the optimiser had not ended; True when they gave a better layout."""
-        if not self.is_unsettled(name):
+        if not self.judged.is_unsettled(name):
             return False
         before = self.judged.worst(name)
         self.tell(f"more evaluations for the layout '{name}'")
@@ -279,14 +283,8 @@ class _Loop:
             self.judged.leave_out(made)
         return self.chosen()
 
-    def is_unsettled(self, name: str) -> bool:
-        """Whether the optimiser stopped at its limit where the first-order condition does not hold."""
-        document = self.judged.documents.get(name)
-        return document is not None and not document["converged"] and promise_of(document) > FIRST_ORDER
-
     def join(self, found: Found, bound: float) -> None:
         """Let what broke a bound judge every layout from now on."""
-        self.fresh = len(self.judged.cases)
         also = [dict(other["case"]) for other in found.others if other["value"] > self.limit(bound)]
         self.judged.join([found.case, *also[: self.settings.joining - 1]])
 
@@ -359,7 +357,7 @@ class _Loop:
             self.judged.join([found.case for found in self.worst.values()])
             name = self.chosen()
             searched_on = name in self.gained or len(self.gained) >= SETTLED
-            if left != 0 and not searched_on and self.is_unsettled(name):
+            if left != 0 and not searched_on and self.judged.is_unsettled(name):
                 name = self.searched_on(name)
             if name not in self.bounds:
                 if left == 0:

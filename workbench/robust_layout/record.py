@@ -19,6 +19,7 @@ __all__ = [
     "RobustLayout",
     "Round",
     "excess",
+    "is_as_good",
     "largest",
     "loop_status",
     "may_exceed",
@@ -171,6 +172,18 @@ def may_exceed(
         return tolerance
     lately = [r.gap for r in rounds if r.attacked][-2:]
     return max([*lately, *breaks, *([tolerance] if holds else [])], default=0.0)
+
+
+def is_as_good(worst: float, rounds: Sequence[Round], settings: LoopSettings) -> bool:
+    """Whether a layout is as good in all cases known as what the last round was made for in fewer of them,
+    but for half of what may be found beyond one that holds: a layout made anew could gain no more.
+
+    worst: of the layout, in all cases known.
+    """
+    if not rounds:
+        return False
+    made_for = rounds[-1].bound
+    return worst <= made_for + 0.5 * settings.tolerance * abs(made_for)
 
 
 def rounds_are_spent(rounds: Sequence[Round], worst: Callable[[str], float], settings: LoopSettings) -> bool:

@@ -1,12 +1,17 @@
 """Where rounds and other starts of a robust loop begin, and when rounds that are left are used."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.sample_layout import STUDY, changed, run
 from workbench.robust_layout import loop as loop_module
+from workbench.robust_layout.judged import ROUNDS
 from workbench.robust_layout.loop import _Loop
+from workbench.robust_layout.model import layout_name
 from workbench.robust_layout.other_starts import OtherStarts
+from workbench.robust_layout.record import LoopSettings, Round, is_as_good
 
 pytestmark = pytest.mark.slow
 
@@ -66,3 +71,47 @@ def test_rounds_that_are_left_are_used_where_the_best_layout_breaks_in_the_end(t
     assert rounds[1] > rounds[0]
     assert len(found["rounds"]) == rounds[-1]
     assert found["closed"] or rounds[-1] == 5
+
+
+def test_a_layout_as_good_as_what_the_last_round_was_made_for_needs_no_other():
+    rounds = [Round(
+        number=1, cases=3, layout="round 1", bound=1.0, worst=1.4, case={}, gap=0.4, runs=9, attacked=True,
+        optimiser="",
+    )]  # fmt: skip
+    settings = LoopSettings(tolerance=0.02)
+    assert is_as_good(1.009, rounds, settings)
+    assert not is_as_good(1.011, rounds, settings)
+    assert not is_as_good(0.5, [], settings)
+    below = [replace(rounds[0], bound=-1.0)]
+    assert is_as_good(-0.991, below, settings)
+    assert not is_as_good(-0.989, below, settings)
+
+
+def test_one_that_stands_is_attacked_before_another_is_made(tmp_path, monkeypatch):
+    """The first round makes two layouts as good; the better one breaks, and the other holds."""
+    improved, keep = _Loop.improved, _Loop.keep
+
+    def two(loop, number):
+        made = improved(loop, number)
+        if number == 1:
+            name = "round 1, another"
+            loop.judged.layouts[name] = loop.judged.layouts["round 1"] * (1 - 1e-4)
+            loop.judged.documents[name] = {**loop.judged.documents["round 1"], "purified": None}
+            loop.judged.origins[name], loop.judged.known[name] = ROUNDS, len(loop.judged.cases)
+        return made
+
+    def broken(loop, name, found):
+        if name == "round 1":
+            case, value = loop.judged.cases[0], 1.5 * found.value
+            loop.judged._answers[layout_name(loop.judged.layouts[name])][repr(sorted(case.items()))] = value
+            found = replace(found, value=value, case=case)
+        return keep(loop, name, found)
+
+    monkeypatch.setattr(_Loop, "improved", two)
+    monkeypatch.setattr(_Loop, "keep", broken)
+    found, _ = run(tmp_path)
+    first, second = found["rounds"][:2]
+    assert (first["layout"], second["layout"]) == ("round 1", "round 1, another")
+    assert (second["cases"], second["attacked"]) == (0, True)
+    assert second["note"].startswith("none is made, the best is as good in all cases")
+    assert found["closed"]

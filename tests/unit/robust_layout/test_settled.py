@@ -48,7 +48,7 @@ def test_the_best_of_all_is_searched_on_where_it_is_not_settled(tmp_path, monkey
             assert new in loop.judged.layouts
 
     monkeypatch.setattr(_Loop, "attacked_best", at_the_end)
-    monkeypatch.setattr(_Loop, "is_unsettled", lambda loop, name: bool(left))
+    monkeypatch.setattr(JudgedLayouts, "is_unsettled", lambda judged, name: bool(left))
     monkeypatch.setattr(_Loop, "longer", seen)
     found, _ = run(tmp_path)
     assert left == []
