@@ -6,7 +6,10 @@ from typing import Any
 from workbench.report.lines.requirements import requirement_text
 from workbench.report.lines.tables import format_number, format_share, table_lines, unit_suffix, wrapped
 
-__all__ = ["robust_layout_lines"]
+__all__ = ["NONE", "STOOD", "robust_layout_lines"]
+
+NONE = "-"  # in place of the cases that the layout of a round was made for
+STOOD = "no layout was made, one was as good in all cases known as what the last was made for"
 
 
 def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:
@@ -17,12 +20,14 @@ def robust_layout_lines(document: Mapping[str, Any]) -> list[str]:
     head = ("round", "", "cases", "bound", "worst found", "gap")
     rows = [
         (
-            str(k + 1), "", str(r["cases"]), format_number(r["bound"]), format_number(r["worst"]),
+            str(k + 1), "", str(r["cases"] or NONE), format_number(r["bound"]), format_number(r["worst"]),
             format_share(r["gap"]),
         )
         for k, r in enumerate(document["rounds"])
     ]  # fmt: skip
     text += table_lines(head, rows)
+    if any(not r["cases"] for r in document["rounds"]):
+        text += wrapped(f"{NONE}: {STOOD}", 79)
     text += wrapped(document["status"], 79)
     for reason in document["reasons"]:
         text += wrapped(f"amber: {reason}", 79)

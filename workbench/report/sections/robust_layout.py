@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.figures.loop import plot_rounds
+from workbench.report.lines.robust_layout import NONE, STOOD
 from workbench.report.lines.tables import format_share
 from workbench.report.page.blocks import (
     Block,
@@ -53,11 +54,12 @@ def _rounds(
 ) -> Figure:
     label = str(loop["response"])
     said = ", ".join(format_share(r["gap"]) for r in rounds)
+    stood = "" if all(r["cases"] for r in rounds) else f" {NONE} in the table: {STOOD}."
     return Figure(
         id="loop-rounds",
         title="Bound and worst case, round by round",
         alt=f"Bound of the known cases and worst case found over {len(rounds)} rounds; excess {said}.",
-        read_off="The loop is closed when an attack finds nothing noticeably above the bound.",
+        read_off="The loop is closed when an attack finds nothing noticeably above the bound." + stood,
         panels=(
             Panel(draw=lambda ax: plot_rounds(rounds, label=label, unit=unit, ax=ax), width=5.6, height=2.8),
         ),
@@ -71,7 +73,7 @@ def _rounds(
             ),
             rows=tuple(
                 (
-                    k + 1, r["cases"], r["layout"], r["bound"], r["worst"], 100 * r["gap"], r["runs"],
+                    k + 1, r["cases"] or NONE, r["layout"], r["bound"], r["worst"], 100 * r["gap"], r["runs"],
                     case_text(folder, r["case"], loop["cases"][0]),
                 )
                 for k, r in enumerate(rounds)

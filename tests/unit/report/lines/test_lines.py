@@ -186,3 +186,17 @@ def test_a_robust_layout_of_a_long_title_is_told_within_80_columns():
     assert max(map(len, text)) <= 80
     assert " ".join(text).startswith("Robust layout of the occupant of a vehicle in severe braking")
     assert text[-1].split() == ["robust", "0.1331", "0.071", "1516"]
+
+
+def test_a_round_that_made_no_layout_says_so():
+    kept = {"worst": 0.1331, "nominal": 0.071, "runs": 1516}
+    made = {"cases": 20, "bound": 0.1326, "worst": 0.1431, "gap": 0.079}
+    text = robust_layout_lines({
+        "title": "the occupant", "response": "peak_deviation", "unit": "m",
+        "rounds": [made, {"cases": 0, "bound": 0.1328, "worst": 0.1331, "gap": 0.003}],
+        "status": "closed", "reasons": [], "layouts": {"robust": kept}, "variants": [],
+    })  # fmt: skip
+    rows = [line.split() for line in text]
+    assert ["2", "-", "0.1328", "0.1331", "0.3", "%"] in rows
+    assert "-: no layout was made, one was as good in all cases known as what the last was" in text
+    assert max(map(len, text)) <= 80
