@@ -22,7 +22,7 @@ from .saddle import factor_band, fill_band, solve_band
 CONVERGED, STALLED, SINGULAR = 0, 1, 2
 KEPT = 1e-13  # of the coordinates: an update this small leaves the tangents as they are
 FEW_ENTRIES = 0.5  # of the factors: a list of so many is quicker than all of them
-ROUNDING = 3e-15  # of the coordinates: what is left of the joints' residuals
+ROUNDING = 3e-16  # of the coordinates: of the joints' residuals; ten times that where it adds up
 LOOKS = 6  # nodes that an extrapolation looks at
 # weights of these nodes, the latest first: roots of their polynomials are 1, d times, for powers of time
 # below d, and -1 for the alternation that rho = 1 leaves in w and lambda
@@ -187,7 +187,7 @@ def alpha_forward(
             v1[i] = v[step - 1, i] + h * ((1.0 - gamma) * acc[i] + gamma * a1)
             acc[i] = known  # completed with c w1 after the iteration
         for r in range(m):
-            if evenly > LOOKS:
+            if evenly > LOOKS and shift.real == 0.0:  # rounding of shares that nothing holds would grow
                 l1[r] = extrapolated(lam, step, r, SIXTH if smooth else nearest)
             else:
                 l1[r] = (
@@ -270,10 +270,10 @@ def alpha_forward(
                 theta = size / old
             left = size if old < 0.0 else size * min(theta, 0.9) / (1.0 - min(theta, 0.9))
             rounding = ROUNDING * extent / h2c.real if m > 0 else 0.0
-            floor = max(1e-9 * level, rounding if iteration < 8 else 1e-12 * extent / h2c.real)
+            floor = max(1e-9 * level, 10.0 * rounding if iteration < 8 else 1e-12 * extent / h2c.real)
             if left <= max(tolerance.real * level, rounding) or (old > 0.0 and theta > 0.3 and size <= floor):
                 done = True
-                slow = old > 0.0 and size > 0.05 * old + 2.0 * rounding
+                slow = old > 0.0 and size > 0.05 * old + 20.0 * rounding
                 if not keep or (seen and settled):
                     break
             refresh = old > 0.0 and theta > 0.1 and (iteration > 4 or not refresh)
