@@ -7,7 +7,7 @@ attacked by the numbers that it was mended for. It begins at the worst case know
 that goes to corners and climbs alone: most layouts of a loop break there. One that does not meets the cases
 that scouts at a longer step found worst (`workbench.robust_layout.scouts`), and then the rest, even draws
 among it. Where scouts climb they go whatever the raid has met: they cost less than another layout, and tell
-it many cases at a time. Where that breaks nothing but no three of its climbs from elsewhere arrived at the
+it many cases at a time. Where that breaks nothing but no two of its climbs from elsewhere arrived at the
 worst, it goes on from there, three times at most. A layout that broke and is the best all the same is
 attacked once more, to the end: what is said of it rests on the whole budget.
 
@@ -33,7 +33,7 @@ from workbench.search.evidence.attack.adversary import DEFAULT_SPLIT, Split, att
 from workbench.search.evidence.attack.belief import Believing
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.attack.strata import Strata
-from workbench.search.evidence.grade import fewest_runs
+from workbench.search.evidence.grade import ARRIVED, fewest_runs
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.space.box import Space
 from workbench.space.streams import stream
@@ -50,7 +50,6 @@ SCOUTED = 250  # the same, of what scouts chose
 RAID = 0.4  # of the budget of an attack: no even draws, which a layout that breaks has no use for
 CORNERS_FIRST = Split(interior=0.0, corner=0.25, near_corner=0.15)  # of the raid
 THE_REST = Split(interior=0.4, corner=0.1, near_corner=0.05)  # of what it leaves
-ARRIVED = 3  # climbs from elsewhere that must have met the worst case: two did at one that was beaten by 4 %
 NOTICEABLE = 0.01  # of the worst value: a rise that leaves behind what climbs had arrived at
 KEPT = 12  # of the runs, far from each other, that are told with the worst: no more can join a study's cases
 

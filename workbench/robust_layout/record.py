@@ -46,9 +46,8 @@ class LoopSettings:
     budget: true runs of each attack.    corners: random ones looked at before.    rounds: at most, fewer
     where the last ones gain nothing (`rounds_are_spent`).
     tolerance: relative excess of the worst case over the bound that is accepted.
-    going_on: attacks after the first, at most, where that one broke nothing and no three of its climbs
-    arrived at the worst case.
-    scouts: runs at a longer step in each attack; None: `SCOUTS` times the budget.
+    going_on: attacks after the first, at most, where that one broke nothing and no two of its climbs arrived
+    at the worst case.    scouts: runs at a longer step in each attack; None: `SCOUTS` times the budget.
     joining: cases that join the next optimisation, at most, of those that broke a layout.
     """
 
