@@ -43,15 +43,21 @@ def lu_factor(a, pivot):
 
 
 @njit(**INNER)
-def lu_solve(a, pivot, b):
-    """Solve A x = b in place with the factors of `lu_factor`."""
-    n = a.shape[0]
+def exchange_rows(pivot, n, b):
+    """Bring a right-hand side into the order of the n rows of the factors; pivot may have room for more."""
     for k in range(n):
         p = pivot[k]
         if p != k:
             swap = b[k]
             b[k] = b[p]
             b[p] = swap
+
+
+@njit(**INNER)
+def lu_solve(a, pivot, b):
+    """Solve A x = b in place with the factors of `lu_factor`."""
+    n = a.shape[0]
+    exchange_rows(pivot, n, b)
     for i in range(n):
         total = b[i]
         for j in range(i):
@@ -90,12 +96,7 @@ def lu_list(a, value, column, start):
 def lu_solve_listed(pivot, value, column, start, b):
     """Solve A x = b in place with the list of `lu_list`: half the time of `lu_solve` for a quarter of it."""
     n = pivot.shape[0]
-    for k in range(n):
-        p = pivot[k]
-        if p != k:
-            swap = b[k]
-            b[k] = b[p]
-            b[p] = swap
+    exchange_rows(pivot, n, b)
     for i in range(n):
         total = b[i]
         for e in range(start[i, 0], start[i, 1]):

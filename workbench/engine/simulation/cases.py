@@ -51,7 +51,7 @@ def simulate_cases(
     the run's thread, and the run is dropped behind it, so a thousand cases need the memory of as many runs
     as there are threads. Every number is that of a run alone, to the bit, whatever the number of threads: a
     run has arrays of its own. What has to be compiled is compiled by the first case of a kind of system and
-    scheme alone.
+    scheme alone; of functions that make cases the first one tells the kind.
 
     Args:    cases: systems of any kind, not necessarily of one, or functions that make one, called in the
              run's thread, so that a case is made while others run

@@ -62,6 +62,12 @@ def extrapolated(x, step, i, which):
 
 
 @njit(**INNER)
+def along_the_line(x, step, i):
+    """The first of the extrapolations, which needs three nodes; the last node where there are fewer."""
+    return x[step - 1, i] + x[step - 2, i] - x[step - 3, i] if step > 2 else x[step - 1, i]
+
+
+@njit(**INNER)
 def closest(w, step):
     """The extrapolation that came closest to a step that is solved."""
     best, least = 0, 0.0
@@ -180,7 +186,7 @@ def alpha_forward(
             if evenly > LOOKS:
                 w1[i] = extrapolated(w, step, i, SIXTH if smooth else nearest)
             else:
-                w1[i] = w[step - 1, i] + w[step - 2, i] - w[step - 3, i] if step > 2 else w[step - 1, i]
+                w1[i] = along_the_line(w, step, i)
             known = (af * w[step - 1, i] - am * acc[i]) / (1.0 - am)
             a1 = known + c * w1[i]
             q1[i] = q[step - 1, i] + h * v[step - 1, i] + h * h * ((0.5 - beta) * acc[i] + beta * a1)
@@ -190,9 +196,7 @@ def alpha_forward(
             if evenly > LOOKS and shift.real == 0.0:  # rounding of shares that nothing holds would grow
                 l1[r] = extrapolated(lam, step, r, SIXTH if smooth else nearest)
             else:
-                l1[r] = (
-                    lam[step - 1, r] + lam[step - 2, r] - lam[step - 3, r] if step > 2 else lam[step - 1, r]
-                )
+                l1[r] = along_the_line(lam, step, r)
         old, theta = -1.0, 1.0
         done = slow = False
         refresh = (not reuse) or (not fresh) or smooth
@@ -269,8 +273,10 @@ def alpha_forward(
             if old > 0.0:
                 theta = size / old
             left = size if old < 0.0 else size * min(theta, 0.9) / (1.0 - min(theta, 0.9))
-            rounding = ROUNDING * extent / h2c.real if m > 0 else 0.0
-            floor = max(1e-9 * level, 10.0 * rounding if iteration < 8 else 1e-12 * extent / h2c.real)
+            floor, rounding = 1e-9 * level, 0.0
+            if m > 0:
+                rounding = ROUNDING * extent / h2c.real
+                floor = max(floor, 10.0 * rounding if iteration < 8 else 1e-12 * extent / h2c.real)
             if left <= max(tolerance.real * level, rounding) or (old > 0.0 and theta > 0.3 and size <= floor):
                 done = True
                 slow = old > 0.0 and size > 0.05 * old + 20.0 * rounding
