@@ -67,6 +67,8 @@ class LoopSettings:
 class Round:
     """bound: worst over the cases known at its start; worst: what was then found on the chosen layout.
 
+    cases: that a layout was made for; 0 where none was made, see `is_as_good`.
+
     runs: of the look or the attack that found it; attacked: whether it came to an attack.
     """
 
@@ -180,10 +182,8 @@ def is_as_good(worst: float, rounds: Sequence[Round], settings: LoopSettings) ->
 
     worst: of the layout, in all cases known.
     """
-    if not rounds:
-        return False
-    made_for = rounds[-1].bound
-    return worst <= made_for + 0.5 * settings.tolerance * abs(made_for)
+    made_for = [r.bound for r in rounds if r.cases][-1:]  # what those say that made one
+    return any(worst <= bound + 0.5 * settings.tolerance * abs(bound) for bound in made_for)
 
 
 def rounds_are_spent(rounds: Sequence[Round], worst: Callable[[str], float], settings: LoopSettings) -> bool:

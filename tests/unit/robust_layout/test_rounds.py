@@ -11,7 +11,6 @@ from workbench.robust_layout.judged import ROUNDS
 from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.model import layout_name
 from workbench.robust_layout.other_starts import OtherStarts
-from workbench.robust_layout.record import LoopSettings, Round, is_as_good
 
 pytestmark = pytest.mark.slow
 
@@ -71,20 +70,6 @@ def test_rounds_that_are_left_are_used_where_the_best_layout_breaks_in_the_end(t
     assert rounds[1] > rounds[0]
     assert len(found["rounds"]) == rounds[-1]
     assert found["closed"] or rounds[-1] == 5
-
-
-def test_a_layout_as_good_as_what_the_last_round_was_made_for_needs_no_other():
-    rounds = [Round(
-        number=1, cases=3, layout="round 1", bound=1.0, worst=1.4, case={}, gap=0.4, runs=9, attacked=True,
-        optimiser="",
-    )]  # fmt: skip
-    settings = LoopSettings(tolerance=0.02)
-    assert is_as_good(1.009, rounds, settings)
-    assert not is_as_good(1.011, rounds, settings)
-    assert not is_as_good(0.5, [], settings)
-    below = [replace(rounds[0], bound=-1.0)]
-    assert is_as_good(-0.991, below, settings)
-    assert not is_as_good(-0.989, below, settings)
 
 
 def test_one_that_stands_is_attacked_before_another_is_made(tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ from tests.sample_layout import changed, run
 from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.model import layout_name
 from workbench.robust_layout.oracle import Found
-from workbench.robust_layout.record import LoopSettings, Round, loop_status, rounds_are_spent
+from workbench.robust_layout.record import LoopSettings, Round, is_as_good, loop_status, rounds_are_spent
 
 SETTINGS = LoopSettings(rounds=12, tolerance=0.02)
 
@@ -45,6 +45,23 @@ def test_where_the_best_layout_is_far_above_what_the_last_was_made_for_rounds_go
 
 def test_no_more_rounds_are_made_than_were_asked_for():
     assert is_spent([2.0 / k for k in range(1, 13)])
+
+
+def test_a_layout_as_good_as_what_the_last_round_was_made_for_needs_no_other():
+    rounds = rounds_of(2)
+    assert is_as_good(1.009, rounds, SETTINGS)
+    assert not is_as_good(1.011, rounds, SETTINGS)
+    assert not is_as_good(0.5, [], SETTINGS)
+    below = rounds_of(1, bound=-1.0)
+    assert is_as_good(-0.991, below, SETTINGS)
+    assert not is_as_good(-0.989, below, SETTINGS)
+
+
+def test_rounds_without_a_layout_do_not_raise_what_others_are_held_to():
+    rounds = rounds_of(2)
+    rounds.append(replace(rounds[-1], number=3, cases=0, bound=1.009))
+    assert is_as_good(1.009, rounds, SETTINGS)
+    assert not is_as_good(1.018, rounds, SETTINGS)
 
 
 def test_what_is_said_of_an_open_loop_does_not_call_rounds_spent_that_are_left():
