@@ -41,17 +41,24 @@ class _PackageCache(FunctionCache):
         )
 
 
-def kernel(*, fastmath=False, allocates=True, inline="never"):
+def kernel(*, fastmath=False, allocates=True, inline="never", inner=False):
     """Compile a kernel: no checks of divisors, which cost a factor of 8, and kept beside its source.
 
     fastmath: sums in any order and no NaN; without it the same bits come out on every processor.
     allocates: False for a kernel that makes no arrays: those it is given are not counted as they are handed
     on, which costs more than the work of a swap where they come in records.
     inline: "always" for a step of one loop that is put into its caller's source.
+    inner: True for what kernels alone call: no door for Python and no file of its own, which take as long to
+    make as a small kernel.
     """
+    doors = {"no_cfunc_wrapper": True, "no_cpython_wrapper": inner}
 
     def compiled(function):
-        dispatcher = njit(fastmath=fastmath, error_model="numpy", _nrt=allocates, inline=inline)(function)
+        dispatcher = njit(
+            fastmath=fastmath, error_model="numpy", _nrt=allocates, inline=inline, **doors
+        )(function)  # fmt: skip
+        if inner:
+            return dispatcher
         # where neither the package nor a home can be written, numba has no place for a cache
         with suppress(RuntimeError):
             dispatcher._cache = _PackageCache(function)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-INNER = "from ._kernel_cache import kernel\n\n\n@kernel()\ndef inner(x):\n    return x + {term}\n"
+INNER = "from ._kernel_cache import kernel\n\n\n@kernel({how})\ndef inner(x):\n    return x + {term}\n"
 OUTER = """from ._kernel_cache import kernel
 from ._kernels_inner import inner
 
@@ -18,10 +18,11 @@ def outer(x):
 """
 
 
-def answers_around_an_edit(source: Path, folder: Path) -> tuple[float, float, float]:
+def answers_around_an_edit(source: Path, folder: Path, how: str = "") -> tuple[float, float, float]:
     """What `outer(0.0)` says before an edit of the file of `inner`, after it, and from the cache then.
 
     source: the `_kernel_cache.py` under test, copied into a package made in `folder`.
+    how: what is said to `kernel` of `inner`.
     """
     package = folder / "kernels_under_test"
     package.mkdir()
@@ -33,7 +34,7 @@ def answers_around_an_edit(source: Path, folder: Path) -> tuple[float, float, fl
         found = []
         for term in (1.0, 2.0, 2.0):
             inner = package / "_kernels_inner.py"
-            text = INNER.format(term=term)
+            text = INNER.format(term=term, how=how)
             if not inner.exists() or inner.read_text() != text:
                 inner.write_text(text)
             found.append(_fresh(package.name).outer(0.0))

@@ -4,7 +4,7 @@
 from doe._kernel_cache import kernel
 
 
-@kernel()
+@kernel(inner=True)
 def expand_row(coded_row, starts, columns, out):
     """out[t] = the product of the entries listed in columns[starts[t]:starts[t + 1]], of one run."""
     for t in range(starts.size - 1):

@@ -16,7 +16,7 @@ FAR = np.int64(2**62)
 ROUNDING = 4.0e-7  # a few units of float32 rounding, relative to the largest partial sum
 
 
-@kernel()
+@kernel(inner=True)
 def squared_floor(x):
     """Largest whole number whose root is <= x; -1 for x < 0."""
     if x < 0.0:
@@ -46,7 +46,7 @@ def nearest(candidate, chosen, bounds, c, m, limit, bar):
     return best
 
 
-@kernel()
+@kernel(inner=True)
 def smallest_rows(bounds, out):
     """out[c] = min over j of bounds[j, c]."""
     for c in range(out.size):
@@ -57,7 +57,7 @@ def smallest_rows(bounds, out):
             out[c] = row[c] if row[c] < out[c] else out[c]
 
 
-@kernel()
+@kernel(inner=True)
 def partial_dimensions(n, d, limit):
     """Coordinates enough for nearly every random pair to be beyond the limit already: mean - 3 std."""
     ratio = np.float64(limit) / (np.float64(n) * n)
@@ -67,7 +67,7 @@ def partial_dimensions(n, d, limit):
     return d
 
 
-@kernel()
+@kernel(inner=True)
 def bound_rows(chosen, m, q, centre, rows):
     """rows[:m, :q] = b and rows[:m, q] = |b|^2 of the first q centred coordinates."""
     for i in range(m):

@@ -95,7 +95,7 @@ def distance_state(x, nominal, apart, squares, rows, h, scale):
     return total // 2
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def steps(column, is_nominal, apart, a, b, out):
     """Change of the squared distance between run i and every l when i goes from a to b; -it for run j."""
     if is_nominal:
@@ -106,7 +106,7 @@ def steps(column, is_nominal, apart, a, b, out):
             out[l] = (b - a) * (a + b - 2 * column[l])
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def distance_trial(first, second, step, i, j, h, scale, buffer, bits):
     """Sum of the terms of runs i and j after the swap, without their own pair."""
     if h == 5:  # the default p = 10: no inner loop
@@ -135,7 +135,7 @@ def distance_trial(first, second, step, i, j, h, scale, buffer, bits):
     return total
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def distance_accept(squares, rows, step, i, j, h, scale):
     """Move the squared distances and row sums on; returns the change of the sum over pairs."""
     own = whole(inverse_power(np.float64(squares[i, j]), h, scale))
@@ -160,7 +160,7 @@ def distance_accept(squares, rows, step, i, j, h, scale):
     return change
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def centred_factors(column, is_nominal, a, out):
     """f(a, c) = 1 + |a - 1/2| / 2 + |c - 1/2| / 2 - |a - c| / 2; levels without order all lie at the ends."""
     if is_nominal:
@@ -176,18 +176,18 @@ def centred_factors(column, is_nominal, a, out):
             out[l] = 1.0 + min(max(0.5 - column[l], 0.0), -z)
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def single_factor(a, is_nominal):
     z = 0.5 if is_nominal else abs(a - 0.5)
     return 1.0 + 0.5 * z - 0.5 * z * z
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def diagonal_factor(a, is_nominal):
     return 1.5 if is_nominal else 1.0 + abs(a - 0.5)
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def gap_factors(column, is_nominal, a, shift, unit, out):
     """(unit |a - c| + shift)^2; unlike levels of a nominal column differ by NOMINAL_GAP.
 
@@ -248,7 +248,7 @@ def gap_state(x, nominal, shifts, unit, products):
     return total
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def product_trial(first, second, fa, fb, i, j, scale, buffer, bits):
     """Change of the pair sum of runs i and j when row i is multiplied by fb/fa and row j by fa/fb."""
     for l in range(fa.size):
@@ -262,7 +262,7 @@ def product_trial(first, second, fa, fb, i, j, scale, buffer, bits):
     return total
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def product_accept(products, fa, fb, i, j):
     for l in range(fa.size):
         if l != i and l != j:
@@ -285,7 +285,7 @@ def eighth_powers(gram, weights):
     return total
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def correlation_trial(x, gram, weights, k, i, j):
     """Change of the sum of r^8 when runs i and j are swapped in column k."""
     step = np.float64(x[k, j] - x[k, i])
@@ -299,7 +299,7 @@ def correlation_trial(x, gram, weights, k, i, j):
     return change
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def root8(sum_of_powers, pairs):
     """rho, the eighth root of the mean: three correctly rounded square roots."""
     return np.sqrt(np.sqrt(np.sqrt(max(sum_of_powers, 0.0) / pairs)))

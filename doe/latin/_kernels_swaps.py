@@ -120,7 +120,7 @@ class Scratch(NamedTuple):
     changes: np.ndarray
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def note(log, at, k, i, j):
     """Write a swap down, if there is room."""
     if at < log.shape[0]:
@@ -129,7 +129,7 @@ def note(log, at, k, i, j):
         log[at, 2] = j
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def catch_up(e, best, log, count):
     """Do the swaps that were written down to `best` too; copy everything when there were too many."""
     if count <= log.shape[0]:
@@ -178,7 +178,7 @@ def draw_swap(design, swappable, window, total_runs, state):
     return k, i, first + (other + 1 if other >= at else other)
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def distance_change(column, is_nominal, table, scale, scratch, i, j):
     """Change of S of phi_p when runs i and j are swapped in a column."""
     steps(column, is_nominal, table.apart, column[i], column[j], scratch.step)
@@ -188,7 +188,7 @@ def distance_change(column, is_nominal, table, scale, scratch, i, j):
     return change - (rows[i] + rows[j] - 2 * own)
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def centred_change(column, is_nominal, table, scale, scratch, i, j):
     """Change of n^2 CD2 when runs i and j are swapped in a column of positions."""
     ua, ub, n = column[i], column[j], column.size
@@ -206,7 +206,7 @@ def centred_change(column, is_nominal, table, scale, scratch, i, j):
     return change + whole(max(min(scale * part, CLAMP), -CLAMP))
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def gap_change(column, is_nominal, shift, table, scale, scratch, i, j):
     """Change of S of MaxPro when runs i and j are swapped in a column."""
     old, new = scratch.m_old, scratch.m_new
@@ -242,7 +242,7 @@ def swap_cost(design, swappable, criteria, scratch, k, i, j):
     return cost
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def move_tables(x, criteria, scratch, k, i, j):
     """Take the tables and values of the criteria from before the swap to after it; x: coordinates before."""
     values, changes = criteria.values, scratch.changes
@@ -280,7 +280,7 @@ def move_tables(x, criteria, scratch, k, i, j):
             values[CHANGES] = 0.0
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def swap_in(design, k, i, j):
     """Exchange what runs i and j hold in column k."""
     e, holder, x, u = design.entries, design.holder, design.x, design.u

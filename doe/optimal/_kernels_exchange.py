@@ -47,7 +47,7 @@ def add_greedily(f, design, used, kept, inverse, v, replicates):
             v[j] -= scale * t * t
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def update_inverse(inverse, g, h, a, b, c):
     """Inverse -= a h h' + b (h g' + g h') + c g g'."""
     p = g.size
@@ -59,7 +59,7 @@ def update_inverse(inverse, g, h, a, b, c):
             row[q] -= s * h[q] + t * g[q]
 
 
-@kernel()
+@kernel(inner=True)
 def update_middle(middle, g, h, gc, hc, a, b, e, s11, s12, s22):
     """M^-1 B M^-1 after the exchange whose update of M^-1 has the coefficients a, b, e; gc, hc = middle f."""
     for r in range(g.size):

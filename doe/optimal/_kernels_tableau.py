@@ -65,7 +65,7 @@ def copy(source, target):
         target[k] = source[k]
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def copy_table(source, target):
     for r in range(source.shape[0]):
         for k in range(source.shape[1]):
@@ -116,7 +116,7 @@ def add_greedily(f, ft, design, blocked, kept, inverse, v, replicates):
             v[x] += factor * wj[x] * wj[x]
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def best_pair(tableau, scratch):
     """Design row and candidate with the largest gain; (-1, -1) when none is positive."""
     gains, bits = scratch.gains, scratch.bits
@@ -146,7 +146,7 @@ def best_pair(tableau, scratch):
     return row, column
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def put(tableau, scratch, k, j, least):
     """Exchange design row k for candidate j if that gains more than `least`: the gain, or -1 if refused."""
     wj, wi, g, h = scratch.wj, scratch.wi, scratch.g, scratch.h

@@ -21,7 +21,7 @@ TO_UNIT = 4.656612875e-10  # 1 / (2^31 - 1) as the published program rounds it
 TO_UNIT_53 = 1.0 / 9007199254740992.0
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def word(state):
     """The next 64 bits of SplitMix64."""
     state[1] += GAMMA

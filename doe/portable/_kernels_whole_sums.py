@@ -14,7 +14,7 @@ MAGIC_BITS = np.int64(np.float64(MAGIC).view(np.int64))
 CLAMP = 2.0**48  # largest single term: n of them stay far below 2^63
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def inverse_power(q, h, scale):
     """scale * q^-h, at most CLAMP."""
     inverse = 1.0 / q
@@ -24,7 +24,7 @@ def inverse_power(q, h, scale):
     return min(t, CLAMP)
 
 
-@kernel(allocates=False)
+@kernel(allocates=False, inner=True)
 def whole(t):
     """t on the whole-number scale, rounded as MAGIC rounds."""
     return np.int64((t + MAGIC) - MAGIC)

@@ -2,14 +2,24 @@
 
 from pathlib import Path
 
+import pytest
+from numba.core.caching import NullCache
+
 import doe
 from doe import _kernel_cache
 from doe._kernel_cache import kernel
+from doe.latin._kernels_swaps import move_tables, search
 from tests.kernel_package import answers_around_an_edit, kernel_imports
 
 
-def test_an_edit_of_an_inner_kernel_reaches_its_callers(tmp_path):
-    assert answers_around_an_edit(Path(_kernel_cache.__file__), tmp_path) == (1.0, 2.0, 2.0)
+@pytest.mark.parametrize("how", ["", "inner=True"])
+def test_an_edit_of_an_inner_kernel_reaches_its_callers(tmp_path, how):
+    assert answers_around_an_edit(Path(_kernel_cache.__file__), tmp_path, how) == (1.0, 2.0, 2.0)
+
+
+def test_what_kernels_alone_call_has_no_file():
+    assert isinstance(move_tables._cache, NullCache)
+    assert not isinstance(search._cache, NullCache)
 
 
 def test_kernels_rest_on_kernel_files_alone():

@@ -65,7 +65,22 @@ def test_what_is_not_compiled_when_the_stages_end_is_left(cold, campaign):
     with compiled_ahead(campaign):
         beside = set(psutil.Process().children()) - before
         assert {process.cmdline()[-2] for process in beside} == {"report", "kriging", "layout"}
+        if sys.platform != "win32":  # priorities count within a session; Ctrl-C is for a group
+            assert {os.getsid(process.pid) for process in beside} == {os.getsid(0)}
+            assert os.getpgid(0) not in {os.getpgid(process.pid) for process in beside}
     assert not any(process.is_running() for process in beside)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no nice")
+def test_a_job_stands_back_and_never_comes_forward():
+    asked = (
+        "import os; from workbench.terminal.compiling_ahead import _stand_back\n"
+        "before = os.nice(0)\n"
+        "_stand_back(before + 1); _stand_back(before); _stand_back(before + 2)\n"
+        "print(os.nice(0) - before)"
+    )
+    done = subprocess.run([sys.executable, "-c", asked], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "2"
 
 
 def test_the_processes_end_with_stages_that_fail(cold, campaign):
@@ -129,7 +144,10 @@ def test_a_job_leaves_nothing_of_it_to_do(tmp_path, job):
     """In an empty cache the process of a job compiles what the question is asked about."""
     asked = (
         "from surrogates import are_kernels_compiled as kriging\n"
-        "from workbench.engine.sensitivity.compiled_before import an_adjoint_is_compiled as layout\n"
+        "from workbench.engine.compiler.cache import is_kept\n"
+        "from workbench.engine.elements._kernels_law_series import law_series\n"
+        "from workbench.engine.sensitivity.compiled_before import an_adjoint_is_compiled\n"
+        "def layout(): return an_adjoint_is_compiled() and is_kept(law_series)\n"
         f"print({job}())"
     )
     fresh = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
