@@ -5,9 +5,9 @@ for the bytecode of what draws a report. Each is one core's work, and would come
 else to do. What is compiled is kept on disk, so that the stage finds it there, or does itself what is missing
 of it.
 
-What is wanted first has the higher priority: the forward runs of the engine, then a Kriging, then the
-adjoint, and last the bill of materials and the report, for which cores that have nothing else to do are found
-until the loop ends.
+What the first stages wait for has their priority: forward runs of the engine and a Kriging. The adjoint
+stands back, and the bill of materials and the report furthest: idle cores are found for them until the loop
+ends.
 """
 
 import gc
@@ -29,9 +29,7 @@ from workbench.workers.processes import usable_processors
 __all__ = ["compiled_ahead", "jobs_ahead"]
 
 REPORT, KRIGING, LAYOUT = "report", "kriging", "layout"
-# how much a job stands back (`nice`) from the stages, whose workers wait for forward runs first
-STANDS_BACK = {LAYOUT: 0, KRIGING: 0, REPORT: 19}
-ADJOINT, BILL = 10, 19
+LATER, LAST = 10, 19  # how far what is not needed at once stands back (`nice`)
 
 
 @contextmanager
@@ -95,7 +93,7 @@ def _started(job: str, study: Study) -> "subprocess.Popen[bytes]":
 
 
 def _stand_back(by: int) -> None:
-    """Leave the cores to what has a priority above `by`, which only grows; Windows has no such number."""
+    """Leave the cores to what has a priority above `by`, which grows only; Windows has no such number."""
     if sys.platform != "win32":
         os.nice(max(by - os.nice(0), 0))
 
@@ -112,7 +110,7 @@ def compile_report() -> None:
 
 def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
     """Run the layout model of `[robust_layout]` in its nominal case, take one step of the optimiser, and make
-    a bill of materials.
+    a bill of materials; the process stands back behind the first run and further behind the step.
 
     A model that cannot run many cases in this process may call another code, whose runs cost: it is left be.
     """
@@ -128,10 +126,10 @@ def compile_layout(study: Study, table: Mapping[str, Any]) -> None:
         return
     nominal = study.space.canonical(table["nominal"])
     many(np.zeros(model.members), [nominal], threads=1)
-    _stand_back(ADJOINT)
+    _stand_back(LATER)
     problem = model.problem([nominal])
     optimise_layout(problem, max_evaluations=2, compare=False, probes=0)
-    _stand_back(BILL)
+    _stand_back(LAST)
     layout_bill(problem, np.ones(model.members))  # of members that are there
 
 
@@ -142,8 +140,8 @@ def main(job: str, path: str) -> None:
     them takes a tenth of its time.
     """
     gc.disable()
-    _stand_back(STANDS_BACK[job])
     if job == REPORT:
+        _stand_back(LAST)
         compile_report()
         return
     if job == KRIGING:

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,6 +70,18 @@ def test_what_is_not_compiled_when_the_stages_end_is_left(cold, campaign):
             assert {os.getsid(process.pid) for process in beside} == {os.getsid(0)}
             assert os.getpgid(0) not in {os.getpgid(process.pid) for process in beside}
     assert not any(process.is_running() for process in beside)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no nice")
+def test_the_report_stands_back_furthest(cold, campaign):
+    before = set(psutil.Process().children())
+    with compiled_ahead(campaign):
+        beside = set(psutil.Process().children()) - before
+        (report,) = (process for process in beside if process.cmdline()[-2] == "report")
+        deadline = time.monotonic() + 60
+        while report.nice() != 19 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert report.nice() == 19
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no nice")
