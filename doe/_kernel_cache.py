@@ -48,20 +48,34 @@ def kernel(*, fastmath=False, allocates=True, inline="never", inner=False):
     allocates: False for a kernel that makes no arrays: those it is given are not counted as they are handed
     on, which costs more than the work of a swap where they come in records.
     inline: "always" for a step of one loop that is put into its caller's source.
-    inner: True for what kernels alone call: no door for Python and no file of its own, which take as long to
-    make as a small kernel.
+    inner: True for what kernels alone call: no wrapper for Python and no file of its own, which take as long
+    to make as a small kernel.
     """
-    doors = {"no_cfunc_wrapper": True, "no_cpython_wrapper": inner}
 
     def compiled(function):
         dispatcher = njit(
-            fastmath=fastmath, error_model="numpy", _nrt=allocates, inline=inline, **doors
+            fastmath=fastmath, error_model="numpy", _nrt=allocates, inline=inline,
+            no_cfunc_wrapper=True, no_cpython_wrapper=inner,
         )(function)  # fmt: skip
         if inner:
-            return dispatcher
+            return _refusing_python(dispatcher)
         # where neither the package nor a home can be written, numba has no place for a cache
         with suppress(RuntimeError):
             dispatcher._cache = _PackageCache(function)
         return dispatcher
 
     return compiled
+
+
+def _refusing_python(dispatcher):
+    """A kernel without a wrapper says so where Python calls it: numba would jump to nowhere."""
+
+    def refused(*args, **kws):
+        name = dispatcher.py_func.__name__
+        raise TypeError(f"kernel '{name}' is for kernels alone; drop inner=True to call it from Python")
+
+    def kept(compiled):  # without an entry that Python's calls would find
+        dispatcher.overloads[tuple(compiled.signature.args)] = compiled
+
+    dispatcher._compile_for_args, dispatcher.add_overload = refused, kept
+    return dispatcher

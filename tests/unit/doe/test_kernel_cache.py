@@ -22,6 +22,25 @@ def test_what_kernels_alone_call_has_no_file():
     assert not isinstance(search._cache, NullCache)
 
 
+def test_what_kernels_alone_call_refuses_python():
+    """Before a kernel has called it, and behind that: without a wrapper the process would end."""
+
+    @kernel(inner=True)
+    def halved(x):
+        return 0.5 * x
+
+    @kernel()
+    def quartered(x):
+        return halved(halved(x))
+
+    refusal = "kernel 'halved' is for kernels alone; drop inner=True to call it from Python"
+    with pytest.raises(TypeError, match=refusal):
+        halved(1.0)
+    assert quartered(1.0) == 0.25
+    with pytest.raises(TypeError, match=refusal):
+        halved(1.0)
+
+
 def test_kernels_rest_on_kernel_files_alone():
     """What a compiled kernel holds stands in files that the digest counts."""
     for name, imported in kernel_imports(Path(doe.__file__).parent).items():
