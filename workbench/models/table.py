@@ -101,6 +101,11 @@ def read_table(
     wanted = {name: columns.get(name, name) for name in (*parameters, *responses)}
     missing = [column for column in wanted.values() if column not in header]
     if missing:
+        if len(header) == 1 and (other := next((sign for sign in ";\t|" if sign in header[0]), "")):
+            raise StudyError(
+                f"{path.name} separates its columns by {other!r}, a table does so by commas. Save it as CSV "
+                "with commas between the columns and points in the numbers"
+            )
         raise StudyError(
             f"{path.name} has no column {', '.join(map(repr, missing))}; it has {', '.join(header)}. "
             "Rename them in the file or map them in [model] columns"

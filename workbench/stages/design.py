@@ -203,7 +203,9 @@ def _given_design(
         try:
             chosen.append(space.canonical(row))
         except StudyError as exc:
-            raise StudyError(f"{file}, row {k + 1}: {exc}. Widen the bounds or leave the row out") from None
+            raise StudyError(
+                f"{file}, row {k + 1} below the header: {exc}. Mend it, widen the range or leave the row out"
+            ) from None
     made = Design(
         space=space,
         unit=space.unit(chosen),

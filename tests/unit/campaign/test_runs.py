@@ -266,7 +266,8 @@ def test_tables_that_do_not_fit(tmp_path):
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"')
     with Campaign.from_file(path) as campaign:
         with pytest.raises(
-            StudyError, match=r"runs.csv, row 3: parameter 'a' lies between 0 and 10 N, got 30"
+            StudyError,
+            match=r"runs.csv, row 3 below the header: parameter 'a' lies between 0 and 10 N, got 30",
         ):
             run_stage(campaign, "design")
 

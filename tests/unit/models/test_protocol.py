@@ -219,6 +219,11 @@ def test_a_table_is_read_by_name(tmp_path):
     ("text", "words"),
     [
         ("a,y\n1,3\n", r"runs.csv has no column 'b'; it has a, y. Rename"),
+        (
+            "a;b;y\n1;2;3\n",
+            r"runs.csv separates its columns by ';', a table does so by commas. Save it as CSV",
+        ),
+        ("a\tb\ty\n1\t2\t3\n", r"runs.csv separates its columns by '.t', a table does so by commas"),
         (HEADER + "1,two,3\n" + ROWS, "runs.csv, line 2: column 'b' needs a number, got 'two'"),
         (HEADER + ROWS + "4,,3\n", "line 5: column 'b' needs a number, got an empty cell. Fill it in or rem"),
         (HEADER + "1,nan,3\n" + ROWS, "line 2: column 'b' needs a finite number, got nan. Remove the row"),
