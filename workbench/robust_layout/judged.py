@@ -11,7 +11,7 @@ from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cases import Optimised
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import layout_name
-from workbench.robust_layout.record import FIRST_ORDER, largest, promise_of
+from workbench.robust_layout.record import FIRST_ORDER, excess, largest, promise_of, promise_over
 
 __all__ = ["ROUNDS", "JudgedLayouts"]
 
@@ -112,6 +112,17 @@ class JudgedLayouts:
         """Whether the optimiser stopped at its limit where the first-order condition does not hold."""
         document = self.documents.get(name)
         return document is not None and not document["converged"] and promise_of(document) > FIRST_ORDER
+
+    def told(self, name: str, as_response: Callable[[float], float]) -> dict[str, Any] | None:
+        """What its search says of a layout, with the promise over all cases; None where none made it.
+
+        as_response: the response of a value of the problem's objective.
+        """
+        if name not in self.documents:
+            return None
+        document = dict(self.documents[name])
+        beyond = excess(self.worst(name), as_response(float(document["value"])))
+        return {**document, "kkt": promise_over(document, beyond)}
 
     def near(self, names: Sequence[str], *, share: float, since: int) -> list[int]:
         """Cases in which one of these layouts reaches a share of the worst of the first of them, and all

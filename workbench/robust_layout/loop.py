@@ -382,7 +382,7 @@ class _Loop:
         needed = self.oracle.missing(found) if holds else 0
         closed = holds and not needed and found.attack is not None and is_settled(found.attack)
         broke, gained = self.broke.get(robust), self.gained.get(robust)
-        document = self.judged.documents.get(robust)
+        document = self.judged.told(robust, self.model.as_response)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
         breaks = [excess(self.worst[name].value, before) for name, before in attacked.items()]
         idle = len(self.rounds) < self.settings.rounds

@@ -11,14 +11,17 @@ from workbench.motion.frames import Motion, side_by_side
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
 from workbench.robust_layout.model import LayoutModel
-from workbench.robust_layout.record import FIRST_ORDER, RobustLayout
-from workbench.search.evidence.attack.share import counted_share
+from workbench.robust_layout.record import FIRST_ORDER, RobustLayout, excess, promise_of
+from workbench.search.evidence.attack.share import at_most, counted_share
+from workbench.space.units import number
 
 __all__ = [
-    "COMPARED", "best_layout_document", "loop_document", "requirement_documents", "response_slope",
-    "shown_cases", "shown_motion",
+    "COMPARED", "best_layout_document", "loop_document", "over_all_cases", "requirement_documents",
+    "response_slope", "shown_cases", "shown_motion",
 ]  # fmt: skip
 
+NOTICED = 1e-3  # of the value: a smaller rise by later cases is not worth a sentence
+OF_THE_SEARCH = "What follows is of the search over the cases known then."
 COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would squeeze every figure
 TRIVIAL = ("none", "uniform", "nominal only")
 SHOWN = ("the worst case of the robust layout", "its second worst", "its third worst")
@@ -107,10 +110,17 @@ def requirement_documents(
                 "response": name, "unit": units[name], "low": low, "high": high,
                 "met": all(part["within"] == part["runs"] for part in held.values()),
                 "grade": found.grade if name == response else "sampled",
+                "may_reach": _may_reach(found) if name == response and not found.closed else None,
                 **held,
             }
         )  # fmt: skip
     return documents
+
+
+def _may_reach(found: RobustLayout) -> float:
+    """Where another attack may find the attacked response of a loop that is not closed."""
+    worst = found.worst[found.robust].value
+    return worst + found.may_exceed * abs(worst)
 
 
 def _held(name: str, low: float | None, high: float | None, runs: Sequence[Outcome]) -> dict[str, Any]:
@@ -145,8 +155,10 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
         )
     drawing, places = getattr(model, "outlines", None), getattr(model, "places", None)
     purified = source.get("purified")
+    optimum = model.as_response(value) if source["history"] else found.bound
     return {
         **source,
+        **over_all_cases(source, optimum=optimum, bound=found.bound, unit=model.unit),
         "response": model.response,
         "unit": model.unit,
         "title": model.title,
@@ -178,6 +190,21 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
             "before": model.as_response(purified["before"]),
         },
     }  # fmt: skip
+
+
+def over_all_cases(source: Mapping[str, Any], *, optimum: float, bound: float, unit: str) -> dict[str, Any]:
+    """What a search says of its layout, told of the cases that were known then where others have joined.
+
+    optimum: over the cases known then.    bound: over all that were found.    The document's kkt is of these.
+    """
+    beyond = excess(bound, optimum)
+    if beyond <= NOTICED:
+        return {}
+    said = (
+        f"That is of the cases known then, {number(optimum, 4)} {unit}; in all that were found it has "
+        f"{number(bound, 4)} {unit}, and {at_most(promise_of(source))} of that may be left to gain."
+    )
+    return {"status": f"{source['status']} {said}", "verdicts": [OF_THE_SEARCH, *source["verdicts"]]}
 
 
 def response_slope(model: LayoutModel, value: float) -> float:

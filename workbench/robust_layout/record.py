@@ -25,6 +25,7 @@ __all__ = [
     "may_exceed",
     "passed_over",
     "promise_of",
+    "promise_over",
     "reasons_against_green",
     "rounds_are_spent",
 ]
@@ -272,6 +273,14 @@ def largest(values: Sequence[float | None]) -> float:
 def promise_of(document: Mapping[str, Any]) -> float:
     """By which share of the value the linearised rows of a layout could still fall; infinity if unknown."""
     return float("inf") if document["kkt"] is None else float(document["kkt"])
+
+
+def promise_over(document: Mapping[str, Any], beyond: float) -> float | None:
+    """By which share of its worst a layout could still fall, `beyond` being the share by which cases found
+    since the search lie above its optimum: no layout is better in more cases than the optimum in some.
+    """
+    promise = promise_of(document)
+    return (promise + max(beyond, 0.0)) / (1.0 + max(beyond, 0.0)) if promise < float("inf") else None
 
 
 def reasons_against_green(

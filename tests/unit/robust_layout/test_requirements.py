@@ -14,7 +14,10 @@ from workbench.robust_layout.loop_documents import requirement_documents
 from workbench.stages.campaign import Campaign
 from workbench.study.loading import parse_study
 
-ATTACKED = SimpleNamespace(grade="attacked")
+ATTACKED = SimpleNamespace(grade="attacked", closed=True)
+OPEN = SimpleNamespace(
+    grade="searched", closed=False, may_exceed=0.12, robust="r", worst={"r": SimpleNamespace(value=0.28)}
+)
 
 
 def runs(*values):
@@ -24,10 +27,10 @@ def runs(*values):
     ]
 
 
-def judged(required, found, sampled, response="rise"):
+def judged(required, found, sampled, response="rise", loop=ATTACKED):
     outcomes = {"found": runs(*found), "sampled": runs(*sampled)}
     units = {"rise": "m", "chest": "1"}
-    return requirement_documents(required, ATTACKED, outcomes, response=response, units=units)
+    return requirement_documents(required, loop, outcomes, response=response, units=units)
 
 
 def test_both_sides_are_held_and_the_first_case_beyond_is_named():
@@ -63,6 +66,19 @@ def test_one_sample_beyond_fails_and_so_does_a_run_without_a_value():
     said = requirement_text(asked, attacked="rise")
     assert said.startswith("Required, rise at least 0.2 m: fail, no value in the cases found")
     assert "confidence at most 13.9 % of" in said
+
+
+def test_a_loop_that_is_not_closed_passes_only_so_far():
+    runs_of = [{"rise": 0.2}, {"rise": 0.28}]
+    near, far = (judged({"rise": (None, high)}, runs_of, runs_of, loop=OPEN)[0] for high in (0.3, 0.4))
+    assert near["may_reach"] == pytest.approx(0.28 * 1.12)
+    said = [requirement_text(asked, attacked="rise") for asked in (near, far)]
+    assert said[0].startswith(
+        "Required, rise at most 0.3 m: pass so far, but another attack may find 0.3136 m, 0.2 to 0.28 m in "
+    )
+    assert said[1].startswith("Required, rise at most 0.4 m: pass, 0.2 to 0.28 m in")
+    (failed,) = judged({"rise": (None, 0.25)}, runs_of, runs_of, loop=OPEN)
+    assert requirement_text(failed, attacked="rise").startswith("Required, rise at most 0.25 m: fail, 0.2")
 
 
 @pytest.mark.slow

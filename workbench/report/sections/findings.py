@@ -27,7 +27,7 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 
-__all__ = ["case_text", "findings_section"]
+__all__ = ["after_text", "case_text", "findings_section", "was_resolved"]
 
 
 def findings_section(folder: CampaignFolder) -> Section | None:
@@ -42,7 +42,7 @@ def findings_section(folder: CampaignFolder) -> Section | None:
         *_drivers(folder),
         *_layout(loop, unit),
         *_samples(folder, loop, unit),
-        *_after(loop),
+        *after_text(loop),
         *_variants(loop, unit),
     ]
     blocks: list[Block] = [_listed(findings)]
@@ -121,7 +121,8 @@ def _drivers(folder: CampaignFolder) -> list[str]:
         return []
     chosen, ranking = list(screening["selected"]), list(screening["ranking"])
     rest = [name for name in ranking if name not in [*chosen, *(screening.get("minor") or [])]]
-    said = f"Of {len(ranking)} uncertain parameters {names_of(chosen, at_most=8)} drive it, on "
+    verb = "drives" if len(chosen) == 1 else "drive"
+    said = f"Of {len(ranking)} uncertain parameters {names_of(chosen, at_most=8)} {verb} it, on "
     if not chosen and screening_state(screening) == "not resolved":
         said = f"None of {len(ranking)} uncertain parameters stands out from noise, on "
     said += f"{screening['n_runs']} runs."
@@ -216,16 +217,28 @@ def _samples(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> list
     ]
 
 
-def _after(loop: Mapping[str, Any]) -> list[str]:
+def was_resolved(found: Mapping[str, Any]) -> bool:
+    """Whether the screening with the layout saw all that matters: what it did not select is out then."""
+    return str(found.get("verdict") or "").startswith("resolved")
+
+
+def after_text(loop: Mapping[str, Any]) -> list[str]:
+    """What drives the response with the layout in, beside what did without; nothing without a screening."""
     found = loop.get("screening")
     if not found:
         return []
     if found["after"] is None:
         return [f"With the layout in, the screening told nothing: {found['reason']}."]
-    said = f"With the layout in, {names_of(found['after'], at_most=8)} drive it"
+    is_resolved = was_resolved(found)
+    if not found["after"] and not is_resolved:
+        open_ = f": whether {names_of(found['lost'], at_most=8)} still do is open" if found["lost"] else ""
+        return [f"With the layout in, none of the parameters stands out from noise on the same runs{open_}."]
+    verb = "drives" if len(found["after"]) == 1 else "drive"
+    said = f"With the layout in, {names_of(found['after'], at_most=8)} {verb} it"
+    lost = "no longer" if is_resolved else "not seen any more, which these runs do not settle:"
     changes = [
         f"{word} {names_of(found[key], at_most=8)}"
-        for key, word in (("gained", "new are"), ("lost", "no longer"))
+        for key, word in (("gained", "new:"), ("lost", lost))
         if found[key]
     ]
     return [f"{said}; {'; '.join(changes)}." if changes else f"{said}, as before."]

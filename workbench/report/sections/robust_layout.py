@@ -15,7 +15,7 @@ from workbench.report.page.blocks import (
     Table,
 )
 from workbench.report.page.folder import CampaignFolder
-from workbench.report.sections.findings import case_text
+from workbench.report.sections.findings import case_text, was_resolved
 
 __all__ = ["robust_layout_section"]
 
@@ -145,11 +145,13 @@ def _prices(loop: Mapping[str, Any], unit: str) -> list[Table]:
 def _screenings(loop: Mapping[str, Any]) -> Table:
     found = loop["screening"]
     names = list(dict.fromkeys([*found["before"], *found["after"]]))
+    unseen = "–" if was_resolved(found) else "open"  # what noise hides may drive it all the same
     return Table(
         id="loop-screening",
         title="Which parameters matter, before and with the layout",
         columns=(Column(name="parameter"), Column(name="without restraints"), Column(name="with the layout")),
         rows=tuple(
-            (n, "yes" if n in found["before"] else "–", "yes" if n in found["after"] else "–") for n in names
+            (n, "yes" if n in found["before"] else "–", "yes" if n in found["after"] else unseen)
+            for n in names
         ),
     )
