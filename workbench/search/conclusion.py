@@ -1,6 +1,7 @@
 """What a finished search says: its record, with gap, audit and profile from a Kriging of all runs."""
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from workbench.search.evidence.backtested_gap import backtested_gap
 from workbench.search.evidence.baselines import measured_baselines
 from workbench.search.evidence.border import border_of
 from workbench.search.evidence.certificates import stated_gap
-from workbench.search.evidence.gap import Gap, modelled_gap
+from workbench.search.evidence.gap import COVERAGE, Gap, modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.evidence.prediction_gap import prediction_gap
 from workbench.search.record import Status, WorstCase, profile_of
@@ -25,6 +26,7 @@ from workbench.space.streams import stream
 
 __all__ = ["concluded"]
 
+FAILED = "a run failed, and the search ended there"
 PREDICTED = (Status.SURROGATE, Status.KNOWN_RUN)  # of a table, where nothing can be run
 
 
@@ -37,9 +39,11 @@ def concluded(
     previous: SearchModel | None,
     attack: Attack | None = None,
     unseen: tuple[Run, ...] = (),
+    reported: np.ndarray | None = None,
 ) -> WorstCase:
     """The record of the runs in `ledger` and of those of an `attack` that its Kriging has not seen;
-    `previous` is the last Kriging of the search.
+    `previous` is the last Kriging of the search, `reported` the point (d,) that is predicted to be worse than
+    every run, where there is one.
 
     Its choices are kept: the gap that is stated is the one that the search stopped at.
     """
@@ -90,11 +94,11 @@ def concluded(
         attack=attack,
         gap_history=tuple(gaps.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
-        audit=audit_runs(ledger, model, rng=stream(seed, "audit")),
+        audit=audit_runs(ledger, model, worst=reported, unseen=unseen, rng=stream(seed, "audit")),
         border=border_of(
             ledger,
             model,
-            success,
+            worst=reported,
             unseen=unseen,
             is_answer=asked.failures == "worst",
             given_are_even=asked.given_are_even,
@@ -102,7 +106,9 @@ def concluded(
         ),
     )
     if found.border is not None and found.border.is_answer:
-        found = replace(found, status=Status.FAILED)
+        # a bound of the values that runs give says nothing of the failure that is worse than they
+        beyond = Gap(upper=ledger.sign * inf, width=inf, coverage=COVERAGE, kind="model-based", note=FAILED)
+        found = replace(found, status=Status.FAILED, gap=beyond)
     if model is None:
         return found
     return replace(

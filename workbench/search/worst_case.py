@@ -210,9 +210,17 @@ def surrogate_worst_case(
     known = Known.of(ledger, model, SuccessChance.of(where.features(ledger.u), ledger.ok))
     worst = predicted_worst(known, rng=stream(seed, "worst case"))[None]
     mean, std = model.in_units(where.features(worst))
-    found = concluded(ledger, asked, status=Status.SURROGATE, gaps=GapHistory(), previous=None)
     rounding = 1e-9 * float(np.ptp(ledger.v)) + 1e-12 * float(np.abs(ledger.v).max())
-    if float(mean[0]) <= float(np.max(ledger.v)) + rounding:
+    is_known = float(mean[0]) <= float(np.max(ledger.v)) + rounding
+    found = concluded(
+        ledger,
+        asked,
+        status=Status.SURROGATE,
+        gaps=GapHistory(),
+        previous=None,
+        reported=None if is_known else worst[0],
+    )
+    if is_known:
         return replace(found, status=Status.KNOWN_RUN)
     predicted = float(ledger.sign * mean[0])
     upper = max(ledger.sign * found.gap.upper, float(mean[0]))

@@ -59,7 +59,8 @@ COUNTED = (0.3, 0.5, 0.7)  # chance to give a value from which a case counts: of
 class WorstQuantile:
     """`value` is the quantile predicted over the sample, `lower` and `upper` its interval; `parameters` and
     `run_value` belong to the true run nearest to it, `run_key` names that run. It is the quantile of the
-    cases that give a value, about the share `answered` of all.
+    cases that give a value, by the classifier of success the share `answered` of all: too small a one where
+    the runs crowd the border of failures.
     """
 
     response: str
@@ -80,9 +81,7 @@ class WorstQuantile:
     def sentence(self) -> str:
         """What to tell a reader."""
         side = "above" if self.sense == "max" else "below"
-        cases = (
-            "all cases" if not self.failed else f"the {100 * self.answered:.2g} % of cases that give a value"
-        )
+        cases = "all cases" if not self.failed else "the cases that give a value"
         return (
             f"{self.response} lies {side} {self.value:.6g} in {1 - self.share:.3g} of {cases} "
             f"(between {self.lower:.6g} and {self.upper:.6g}, by the Kriging of {self.evaluations} runs)"

@@ -36,7 +36,7 @@ def test_a_short_attack_says_what_it_lacks_for_the_word():
     found = worst_case(_sum, BOX, budget=16, attack=120)
     assert found.grade is Grade.SEARCHED
     assert found.grade_sentence.startswith("Searched: 120 true runs of an adversary found nothing beyond 4; ")
-    assert "less than 9.5 % of the uncertainty does" in found.grade_sentence
+    assert "less than 9.6 % of the uncertainty does" in found.grade_sentence
     assert found.grade_sentence.endswith(
         " A value is called attacked where less than 1 % of it may lie beyond, which takes an attack of "
         "about 1200 runs."

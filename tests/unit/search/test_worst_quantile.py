@@ -83,7 +83,7 @@ def test_where_the_worst_cases_fail_it_is_that_of_the_cases_that_give_a_value(se
     assert found.lower <= known <= found.upper
     assert found.value == pytest.approx(known, abs=0.06)
     assert found.answered == pytest.approx(float((y >= 0.2).mean()), abs=0.1)
-    assert "% of cases that give a value (between" in found.sentence
+    assert "of the cases that give a value (between" in found.sentence
 
 
 def test_without_failures_all_cases_count():

@@ -53,8 +53,7 @@ def quantile_text(quantile: Mapping[str, Any]) -> str:
     """What is exceeded with a small chance only, in a sentence without its full stop."""
     unit = unit_suffix(quantile["unit"])
     side = "above" if quantile["sense"] == "max" else "below"
-    answered = quantile.get("answered", 1.0) if quantile.get("failed") else 1.0
-    cases = "all cases" if answered == 1.0 else f"the {100 * answered:.2g} % of cases that give a value"
+    cases = "the cases that give a value" if quantile.get("failed") else "all cases"
     return (
         f"in {100 * (1 - quantile['share']):.3g} % of {cases} {quantile['response']} lies {side} "
         f"{format_number(quantile['value'])}{unit} (between {format_number(quantile['lower'])} and "

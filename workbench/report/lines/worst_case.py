@@ -22,22 +22,29 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     word = {"max": "largest", "min": "smallest"}[document["sense"]]
     kind = f"{document['regime_name']}, " if document.get("regime_name") else ""
     value = f"{format_number(document['value'], 6)}{unit}"
-    text = [f"Worst case ({word} {document['response']}): {kind}{value}"]
+    border = document.get("border") or {}
+    is_failure = bool(border.get("is_answer"))
+    text = [
+        f"Worst case ({word} {document['response']}): {'a run that failed' if is_failure else kind + value}"
+    ]
     if document.get("within"):
         text.append(f"  of the runs with {limits_text(document['within'])}")
     text += [f"  {line}" for mode in document.get("modes") or () for line in wrapped(mode["sentence"], 77)]
     runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
+    if is_failure:
+        text += [f"  {line}" for line in wrapped(border["sentence"], 77)]
+        text.append(f"  the worst that gave a value: {value}")
     text.append(f"  {document['label']}{runs}")
     if known := known_text(document):
         text.append(f"  {known}")
     if document.get("status"):
-        text.append(f"  stopped because {document['status']}")
+        text += [f"  {line}" for line in wrapped(f"stopped because {document['status']}", 77)]
     if document.get("grade_sentence") and document.get("confirmed", True):  # else nothing was searched
         text += [f"  {line}" for line in wrapped(document["grade_sentence"], 77)]
     if document.get("gap"):
         text += [f"  {line}" for line in wrapped(document["gap"]["sentence"], 77)]
-    if document.get("border"):
-        text += [f"  {line}" for line in wrapped(document["border"]["sentence"], 77)]
+    if border and not is_failure:
+        text += [f"  {line}" for line in wrapped(border["sentence"], 77)]
     if document.get("quantile"):
         text += [f"  {line}" for line in wrapped(quantile_text(document["quantile"]), 77)]
     if document.get("regime"):
@@ -47,8 +54,9 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     failures = document.get("failures") or {}
     if failures:
         text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))
-    width = max(len(name) for name in document["parameters"])
-    text += [f"  {name:<{width}} = {_value(value)}" for name, value in document["parameters"].items()]
+    parameters = border["parameters"] if is_failure else document["parameters"]
+    width = max(len(name) for name in parameters)
+    text += [f"  {name:<{width}} = {_value(value)}" for name, value in parameters.items()]
     return text
 
 

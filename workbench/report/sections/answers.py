@@ -139,6 +139,7 @@ def _worst(
 ) -> Card:
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     confirmed = bool(worst["confirmed"])
+    border = worst.get("border") or {}
     if confirmed:
         how = f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}"
         if worst.get("mean") is not None:
@@ -146,7 +147,6 @@ def _worst(
         later = worse_run(folder, worst)
         detail = f"{how}, after {worst['evaluations']} runs of the search. {gap_sentence(worst, later)}"
         beyond = _beyond(folder, worst, loop, later)
-        border = worst.get("border") or {}
         if border.get("borders") or border.get("is_answer"):
             detail = f"{border['sentence']} {detail}"
         level: Level = (
@@ -166,6 +166,8 @@ def _worst(
         level = "fair"
     kind = str(worst.get("regime_name") or "")
     value = f"{response} = {quantity(worst['value'], unit)}"
+    if confirmed and border.get("is_answer"):
+        value = f"A run fails; of those that give a value: {value}"
     return Card(
         question=f"How {'large' if worst['sense'] == 'max' else 'small'} can {response} get?",
         answer=f"{kind[0].upper()}{kind[1:]}: {value}" if kind else value,

@@ -5,15 +5,14 @@ were true runs and which does the Kriging still hold open; is the worst a corner
 monotone; and which combinations of discrete factors were tried.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
-from workbench.search.evidence.certificates import failed_points
 from workbench.search.evidence.gap import BOUND_FACTOR
-from workbench.search.runs.ledger import Ledger, distinct
+from workbench.search.runs.ledger import Ledger, Run, distinct
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.model import SearchModel
 
@@ -86,22 +85,59 @@ class Audit:
         return out
 
 
-def audit_runs(ledger: Ledger, model: SearchModel | None, *, rng: np.random.Generator) -> Audit:
-    """Audit the runs of a search; `model` is None where too few gave a value for a Kriging."""
-    where, u, v = ledger.where, ledger.u_ok, ledger.v
-    best, incumbent = float(v.max()), ledger.incumbent
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Made:
+    """Points of the runs: u (n, d) of those that gave the signed values v (n,), those that failed and never
+    gave one, those that `within` excludes, and every one."""
+
+    u: np.ndarray
+    v: np.ndarray
+    failed: np.ndarray
+    excluded: np.ndarray
+    every: np.ndarray
+
+    @classmethod
+    def of(cls, ledger: Ledger, unseen: Sequence[Run]) -> "_Made":
+        """Those of the ledger and of an attack that it does not hold."""
+        runs = [*ledger.runs, *unseen]
+        added = ledger.where.unit([dict(run.parameters) for run in unseen]) if unseen else ledger.u[:0]
+        every = np.vstack([ledger.u, added])
+        gave = np.array([run.value is not None for run in runs], dtype=bool)
+        excluded = np.array([run.status == "excluded" for run in runs], dtype=bool)
+        failed = distinct(np.unique(every[~gave & ~excluded], axis=0), every[gave | excluded])
+        return cls(
+            u=every[gave],
+            v=ledger.sign * np.array([run.value for run in runs if run.value is not None]),
+            failed=failed[ledger.where.allowed(failed)],
+            excluded=every[excluded],
+            every=every,
+        )
+
+
+def audit_runs(
+    ledger: Ledger,
+    model: SearchModel | None,
+    *,
+    worst: np.ndarray | None = None,
+    unseen: Sequence[Run] = (),
+    rng: np.random.Generator,
+) -> Audit:
+    """Audit the runs of a search; `model` is None where too few gave a value for a Kriging.
+
+    `worst`: the point (d,) that is reported, where it is not that of the worst run. `unseen`: runs of an
+    attack that the ledger does not hold.
+    """
+    where, runs = ledger.where, _Made.of(ledger, unseen)
+    incumbent = ledger.incumbent if worst is None else worst
     corners = where.corners()
-    failed = failed_points(ledger)
-    is_corner = np.array([_is_corner(where, point) for point in u], dtype=bool)
-    corners_run = len(np.unique(np.round(u[is_corner & where.allowed(u)], 9), axis=0))
     corners_open = None
     if corners is not None:
         corners = corners[where.allowed(corners)]
-        left = distinct(corners, ledger.u)
+        left = distinct(corners, runs.every)
         bounds = np.empty(0)
         if len(left) and model is not None:
             bounds = (model.cautious or model).bound(where.features(left), BOUND_FACTOR)
-        corners_open = int((bounds > best).sum())
+        corners_open = int((bounds > runs.v.max()).sum())
     monotone, share, towards = _monotonicity(where, model, sign=ledger.sign, rng=rng)
     numeric = [j for j, word in enumerate(towards) if word != 0]
     consistent = len(numeric) == where.dimension and all(
@@ -110,13 +146,13 @@ def audit_runs(ledger: Ledger, model: SearchModel | None, *, rng: np.random.Gene
     slopes = np.array(list(ledger.slopes.values())).reshape(-1, where.dimension)
     return Audit(
         corners=None if corners is None else len(corners),
-        corners_run=corners_run,
+        corners_run=_corners_among(where, runs.u),
         corners_open=corners_open,
-        corners_failed=sum(_is_corner(where, point) for point in failed),
+        corners_failed=_corners_among(where, runs.failed),
         is_corner=_is_corner(where, incumbent),
         monotone=monotone,
         monotone_share=share,
-        combinations=_combinations(ledger, model, rng=rng),
+        combinations=_combinations(ledger, runs, model, rng=rng),
         corner_consistent=consistent,
         gradient_signs=_gradient_signs(where, slopes * ledger.sign) if len(slopes) else {},
         gradient_runs=len(slopes),
@@ -135,6 +171,12 @@ def _gradient_signs(where: SearchSpace, slopes: np.ndarray) -> dict[str, str]:
 def _is_corner(where: SearchSpace, point: np.ndarray) -> bool:
     ends = (np.abs(point) < 1e-9) | (np.abs(point - 1) < 1e-9)
     return bool(np.all(ends | np.array(where.categorical)))
+
+
+def _corners_among(where: SearchSpace, points: np.ndarray) -> int:
+    """Different corners that the constraints allow among the points (n, d)."""
+    at = np.array([_is_corner(where, point) for point in points], dtype=bool)
+    return len(np.unique(np.round(points[at & where.allowed(points)], 9), axis=0))
 
 
 def _monotonicity(
@@ -170,11 +212,11 @@ def _monotonicity(
 
 
 def _combinations(
-    ledger: Ledger, model: SearchModel | None, *, rng: np.random.Generator
+    ledger: Ledger, runs: _Made, model: SearchModel | None, *, rng: np.random.Generator
 ) -> tuple[dict[str, Any], ...]:
     """Per discrete combination that the constraints allow: runs, worst value run, and whether its upper bound
     exceeds the worst run. Where every factor is discrete, a combination that was run is known."""
-    where, u, v = ledger.where, ledger.u_ok, ledger.v
+    where, u, v = ledger.where, runs.u, runs.v
     table = where.combinations()
     if table is None or model is None:
         return ()
@@ -182,8 +224,6 @@ def _combinations(
     sample = rng.random((500 if ledger.points is None else 1, where.dimension))
     names = [where.space.names[j] for j in discrete]
     judge = model.cautious or model
-    is_excluded = np.array([run.status == "excluded" for run in ledger.runs], dtype=bool)
-    excluded = ledger.u[is_excluded]
     out = []
     for combination in table:
         points = sample.copy()
@@ -192,7 +232,7 @@ def _combinations(
         if not len(points):
             continue
         mine = _among(u, discrete, combination)
-        is_known = where.is_finite and (mine.any() or _among(excluded, discrete, combination).any())
+        is_known = where.is_finite and (mine.any() or _among(runs.excluded, discrete, combination).any())
         worst = float(v[mine].max()) if mine.any() else None
         bound = float(judge.bound(where.features(points), BOUND_FACTOR).max())
         if where.is_finite and worst is not None:

@@ -7,7 +7,8 @@ give one, and the failures beyond it may be the answer.
 The share of the box that fails is counted in the even runs alone, those that fill the space or are drawn from
 it: k of n with the exact interval of Clopper and Pearson (1934). Runs that a search placed say nothing of it,
 and of n that fill the space evenly k scatters less than of independent ones, so the interval holds. The
-classifier's own share, of all runs, is stated where it lies inside.
+classifier learns from all runs, most of them near the border, and calls too much of the box failing: its
+share is stated only where no even run was made. A run that `within` excludes is no failure.
 """
 
 from collections import Counter
@@ -18,14 +19,16 @@ from typing import Any
 import numpy as np
 
 from surrogates.analysis.success import SuccessChance
-from workbench.search.evidence.attack.share import Share, counted_share
+from workbench.search.evidence.attack.share import Share, at_least, at_most, counted_share
 from workbench.search.runs.given_runs import Run
-from workbench.search.runs.ledger import Ledger
+from workbench.search.runs.ledger import Ledger, distinct
+from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["EVEN", "Border", "border_of", "has_failed"]
 
 NEAR = 0.1  # of the box in every input
+CLOSE = "within a tenth of the box of the worst case in every input"
 PROBES, SHARED = 400, 4000  # points near the worst run, and of the box, at which the chance is asked
 UNLIKELY = 0.5
 EVEN = (
@@ -43,9 +46,9 @@ class Border:
 
     `borders`: whether the worst run does; `grows`: whether the Kriging expects more beyond the border.
     `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words ->
-    runs. `near`: runs within a tenth of the box of the worst one, itself among them.
-    `chance`: share of the box that fails; `counted` in the even runs. `is_answer`: a failed run counts
-    as worse than any value, by `failures="worst"`.
+    runs. `near`: other runs within a tenth of the box of the worst case in every input.
+    `chance`: share of the even runs that failed, by the classifier where there is none; `counted`: its
+    interval. `is_answer`: a failed run counts as worse than any value, by `failures="worst"`.
     """
 
     borders: bool
@@ -68,22 +71,25 @@ class Border:
         if self.borders:
             more = ", and the Kriging expects worse beyond" if self.grows else ""
             return f"The worst case borders on failures of this kind: {quoted}{more}; {self._share}."
-        near = f"none of the {self.near} runs" if self.near > 1 else "not the only run"
-        return (
-            f"Runs fail, {quoted}, but {near} within a tenth of the box of the worst case in every input; "
-            f"{self._share}."
-        )
+        if not self.near:
+            known = f"no other run lies {CLOSE} to tell whether they do there"
+        elif self.near == 1:
+            known = f"the only other run {CLOSE} does not"
+        else:
+            known = f"none of the {self.near} other runs {CLOSE} does"
+        return f"Runs fail, {quoted}; {known}; {self._share}."
 
     @property
     def _share(self) -> str:
-        said = f"about {_percent(self.chance)} of the box fails"
-        n = self.counted.draws
+        n, hits = self.counted.draws, self.counted.hits
         if not n:
-            return f"{said}, by the classifier alone, as no even sample was run"
-        return (
-            f"{said} ({self.counted.hits} of {n} even runs: between {_percent(self.counted.low)} and "
-            f"{_percent(self.counted.high)} with 95 % confidence)"
-        )
+            share = f"{100 * self.chance:.2g} %"
+            return f"about {share} of the box fails, by the classifier alone, as no even sample was run"
+        high = at_most(self.counted.high)
+        if not hits:
+            return f"none of {n} even runs failed: less than {high} of the box with 95 % confidence"
+        low = at_least(self.counted.low)
+        return f"{hits} of {n} even runs failed: between {low} and {high} of the box with 95 % confidence"
 
     def to_dict(self) -> dict[str, Any]:
         """For the JSON document."""
@@ -98,8 +104,8 @@ def has_failed(run: Run) -> bool:
 def border_of(
     ledger: Ledger,
     model: SearchModel | None,
-    success: SuccessChance,
     *,
+    worst: np.ndarray | None = None,
     unseen: Sequence[Run] = (),
     is_answer: bool = False,
     given_are_even: bool = True,
@@ -107,34 +113,33 @@ def border_of(
 ) -> Border | None:
     """The border of the failures among the runs of a ledger, None where none failed.
 
-    `unseen`: runs of an attack that the ledger does not hold. `given_are_even`: whether given runs are of a
-    design that fills the space, which those of another search are not.
+    `worst`: the point (d,) that is reported, where it is not that of the worst run. `unseen`: runs of an
+    attack that the ledger does not hold. `given_are_even`: whether given runs are of a design that fills the
+    space, which those of another search are not.
     """
     where = ledger.where
-    places = [i for i, run in enumerate(ledger.runs) if has_failed(run)]
-    lost = [ledger.runs[i] for i in places] + [run for run in unseen if has_failed(run)]
+    runs = [run for run in (*ledger.runs, *unseen) if run.status != "excluded"]
+    lost = [run for run in runs if has_failed(run)]
     if not lost:
         return None
-    worst = ledger.incumbent
+    if worst is None:
+        worst = ledger.incumbent
     points = where.unit([dict(run.parameters) for run in lost])
     nearest = lost[int(np.argmin(np.abs(points - worst).max(axis=1)))]
-    others = where.unit([dict(run.parameters) for run in unseen]) if unseen else np.empty((0, len(worst)))
+    success = _success(ledger)
     signs = rng.choice([-1.0, 0.0, 1.0], (PROBES, where.dimension))
     around = where.snap(worst + NEAR * signs * rng.random((PROBES, 1)) ** 0.5)
-    chance = success.probability(where.features(around))
-    beyond = chance < UNLIKELY
+    beyond = success.probability(where.features(around)) < UNLIKELY
     near = _is_near(points, worst)
     borders = bool(beyond.any() or near.any())
     outside = np.vstack([around[beyond], points[near]])
     grows = model is not None and len(outside) > 0
     if grows and model is not None:
         grows = bool(model.mean(where.features(outside)).max() > float(ledger.v.max()))
-    box = where.snap(rng.random((SHARED, where.dimension)))
-    box = box[where.allowed(box)]
-    failing = 1.0 - float(success.probability(where.features(box)).mean()) if len(box) else 0.0
     proposals = EVEN if given_are_even else EVEN[1:]
-    even = [run for run in (*ledger.runs, *unseen) if run.proposal in proposals]
+    even = [run for run in runs if run.proposal in proposals]
     counted = counted_share(sum(has_failed(run) for run in even), len(even))
+    others = distinct(where.unit([dict(run.parameters) for run in runs]), worst[None])
     return Border(
         borders=borders,
         grows=grows,
@@ -142,11 +147,24 @@ def border_of(
         parameters=dict(nearest.parameters),
         run_key=nearest.key,
         kinds=dict(Counter(_words(run) for run in lost).most_common(5)),
-        near=int(_is_near(np.vstack([ledger.u, others]), worst).sum()),
-        chance=float(np.clip(failing, counted.low, counted.high)),
+        near=int(_is_near(others, worst).sum()),
+        chance=counted.hits / counted.draws if even else _failing(where, success, rng),
         counted=counted,
         is_answer=is_answer,
     )
+
+
+def _success(ledger: Ledger) -> SuccessChance:
+    """The classifier of success, of the runs that gave a value or failed."""
+    told = np.array([run.status != "excluded" for run in ledger.runs], dtype=bool)
+    return SuccessChance.of(ledger.where.features(ledger.u[told]), ledger.ok[told])
+
+
+def _failing(where: SearchSpace, success: SuccessChance, rng: np.random.Generator) -> float:
+    """The share of the box that the classifier calls failing."""
+    box = where.snap(rng.random((SHARED, where.dimension)))
+    box = box[where.allowed(box)]
+    return 1.0 - float(success.probability(where.features(box)).mean()) if len(box) else 0.0
 
 
 def _is_near(points: np.ndarray, worst: np.ndarray) -> np.ndarray:
@@ -159,7 +177,3 @@ def _words(run: Run) -> str:
     """What the solver said, in a line; the status of a run that said nothing."""
     line = next((part.strip() for part in run.error.splitlines() if part.strip()), "") or run.status
     return line if len(line) <= MOST_WORDS else f"{line[: MOST_WORDS - 3]}..."
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"

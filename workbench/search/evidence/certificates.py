@@ -21,7 +21,7 @@ from workbench.search.evidence.gap import (
 from workbench.search.runs.ledger import Ledger, distinct
 from workbench.search.surrogate.model import SearchModel
 
-__all__ = ["enumerated_gap", "failed_points", "stated_gap"]
+__all__ = ["enumerated_gap", "stated_gap"]
 
 
 def stated_gap(
@@ -71,7 +71,7 @@ def enumerated_gap(ledger: Ledger, model: SearchModel | None) -> Gap:
     that a reading such as `within` excludes cannot be.
     """
     best = float(ledger.v.max())
-    failed = failed_points(ledger)
+    failed = _failed_points(ledger)
     if not len(failed):
         return Gap(upper=best, width=0.0, coverage=1.0, kind="enumerated")
     upper = inf
@@ -81,7 +81,7 @@ def enumerated_gap(ledger: Ledger, model: SearchModel | None) -> Gap:
     return Gap(upper=upper, width=upper - best, coverage=COVERAGE, kind="enumerated", failed=len(failed))
 
 
-def failed_points(ledger: Ledger) -> np.ndarray:
+def _failed_points(ledger: Ledger) -> np.ndarray:
     """Points (m, d) of runs that failed and never gave a value, excluded ones left out."""
     settled = np.array([run.value is not None or run.status == "excluded" for run in ledger.runs], dtype=bool)
     failed = distinct(np.unique(ledger.u[~settled], axis=0), ledger.u[settled])

@@ -195,7 +195,7 @@ class Ledger:
     def is_flat(self) -> bool:
         """Whether several runs gave a value and all gave the same."""
         v = self.v
-        return len(v) > 1 and float(np.ptp(v)) <= SAME * max(1.0, float(np.abs(v).max()))
+        return len(v) > 1 and float(np.ptp(v)) <= SAME * float(np.abs(v).max())
 
     @property
     def is_misprogrammed(self) -> bool:

@@ -43,7 +43,9 @@ def used_scale(asked: str, model: SearchModel, v: np.ndarray) -> UsedScale:
         )
     else:
         reason = f"Modelled was the response on the scale {used}, as asked."
-    if unexplained is not None:
+    if unexplained is not None and unexplained >= 1.0:
+        reason += " Where runs are left out it explains none of its variance."
+    elif unexplained is not None:
         reason += f" Of its variance {100 * unexplained:.2g} % stay unexplained where runs are left out."
     return UsedScale(asked=asked, used=used, reason=reason, unexplained=unexplained)
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from surrogates.analysis.success import SuccessChance
 from workbench.errors import StudyError
 from workbench.search.evidence.border import border_of
 from workbench.search.record import Status
@@ -46,9 +45,52 @@ def test_failures_far_from_the_worst_case_are_told_apart():
     border = worst_case(elsewhere, BOX, budget=5, seed=0, start=start).border
     assert not border.borders
     near = sum(abs(run["a"] - 1.0) <= 0.1 and run["b"] >= 0.9 for run in start)  # of those that are given
-    assert border.near >= near + 1
-    assert (
-        f"but none of the {border.near} runs within a tenth of the box of the worst case" in border.sentence
+    assert border.near >= near
+    place = "within a tenth of the box of the worst case in every input"
+    assert f"none of the {border.near} other runs {place} does" in border.sentence
+
+
+def test_what_within_excludes_is_no_failure():
+    """Failures in a corner far from the worst case, and excluded runs beside it."""
+
+    def answer(a, b):
+        if a < 0.2 and b < 0.2:
+            raise RuntimeError("solver gave up at rest")
+        return {"force": 3 * a + b, "travel": a}
+
+    def read(outputs):
+        return outputs["force"] if outputs["travel"] <= 0.6 else np.nan
+
+    rows = [(a, b) for a in np.linspace(0.05, 0.95, 10) for b in np.linspace(0.05, 0.95, 5)]
+    start = []
+    for a, b in rows:
+        row = {"a": float(a), "b": float(b)}
+        try:
+            start.append(row | answer(**row))
+        except RuntimeError:
+            start.append(row | {"force": None, "travel": None})
+    ledger = Ledger.opened(BOX, response=read, sense="max", start=start, progress=None)
+    assert sum(run.status == "excluded" for run in ledger.runs) > 10
+    border = border_of(ledger, None, rng=np.random.default_rng(0))
+    assert not border.borders
+    assert border.counted.hits == 2
+    assert border.counted.draws == sum(run.status != "excluded" for run in ledger.runs)
+
+
+def test_a_predicted_worst_case_is_asked_where_it_is_and_its_run_is_no_neighbour():
+    start = [{"a": a, "b": 0.5, "y": a} for a in (0.0, 0.2, 0.4, 0.8)] + [{"a": 0.9, "b": 0.5, "y": None}]
+    ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
+    at_the_worst_run = border_of(ledger, None, rng=np.random.default_rng(0))
+    assert at_the_worst_run.borders
+    elsewhere = border_of(ledger, None, worst=np.array([0.0, 0.2]), rng=np.random.default_rng(0))
+    assert not elsewhere.borders
+    assert elsewhere.near == 0
+    assert "no other run lies within a tenth of the box of the worst case in every input to tell" in (
+        elsewhere.sentence
+    )
+    beside = border_of(ledger, None, worst=np.array([0.0, 0.45]), rng=np.random.default_rng(0))
+    assert "the only other run within a tenth of the box of the worst case in every input does not" in (
+        beside.sentence
     )
 
 
@@ -66,7 +108,9 @@ def test_a_failed_run_as_the_answer():
     assert sum(run.proposal == "even" for run in found.runs) > 20
     assert found.evaluations == 40
     assert found.border.counted.low <= 0.2 <= found.border.counted.high
-    assert found.border.chance == pytest.approx(0.2, abs=0.08)
+    assert found.border.chance == found.border.counted.hits / found.border.counted.draws
+    assert found.gap.width == np.inf
+    assert found.gap.sentence.startswith("No bound is known on how much worse it could be: a run failed")
     with pytest.raises(RuntimeError):
         growing(**found.border.parameters)
 
@@ -87,18 +131,16 @@ def test_the_interval_of_the_share_holds():
             {"a": a, "b": b, "y": None if a + 0 * b > 0.7 else a} for a, b in rng.random((20, 2)).tolist()
         ]
         ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
-        success = SuccessChance.of(ledger.u, ledger.ok)
-        border = border_of(ledger, None, success, rng=rng)
+        border = border_of(ledger, None, rng=rng)
         held += border.counted.low <= 0.3 <= border.counted.high
-        assert border.counted.low <= border.chance <= border.counted.high
+        assert border.chance == border.counted.hits / 20
     assert held >= 26  # exact intervals hold in at least 95 %
 
 
 def test_runs_of_another_search_are_no_even_sample():
     start = [{"a": 0.9, "b": 0.5, "y": None}, *({"a": 0.1 * k, "b": 0.5, "y": 0.1 * k} for k in range(6))]
     ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
-    success = SuccessChance.of(ledger.u, ledger.ok)
-    border = border_of(ledger, None, success, given_are_even=False, rng=np.random.default_rng(0))
+    border = border_of(ledger, None, given_are_even=False, rng=np.random.default_rng(0))
     assert border.counted.draws == 0
     assert "by the classifier alone, as no even sample was run" in border.sentence
 

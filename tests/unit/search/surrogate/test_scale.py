@@ -89,3 +89,17 @@ def test_what_no_search_can_use_is_refused():
         Arguments(transform="ranks")
     with pytest.raises(StudyError, match=r"transform='log' does not go with noise=True: the mean is"):
         Arguments(transform="log", noise=True)
+
+
+def test_a_kriging_that_explains_nothing_is_told_so_and_not_in_per_cent_beyond_a_hundred():
+    u = np.random.default_rng(0).random((12, 3))
+    said = []
+    for seed in range(8):
+        noise = np.random.default_rng(seed).standard_normal(12)
+        model = fit_search_model(u, noise, previous=None, seed=0, scale="none")
+        told = used_scale("none", model, noise)
+        nothing = "Where runs are left out it explains none of its variance."
+        assert (told.unexplained >= 1.0) == told.reason.endswith(nothing)
+        assert (told.unexplained < 1.0) == told.reason.endswith("stay unexplained where runs are left out.")
+        said.append(told.unexplained >= 1.0)
+    assert any(said)

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.models.evaluator import Outcome
 from workbench.search.evidence.attack.ascents import NEAR
-from workbench.search.evidence.attack.share import Share, counted_share
+from workbench.search.evidence.attack.share import Share, at_most, counted_share
 
 __all__ = ["Attack", "Attempt", "attackers"]
 
@@ -179,7 +179,7 @@ class Attack:
         count = "none" if not hits else str(hits)
         return (
             f"; {count} of {draws} independent cases lie beyond, so with 95 % confidence less than "
-            f"{100 * high:.2g} % of the uncertainty does"
+            f"{at_most(high)} of the uncertainty does"
         )
 
     @property

@@ -6,13 +6,16 @@
 Clopper and Pearson 1934. Its coverage is at least 95 % for every n and every share.
 """
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from math import ceil, floor, log10
 
 from scipy.stats import beta
 
-__all__ = ["Share", "counted_share"]
+__all__ = ["Share", "at_least", "at_most", "counted_share"]
 
 LEVEL = 0.95
+ROUNDING = 1e-9  # of the second digit: what binary fractions add
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,3 +50,28 @@ def counted_share(hits: int, draws: int) -> Share:
     low = float(beta.ppf(tail, hits, draws - hits + 1)) if hits else 0.0
     high = float(beta.ppf(1 - tail, hits + 1, draws - hits)) if hits < draws else 1.0
     return Share(hits=int(hits), draws=int(draws), low=low, high=high)  # counts of numpy's are no JSON
+
+
+def at_most(share: float) -> str:
+    """An upper end in per cent, to two digits and never below it.
+
+    >>> at_most(0.010277), at_most(0.00994), at_most(1.0), at_most(0.0)
+    ('1.1 %', '1 %', '100 %', '0 %')
+    """
+    return _percent(share, ceil, -ROUNDING)
+
+
+def at_least(share: float) -> str:
+    """A lower end in per cent, to two digits and never above it.
+
+    >>> at_least(0.010277), at_least(0.0199)
+    ('1 %', '1.9 %')
+    """
+    return _percent(share, floor, ROUNDING)
+
+
+def _percent(share: float, rounded: Callable[[float], int], slack: float) -> str:
+    if share <= 0.0:
+        return "0 %"
+    digit = 10.0 ** (floor(log10(100 * share)) - 1)
+    return f"{rounded(100 * share / digit + slack) * digit:.3g} %"
