@@ -137,7 +137,7 @@ def border_of(
     if grows and model is not None:
         grows = bool(model.mean(where.features(outside)).max() > float(ledger.v.max()))
     proposals = EVEN if given_are_even else EVEN[1:]
-    even = [run for run in runs if run.proposal in proposals]
+    even = [run for run in (*ledger.runs, *unseen) if run.proposal in proposals]
     counted = counted_share(sum(has_failed(run) for run in even), len(even))
     others = distinct(where.unit([dict(run.parameters) for run in runs]), worst[None])
     return Border(
