@@ -104,8 +104,8 @@ class CampaignRuns(StoredRuns):
                 self.progress.note(f"{count} runs made before a parameter was added count as at its baseline")
             if large := set_large_aside(self.store):
                 hold = "stored run holds" if large == 1 else "stored runs hold"
-                count = "counts" if large == 1 else "count"
-                self.progress.note(f"{large} {hold} a number beyond {LARGEST:.0e} and {count} as failed")
+                they = "counts" if large == 1 else "count"
+                self.progress.note(f"{large} {hold} a number beyond {LARGEST:.0e} and {they} as failed")
             present_reading(self.store, self.readings)
             self.reread()
         except BaseException:

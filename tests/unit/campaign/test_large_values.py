@@ -37,11 +37,11 @@ def test_stored_runs_too_large_to_be_modelled_are_set_aside_once(tmp_path):
     assert said == []
     campaign, said = opened()
     with campaign:
-        assert said == ["1 stored run holds a number beyond 1e+150 and counts as failed"]
+        assert said == ["1 stored run holds a number beyond 1e+140 and counts as failed"]
         runs = campaign.evaluate(ROWS)
         assert [run.status for run in runs] == ["ok", "nonfinite", "ok"]
         assert runs[1].error == (
-            "too large a number: y = 6e+293 lies beyond 1e+150, as where an integration diverges"
+            "too large a number: y = 6e+293 lies beyond 1e+140, as where an integration diverges"
         )
         assert runs[2].outputs == {"y": 1e120}
         kept = campaign.store.select("SELECT kept FROM evaluation WHERE key = ?", [keys[1]])
