@@ -5,7 +5,7 @@ one that jumps has ranks (Iman and Conover, Technometrics 21, 1979). What a scal
 response's own one: left-out runs are predicted on it, carried back, and compared with what was run. The maps
 stand in `surrogates.analysis.response_map`.
 
-What stands apart from a list of drivers does so for its share of the response's variance, too
+What stands apart from a list of drivers does so for its share of the response's variance, too, but by ranks
 (`response_shares`): a logarithm folds large values away, and of a response over three decades an input with
 4 % of the variance may have 0.7 % of that of the logarithm.
 """
@@ -121,15 +121,18 @@ def judged_on_response(fitted: KrigingScreener, X: ArrayLike, y: ArrayLike, scal
     """Judge a screening of X (n, d) and `on_scale(y, scale)` by the response's own variance; returns it.
 
     What left-out runs leave unexplained may hide further inputs, and what has less than 1 % stands apart.
-    Ranks keep the shares of their own variance: where a response jumps, what left-out runs miss is the edge.
+    Ranks keep the shares of their own variance, and the verdict says so: carried back, the bands of shares
+    hold too few of the true ones.
 
     >>> x = np.random.default_rng(2).random((40, 4))
     >>> y = np.exp(6 * x[:, 1] + 0.8 * x[:, 2] * x[:, 1])
     >>> judged_on_response(KrigingScreener().fit(x, on_scale(y, "log")), x, y, "log").selected_
     array([1, 2])
     """
-    if scale in ("none", "ranks"):
+    if scale == "none":
         return fitted
+    if scale == "ranks":
+        return fitted.by_ranks(left_out_share(fitted, X, y, scale))
     fitted.allow_for(left_out_share(fitted, X, y, scale))
     return fitted.weigh(response_shares(fitted, X, y, scale))
 

@@ -27,6 +27,7 @@ from ..kriging.given_runs import (
     refuse_text,
 )
 from .confirmation import SMOOTH, Examined, screened, where_it_errs
+from .evidence import Evidence
 from .hidden_share import HiddenShare
 from .listed_apart import SelectedShare, minor_inputs, shares_of
 from .methods import METHODS, Found
@@ -44,7 +45,7 @@ from .sets.rules import (
     rule_in_words,
     threshold_of,
 )
-from .verdict import Evidence, Judgement, ScreeningDiagnosis, judge
+from .verdict import Judgement, ScreeningDiagnosis, judge
 
 __all__ = ["KrigingScreener"]
 
@@ -221,7 +222,7 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             constant,
             base=base,
             q2=q2,
-            n_selected=len(accepted),
+            n_selected=sum(set(runs.given(u)) <= {*self.selected_} for u in range(len(runs.units))),
             shares=shares,
         )
         self._acting = self.selected_.tolist()
@@ -273,8 +274,8 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         self._evidence = self._plain.with_shares(shares, apart, self.groups)
         judged = judge(self._evidence)
         price = anova_price(threshold) if self._evidence.is_anova else threshold
-        low, high = x.min(axis=0), x.max(axis=0)
-        equal, near = close_pairs((x - low) / np.where(high > low, high - low, 1.0))
+        low, width = x.min(axis=0), np.ptp(x, axis=0)
+        equal, near = close_pairs((x - low) / np.where(width > 0.0, width, 1.0))
         return ScreeningDiagnosis(
             n_runs=n,
             n_inputs=d,
@@ -316,36 +317,39 @@ class KrigingScreener(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     def allow_for(self, share: HiddenShare) -> Self:
         """Let at least this share of the variance hide further inputs, and judge anew; returns itself.
 
-        For a response that was screened on another scale than its own, on which left-out runs may say that
-        more hides (`surrogates.left_out_share`). What is listed apart stays: see `weigh`.
+        For a response screened on another scale, if left-out runs say so on its own.
         """
         check_is_fitted(self)
         self._plain = self._plain.with_hidden(share)
         if not share.upper > self.diagnosis_.hidden_share:
             return self
         self._evidence = self._evidence.with_hidden(share)
-        self.diagnosis_ = self.diagnosis_.judged_anew(
-            self._evidence, judge(self._evidence), unexplained=share.unexplained
-        )
+        self._judge_anew(unexplained=share.unexplained)
+        return self
+
+    def by_ranks(self, own: HiddenShare) -> Self:
+        """Say of a screening of ranks that its shares are theirs, and `own` what is left of the response."""
+        check_is_fitted(self)
+        self._plain, self._evidence = self._plain.by_ranks(own), self._evidence.by_ranks(own)
+        self._judge_anew(shares_of="ranks", own_unexplained=own.unexplained)
         return self
 
     def weigh(self, shares: Sequence[SelectedShare]) -> Self:
         """Let these total indices say what is listed apart and what is open, and judge anew; returns itself.
 
-        For a response that was screened on another scale than its own
-        (`surrogates.screening.response_scale`). Without any nothing changes.
+        For a response screened on another scale than its own (`response_scale`); without any nothing changes.
         """
-        check_is_fitted(self)
         if not shares:
             return self
         plain = self._plain.with_open(shares)
         apart = minor_inputs(shares, self.groups, resolved=judge(plain).state == "resolved")
         self._evidence = plain.with_shares(shares, apart, self.groups)
-        self.diagnosis_ = self.diagnosis_.judged_anew(
-            self._evidence, judge(self._evidence), shares=tuple(shares)
-        )
+        self._judge_anew(shares=tuple(shares))
         self._list_apart(apart)
         return self
+
+    def _judge_anew(self, **changed: Any) -> None:
+        self.diagnosis_ = self.diagnosis_.judged_anew(self._evidence, judge(self._evidence), **changed)
 
     def _list_apart(self, minor: Sequence[int]) -> None:
         kept = [k for k in self._acting if k not in minor]

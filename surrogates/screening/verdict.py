@@ -10,21 +10,26 @@ as x is, from that set.
     partly resolved   others below x may hide, and whether the open inputs act, each below y, is not known
     not resolved      the runs are too few, or one start alone led here, or x or y is above 30 %
 
+Of a response screened by its ranks x, y and all shares are of the variance of the ranks, and every sentence
+says so; what left-out runs leave unexplained of the response itself is said beside them, and keeps it from
+being resolved. Where all inputs are selected nothing is left to hide, whatever stays unexplained.
+
 A second witness (`surrogates.screening.witness`) that names an input which the likelihood does not confirm,
 or one that only both together show, keeps a screening from being resolved.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from .hidden_share import HiddenShare, RoughSide, percent
-from .listed_apart import MINOR_SHARE, SelectedShare, apart_in_words, at_the_border, border_in_words
+from .evidence import Evidence
+from .hidden_share import RoughSide, percent
+from .listed_apart import MINOR_SHARE, SelectedShare, apart_in_words, border_in_words
 from .sets.rival_sets import CLEAR_MARGIN
 
-__all__ = ["Evidence", "Judgement", "ScreeningDiagnosis", "fewest_runs", "judge"]
+__all__ = ["Judgement", "ScreeningDiagnosis", "fewest_runs", "judge"]
 
 FEW_RUNS, FEW_RUNS_PER_INPUT = 10, 2.0  # with fewer, weaker inputs are missed without a sign
 RESOLVED_SHARE, PARTLY_SHARE = 0.01, 0.3  # of the variance that an input may hide in
@@ -55,6 +60,8 @@ class ScreeningDiagnosis:
         hidden_share: x, its upper 95 % bound or that of the strongest input listed apart: no input above it
             is missing.
         shares: total indices of the inputs that the likelihood selects (method "default").
+        shares_of: "response", or "ranks": what x, y and the shares are of.
+        own_unexplained: of a screening by ranks, what left-out runs leave unexplained of the response itself.
         minor: of them those below 1 %, which stand apart from the selection.
         border: of them those of which the runs do not tell on which side of 1 % they lie.
         confirmed, disputed: inputs that the second witness named and the likelihood confirmed, and did not.
@@ -100,8 +107,10 @@ class ScreeningDiagnosis:
     resolved: bool
     verdict: str
     advice: str
+    shares_of: str = "response"
+    own_unexplained: float = 0.0
 
-    def judged_anew(self, evidence: "Evidence", judged: "Judgement", **changed: Any) -> "ScreeningDiagnosis":
+    def judged_anew(self, evidence: Evidence, judged: "Judgement", **changed: Any) -> "ScreeningDiagnosis":
         """The same screening with other evidence, and what else has changed."""
         return replace(
             self, hidden_share=float(evidence.hidden_share or 0.0), q2=evidence.q2,
@@ -118,68 +127,6 @@ def fewest_runs(n_inputs: int) -> int:
     50
     """
     return int(np.ceil(FEW_RUNS + FEW_RUNS_PER_INPUT * n_inputs))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Evidence:
-    """What a screening is judged by.
-
-    Attributes:
-        n_runs, n_inputs, n_selected: sizes; inputs that vary.
-        constant_response: nothing to screen.
-        pool_gain: what one theta for all inputs adds to l over a response that depends on none (greedy
-            methods).
-        margin: see `ScreeningDiagnosis`; None for a greedy method, which knows no rival sets and therefore
-            cannot be resolved.
-        rest_gain, q2, starts_at_best, repeated, confirmed, disputed, open, open_share, rough_side, minor,
-            border: see `ScreeningDiagnosis`.
-        hidden_share: x; None for 1 - q2.
-        is_rough, is_anova: whether the correlation is the rough one, or has a weight for each input.
-    """
-
-    n_runs: int
-    n_inputs: int
-    n_selected: int
-    constant_response: bool = False
-    pool_gain: float = float("nan")
-    margin: float | None
-    rest_gain: float
-    q2: float
-    starts_at_best: int
-    repeated: Sequence[tuple[int, int]] = ()
-    hidden_share: float | None = None
-    confirmed: Sequence[int] = ()
-    disputed: Sequence[int] = ()
-    open: Sequence[int] = ()
-    open_share: float = 0.0
-    rough_side: RoughSide | None = None
-    minor: Sequence[int] = ()
-    border: Sequence[int] = ()
-    is_rough: bool = False
-    is_anova: bool = False
-
-    def with_hidden(self, share: HiddenShare) -> "Evidence":
-        """The same where left-out runs say that this share hides further inputs, if it is the larger."""
-        if self.hidden_share is not None and not share.upper > self.hidden_share:
-            return self
-        return replace(self, hidden_share=share.upper, q2=min(self.q2, 1.0 - share.unexplained))
-
-    def with_open(self, shares: Sequence[SelectedShare]) -> "Evidence":
-        """The same where these total indices say how much open inputs may do: y is no less."""
-        found = [one.upper for one in shares if one.column in self.open and one.mean >= MINOR_SHARE]
-        return replace(self, open_share=max(self.open_share, *found)) if found else self
-
-    def with_shares(
-        self, shares: Sequence[SelectedShare], minor: Sequence[int], together: Sequence[Sequence[int]]
-    ) -> "Evidence":
-        """The same with what total indices say: which inputs lie at the border of the list, and that `minor`
-        are listed apart. The selection lacks these, so x is no less than they may be."""
-        border = at_the_border(shares, together)
-        if not minor or self.hidden_share is None:
-            return replace(self, border=border)
-        largest = max(share.upper for share in shares if share.column in minor)
-        lacking = max(self.hidden_share, min(largest, MINOR_SHARE))
-        return replace(self, minor=tuple(minor), border=border, hidden_share=lacking)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,7 +173,7 @@ def judge(
     assert e.margin is not None
     x = 1.0 - e.q2 if e.hidden_share is None else e.hidden_share
     doubts = _doubts(e, x, name)
-    missing = f"no input above {percent(x)} of the variance is missing"
+    missing = f"no input above {percent(x)} of {e.whole} is missing"
     where = _where(e.rough_side, name, place or (lambda column, bound: f"{bound:.3g}"))
     known = ""
     if e.repeated:
@@ -234,20 +181,23 @@ def judge(
         known = f"inputs {pairs} cannot be told apart from these runs"
     if doubts.reasons:
         advice = "; ".join(part for part in (*dict.fromkeys(doubts.cures), where, known) if part)
-        bound = [*([missing] if x <= PARTLY_SHARE else []), *apart_in_words(e.minor, name)]
+        bound = [*([missing] if x <= PARTLY_SHARE else []), *apart_in_words(e.minor, name), *_of_ranks(e)]
         return Judgement(
             state="not resolved",
             verdict="; ".join(["not resolved: " + doubts.reasons[0], *doubts.reasons[1:], *bound]),
             advice=advice,
         )
     certain = _certainty(e, name)
-    is_certain = max(x, e.open_share) <= RESOLVED_SHARE and not (
+    is_certain = max(x, e.open_share, e.own_unexplained) <= RESOLVED_SHARE and not (
         e.disputed or e.confirmed or e.is_rough or e.is_anova
     )
     if is_certain and not e.border:
-        verdict = "; ".join([f"resolved: {missing}", certain, *apart_in_words(e.minor, name)])
+        apart = apart_in_words(e.minor, name)
+        verdict = "; ".join([f"resolved: {missing}", certain, *apart, *_of_ranks(e)])
         return Judgement(state="resolved", verdict=verdict, advice=known)
-    hide = f"{percent(x)} of the variance may hide further inputs" if x > RESOLVED_SHARE else missing
+    hide = f"{percent(x)} of {e.whole} may hide further inputs" if x > RESOLVED_SHARE else missing
+    if e.lists_all and x > RESOLVED_SHARE:
+        hide = f"all inputs are selected, and up to {percent(x)} of {e.whole} stays unexplained"
     said = [
         hide,
         *([ANOVA_RUNS] if e.is_anova else [ROUGH_RUNS] if e.is_rough else []),
@@ -256,13 +206,17 @@ def judge(
         certain,
         *apart_in_words(e.minor, name),
         *border_in_words(e.border, name),
+        *_of_ranks(e),
     ]
-    settle = f" and to settle {', '.join(map(name, e.open))}" if e.open_share > RESOLVED_SHARE else ""
-    cures = [f"add about {_more_runs(e.n_runs)} runs to see weaker inputs{settle}", where, known]
+    aims = [] if e.lists_all else ["to see weaker inputs"]
+    if e.open_share > RESOLVED_SHARE:
+        aims.append(f"to settle {', '.join(map(name, e.open))}")
+    more = f"add about {_more_runs(e.n_runs)} runs {' and '.join(aims)}" if aims else NO_MORE_TO_LIST
+    cures = [more, where if aims else "", known]
     if is_certain:  # but for the border: a list of drivers need not be better than that
-        keep = f"keep {', '.join(map(name, e.border))} or not: about {percent(MINOR_SHARE)} of the variance"
+        keep = f"keep {', '.join(map(name, e.border))} or not: about {percent(MINOR_SHARE)} of {e.whole}"
         cures = [keep, known]
-    if x > ROUGH_SHARE:
+    if x > ROUGH_SHARE and not e.lists_all:
         cures.insert(1, ROUGH_ADVICE)
     return Judgement(
         state="partly resolved",
@@ -273,6 +227,7 @@ def judge(
 
 ROUGH_RUNS = "the runs speak for steps or kinks, where weak inputs are hard to tell"
 ANOVA_RUNS = "found by a correlation in which weak inputs may bend, where those near 1 % are hard to tell"
+NO_MORE_TO_LIST = "no further runs for the list: they would only let the Kriging predict better"
 ROUGH_ADVICE = "the response is rough for so many runs: elementary effects (Morris) need no smoothness"
 
 
@@ -323,20 +278,29 @@ def _doubts(e: Evidence, x: float, name: Callable[[int], str]) -> _Doubts:
     doubts, n = _Doubts(), e.n_runs
     if not x <= PARTLY_SHARE:
         doubts.add(
-            f"left-out runs are predicted with Q2 = {e.q2:.2f} only; further inputs may hide in the rest",
+            f"left-out runs are predicted with Q2 = {e.q2:.2f} only"
+            + ("; further inputs may hide in the rest" if not e.lists_all else ", by all inputs"),
             f"add about {_more_runs(n)} runs, or look for an input that varied but is not in the table",
         )
         doubts.cures.append(ROUGH_ADVICE)
+    if e.own_unexplained > PARTLY_SHARE and not e.lists_all:
+        doubts.add(
+            f"ranks tell little of this response: of its own variance {percent(e.own_unexplained)} stays "
+            "unexplained where runs are left out",
+            "" if doubts.cures else f"add about {_more_runs(n)} runs: what acts in the tail may be missing",
+        )
     if e.open_share > PARTLY_SHARE:
         doubts.add(
             f"a set without {', '.join(map(name, e.open))} is only {max(e.margin, 0.0):.1f} lower in l, and "
-            f"leaves up to {percent(e.open_share)} of the variance unexplained",
+            f"leaves up to {percent(e.open_share)} of {e.whole} unexplained",
             "" if doubts.cures else f"add about {max(8, n // 4)} runs to the design",
         )
     needed = fewest_runs(e.n_inputs)
     if n < needed:
         doubts.add(
-            f"{n} runs are few for {e.n_inputs} inputs: weaker ones may be missed", f"come to {needed} runs"
+            f"{n} runs are few for {e.n_inputs} inputs"
+            + (": weaker ones may be missed" if not e.lists_all else ""),
+            f"come to {needed} runs",
         )
     if e.starts_at_best <= 1:
         doubts.add("at most one start led to the selected set", "screen again with more starts")
@@ -356,9 +320,17 @@ def _certainty(e: Evidence, name: Callable[[int], str]) -> str:
     names, many = ", ".join(map(name, e.open)), len(e.open) > 1
     return (
         f"whether {names} act{'' if many else 's'} is open, {'each ' if many else ''}with at most "
-        f"{percent(e.open_share)} of the variance: a set without is only {max(e.margin, 0.0):.1f} lower in "
+        f"{percent(e.open_share)} of {e.whole}: a set without is only {max(e.margin, 0.0):.1f} lower in "
         "log-likelihood"
     )
+
+
+def _of_ranks(e: Evidence) -> list[str]:
+    """Of what the shares are, where it is not the response, and what is known of that."""
+    if not e.is_by_ranks:
+        return []
+    left = f"{percent(e.own_unexplained)} stays unexplained where runs are left out"
+    return [f"shares are of the ranks: of the variance of the response itself {left}"]
 
 
 def _rest(e: Evidence) -> list[str]:

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.campaign.store import Store
+from workbench.campaign.store_schema import kept_name
 from workbench.models.protocol import Answer
+from workbench.models.values import LARGEST, why_no_values
 
 __all__ = [
     "ReadRow",
@@ -21,7 +23,11 @@ __all__ = [
     "read_again",
     "read_otherwise",
     "run_again",
+    "set_large_aside",
 ]
+
+LARGE_AS_TEXT = "*e+[1-9][0-9][0-9]*"  # as JSON has a number of 1e100 and beyond
+CHECKED_FOR = "largest value"  # in the table `meta`: what the stored answers were held against
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,3 +148,34 @@ def copied_at_baseline(
 def former_keys(store: Store) -> dict[str, str]:
     """Keys that runs had under an older schema -> their present keys."""
     return dict(store.select("SELECT former, key FROM evaluation WHERE former IS NOT NULL"))
+
+
+def set_large_aside(store: Store) -> int:
+    """Let stored runs with a number too large to be modelled count as failed, and keep it; how many did.
+
+    Answers are held against that as they come; a store of a time before is looked through once.
+    """
+    if store.select("SELECT 1 FROM meta WHERE key = ? AND value = ?", [CHECKED_FOR, str(LARGEST)]):
+        return 0
+    found = store.select(
+        "SELECT evaluation.id, outputs, kept, reading.definition FROM evaluation "
+        "LEFT JOIN reading ON reading.id = evaluation.reading WHERE status = 'ok' AND outputs GLOB ?",
+        [LARGE_AS_TEXT],
+    )
+    count = 0
+    with store.transaction():
+        for number, text, beside, definition in found:
+            outputs = json.loads(text)
+            if not (wrong := why_no_values(outputs)):
+                continue
+            how = json.loads(definition) if definition else {}
+            kept = json.loads(beside) if beside else {}
+            kept |= {kept_name(name, how.get(name, {})): value for name, value in outputs.items()}
+            store.write(
+                "UPDATE evaluation SET status = 'nonfinite', outputs = NULL, error = ?, kept = ? "
+                "WHERE id = ?",
+                [wrong, json.dumps(kept), number],
+            )
+            count += 1
+        store.write("INSERT OR REPLACE INTO meta (key, value) VALUES (?, ?)", [CHECKED_FOR, str(LARGEST)])
+    return count

@@ -5,11 +5,11 @@ returned beside its responses, from the stored history, or from the files that w
 reader that is a function is another reader when its code is another.
 """
 
-import math
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from workbench.models.kept_files import unpacked
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.models.readers import read_response
 from workbench.models.stored.evaluation import UNFINISHED
+from workbench.models.values import why_no_values
 from workbench.space.box import Space
 
 __all__ = ["KEPT", "Rereading", "keep_archive", "kept_archive", "looked_at", "reread", "take_at_baseline"]
@@ -285,11 +286,9 @@ def _read(run: _Run) -> tuple[Answer | None, tuple[str, str]]:
         how = run.row.definition.get(name, {})
         if run.readings.get(name) != how:
             kept[kept_name(name, how)] = value
-    wrong = [f"{name} = {value}" for name, value in outputs.items() if not math.isfinite(value)]
-    if wrong:
-        kept |= {kept_name(n, run.readings[n]): v for n, v in outputs.items() if math.isfinite(v)}
-        error = f"not a finite number: {', '.join(wrong)}"
-        return Answer(status="nonfinite", kept=kept, error=error), ("", "")
+    if wrong := why_no_values(outputs):
+        kept |= {kept_name(n, run.readings[n]): v for n, v in outputs.items() if isfinite(v)}
+        return Answer(status="nonfinite", kept=kept, error=wrong), ("", "")
     return Answer(status="ok", outputs=outputs, kept=kept), ("", "")
 
 

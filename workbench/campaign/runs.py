@@ -17,7 +17,7 @@ from typing import Any, Self
 from workbench.campaign.lock import check_lock, present_version, take_state, write_lock
 from workbench.campaign.permissions import Permissions
 from workbench.campaign.progress import Progress, Silent
-from workbench.campaign.read_rows import former_keys, present_reading, run_again
+from workbench.campaign.read_rows import former_keys, present_reading, run_again, set_large_aside
 from workbench.campaign.rereading import Rereading, keep_archive, reread, take_at_baseline
 from workbench.campaign.store import Store
 from workbench.campaign.supervisor import Engine, InlineEngine, Policy, supervise
@@ -30,6 +30,7 @@ from workbench.models.kept_files import ARCHIVE
 from workbench.models.opening import open_model
 from workbench.models.protocol import Answer, told_answer
 from workbench.models.stored.evaluation import FAILED, Evaluation
+from workbench.models.values import LARGEST
 from workbench.provenance.content import ContentCache
 from workbench.provenance.named import model_files
 from workbench.provenance.reading import readings_now
@@ -101,6 +102,10 @@ class CampaignRuns(StoredRuns):
             if self.permissions.at_baseline:
                 count = take_at_baseline(self.store, self.folder, study.space, self.spec, self.key)
                 self.progress.note(f"{count} runs made before a parameter was added count as at its baseline")
+            if large := set_large_aside(self.store):
+                hold = "stored run holds" if large == 1 else "stored runs hold"
+                they = "counts" if large == 1 else "count"
+                self.progress.note(f"{large} {hold} a number beyond {LARGEST:.0e} and {they} as failed")
             present_reading(self.store, self.readings)
             self.reread()
         except BaseException:

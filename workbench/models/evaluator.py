@@ -6,11 +6,11 @@ run and answers a row it has already run from the store, so an interrupted searc
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import isfinite
 from typing import Any, Protocol, TypeVar
 
 from workbench.errors import StudyError
 from workbench.models.gradients import parted
+from workbench.models.values import why_no_values
 
 __all__ = [
     "Evaluator",
@@ -95,8 +95,8 @@ class FunctionEvaluator:
                 f"the model returned {answer!r}; a number or a mapping of names to numbers is needed ({exc})"
             )
             return Outcome(parameters=row, status="failed", key=key, error=text)
-        if not all(isfinite(value) for value in outputs.values()):
-            return Outcome(parameters=row, status="nonfinite", key=key, error=f"the model returned {outputs}")
+        if wrong := why_no_values(outputs):
+            return Outcome(parameters=row, status="nonfinite", key=key, error=wrong)
         return Outcome(parameters=row, status="ok", outputs=outputs, gradients=gradients, key=key)
 
 

@@ -16,6 +16,7 @@ from typing import Any, Protocol, SupportsFloat
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.gradients import checked_gradients, parted
 from workbench.models.histories import History, Reduction
+from workbench.models.values import why_no_values
 
 __all__ = ["Answer", "Model", "ModelSpec", "call", "settle", "told_answer"]
 
@@ -126,7 +127,9 @@ def _settled(raw: Any, spec: ModelSpec) -> Answer:
 
 
 def settle(raw: Any, responses: Mapping[str, Reduction | None], *, keep: Collection[str] = ()) -> Answer:
-    """The answer in what a model returned: declared responses as finite floats, histories reduced.
+    """The answer in what a model returned: declared responses as floats, histories reduced.
+
+    One that is not finite, or too large to be modelled, makes the run a failed one.
 
     Other finite numbers are kept beside them, and the histories named in `keep`.
 
@@ -154,14 +157,8 @@ def settle(raw: Any, responses: Mapping[str, Reduction | None], *, keep: Collect
     for name in keep:
         if name not in responses and name in raw and name not in kept:
             histories[name] = _history(name, raw[name])
-    wrong = [f"{name} = {value}" for name, value in outputs.items() if not math.isfinite(value)]
-    if wrong:
-        return Answer(
-            status="nonfinite",
-            histories=histories,
-            kept=kept,
-            error=f"not a finite number: {', '.join(wrong)}",
-        )
+    if wrong := why_no_values(outputs):
+        return Answer(status="nonfinite", histories=histories, kept=kept, error=wrong)
     beside = {name: value for name, value in kept.items() if name not in outputs}
     return Answer(status="ok", outputs=outputs, histories=histories, kept=beside)
 

@@ -1,7 +1,8 @@
 """A table of runs made elsewhere as a model: a CSV with one column per parameter and response.
 
 Nothing can be run; a row of the table is looked up. Every cell is checked when the table is opened, and what
-is wrong is named by row and column. A response that is empty, nan or infinite is a run that failed.
+is wrong is named by row and column. A response that is empty, nan, infinite or too large
+to be modelled is a run that failed.
 """
 
 import csv
@@ -14,6 +15,7 @@ from typing import Any
 
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
+from workbench.models.values import is_value
 
 __all__ = [
     "FEWEST_RUNS",
@@ -221,7 +223,7 @@ def _check_rows(
     parameters: Sequence[str],
     responses: Sequence[str],
 ) -> None:
-    good = [row for row in rows if all(row[r] is not None and math.isfinite(row[r]) for r in responses)]
+    good = [row for row in rows if all(row[r] is not None and is_value(row[r]) for r in responses)]
     if len(good) < FEWEST_RUNS:
         failed = f", {len(rows) - len(good)} of them failed" if len(good) < len(rows) else ""
         raise NotEnoughRuns(f"{name} has {len(rows)} runs{failed}; at least {FEWEST_RUNS} are needed")

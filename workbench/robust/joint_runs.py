@@ -9,6 +9,7 @@ import numpy as np
 import doe
 from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Outcome, Reading
+from workbench.models.values import is_value
 from workbench.robust.minimax_record import FailedRun
 from workbench.robust.region import Region
 from workbench.search.evidence.failure_map import LevelFailures, failure_map
@@ -115,9 +116,7 @@ class JointRuns:
 
     def _make(self, z: Array, rows: list[dict[str, Any]], purpose: str) -> None:
         outcomes = self.outcomes(rows, purpose=purpose)
-        y = np.array([self.read(o.outputs) if o.status == "ok" else np.nan for o in outcomes])
-        # a reading such as `within` leaves a run out whose outputs are finite
-        y[~np.isfinite(y)] = np.nan
+        y = np.array([self.read(o.outputs) if self._has_value(o) else np.nan for o in outcomes])
         for row in rows:
             self._place[_address(row)] = len(self._place)
         self.z, self.y = np.vstack([self.z, z]), np.concatenate([self.y, y])
@@ -128,8 +127,7 @@ class JointRuns:
         made = self.evaluate([dict(row) for row in new.values()], purpose=purpose) if new else []
         for (address, row), outcome in zip(new.items(), made, strict=True):
             self._known[address] = outcome
-            # a reading such as `within` leaves a run out whose outputs are finite
-            if outcome.status != "ok" or not np.isfinite(self.read(outcome.outputs)):
+            if not self._has_value(outcome):
                 self.failed.append(
                     FailedRun(
                         design={name: row[name] for name in self.design.space.names},
@@ -140,13 +138,18 @@ class JointRuns:
                 )
         return [self._known[_address(row)] for row in rows]
 
+    def _has_value(self, outcome: Outcome) -> bool:
+        """Whether a run stands among the values: a reading such as `within` leaves out some that ended
+        well, and a combination of responses may be too large where these are not."""
+        return outcome.status == "ok" and is_value(self.read(outcome.outputs))
+
     @property
     def failure_map(self) -> tuple[LevelFailures, ...]:
         """Failures by level of the unordered parameters, those of an attack included."""
         outcomes = list(self._known.values())
         return failure_map(
             [outcome.parameters for outcome in outcomes],
-            [o.status != "ok" or not np.isfinite(self.read(o.outputs)) for o in outcomes],
+            [not self._has_value(o) for o in outcomes],
             design=self.design.space,
             uncertainty=self.uncertain.space,
         )

@@ -53,7 +53,10 @@ def diagnosis_in_names(
         name: getattr(facts, name)
         for name in [*plain.split(), "margin", "q2", "resolved", "unexplained", "hidden_share", "open_share"]
     }
+    if facts.shares_of == "ranks":
+        found |= {"own_unexplained": facts.own_unexplained}
     return found | {
+        "shares_of": facts.shares_of,
         "nugget_bounds": list(facts.nugget_bounds),
         "state": judged.state,
         "verdict": judged.verdict,

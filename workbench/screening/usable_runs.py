@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import xarray as xr
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Outcome
 from workbench.models.stored.evaluation import Evaluation
+from workbench.models.values import is_value
 from workbench.space.box import Space
 
 __all__ = ["Rows", "UsableRuns", "usable_runs"]
@@ -46,7 +46,7 @@ def usable_runs(rows: Rows, space: Space, response: str) -> UsableRuns:
     for i, run in enumerate(outcomes):
         if run.status == "ok" and response not in run.outputs:
             raise StudyError(f"run {run.key or i} has no response {response!r}; it has {list(run.outputs)}")
-        if run.status == "ok" and isfinite(float(run.outputs[response])):
+        if run.status == "ok" and is_value(float(run.outputs[response])):
             ids.append(run.key or str(i))
             inputs.append({name: run.parameters[name] for name in space.names})
             values.append(float(run.outputs[response]))
@@ -94,7 +94,7 @@ def _outcome(row: Mapping[Any, Any], space: Space, response: str, key: str) -> O
             f"run {key} has {value!r} where a number of {response!r} should be: leave the run out, or give "
             "it None or NaN to have it counted as failed"
         ) from None
-    status = "ok" if isfinite(number) else "nonfinite"
+    status = "ok" if is_value(number) else "nonfinite"
     outputs = {response: number} if status == "ok" else {}
     return Outcome(parameters={n: row[n] for n in space.names}, status=status, outputs=outputs, key=key)
 

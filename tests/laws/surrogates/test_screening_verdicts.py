@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener
-from surrogates.screening.hidden_share import RoughSide
+from surrogates.screening.hidden_share import HiddenShare, RoughSide
 from surrogates.screening.verdict import judge
 
 NOTICEABLE = 0.02  # total Sobol' index from which on an input matters
@@ -84,7 +84,7 @@ def test_inputs_too_weak_to_tell_apart_are_told_together():
 
 
 def evidence(**changed):
-    from surrogates.screening.verdict import Evidence
+    from surrogates.screening.evidence import Evidence
 
     facts = {"n_runs": 60, "n_inputs": 6, "n_selected": 1, "margin": 9.0, "q2": 0.97, "starts_at_best": 5}
     return Evidence(**(facts | {"rest_gain": 0.1} | changed))
@@ -161,3 +161,49 @@ def test_no_input_above_the_stated_share_is_missing():
             missing = set(np.flatnonzero(total > screener.diagnosis_.hidden_share)) - set(screener.selected_)
             wrong += [(name, seed)] if missing else []
     assert len(wrong) <= 1, wrong
+
+
+def test_where_all_inputs_are_selected_none_is_left_to_hide():
+    found = judge(evidence(n_selected=6, hidden_share=0.093))
+    assert found.state == "partly resolved"
+    assert found.verdict.startswith(
+        "partly resolved: all inputs are selected, and up to 9.3 % of the variance stays unexplained; "
+    )
+    assert found.advice == "no further runs for the list: they would only let the Kriging predict better"
+    opened = judge(evidence(n_selected=6, hidden_share=0.2, margin=0.4, open=(3,), open_share=0.05))
+    assert opened.advice == "add about 30 runs to settle 3"
+    few = judge(evidence(n_selected=6, hidden_share=0.5, q2=0.6, n_runs=12))
+    assert few.state == "not resolved"
+    for said in (found, opened, few):
+        assert not any(word in said.verdict for word in ("hide", "missed"))
+        assert "weaker" not in said.advice
+    one_less = judge(evidence(n_selected=5, hidden_share=0.093))
+    assert "9.3 % of the variance may hide further inputs" in one_less.verdict
+    assert one_less.advice == "add about 30 runs to see weaker inputs"
+
+
+def test_shares_of_ranks_say_so():
+    own = HiddenShare(unexplained=0.136, upper=0.4)
+    found = judge(evidence(hidden_share=0.093, margin=0.4, open=(3,), open_share=0.05).by_ranks(own))
+    assert found.state == "partly resolved"
+    assert "9.3 % of the variance of the ranks may hide further inputs" in found.verdict
+    assert "with at most 5.0 % of the variance of the ranks" in found.verdict
+    assert (
+        "shares are of the ranks: of the variance of the response itself 14 % stays unexplained where runs "
+        "are left out" in found.verdict
+    )
+    plain = judge(evidence(hidden_share=0.093))
+    assert "ranks" not in plain.verdict
+
+
+def test_ranks_are_resolved_only_where_the_response_itself_is_explained():
+    sure = evidence(hidden_share=0.004)
+    assert judge(sure.by_ranks(HiddenShare(unexplained=0.009, upper=0.02))).state == "resolved"
+    found = judge(sure.by_ranks(HiddenShare(unexplained=0.011, upper=0.02)))
+    assert found.state == "partly resolved"
+    assert "no input above 0.4 % of the variance of the ranks is missing" in found.verdict
+    lost = HiddenShare(unexplained=0.5, upper=0.9)
+    found = judge(sure.by_ranks(lost))
+    assert found.state == "not resolved"
+    assert "ranks tell little of this response: of its own variance 50 % stays unexplained" in found.verdict
+    assert judge(evidence(n_selected=6, hidden_share=0.004).by_ranks(lost)).state == "partly resolved"

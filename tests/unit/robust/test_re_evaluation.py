@@ -169,7 +169,13 @@ def test_integers_and_words_reach_the_model_as_they_are():
 
 
 def test_runs_that_went_astray_do_not_overflow_the_intervals():
-    result = re_evaluate(lambda x, u: 1e200 * u["f"], DESIGNS, U, samples=20)
+    result = re_evaluate(  # a combination: a response of that size is a failed run
+        lambda x, u: {"y": 1e140 * u["f"]},
+        DESIGNS,
+        U,
+        samples=20,
+        response=lambda outputs: 1e60 * outputs["y"],
+    )
     low, high = result.summaries[0].mean_interval
     assert 0 < low < 0.5e200 < high < 1e200
 

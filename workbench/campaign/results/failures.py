@@ -21,7 +21,7 @@ WORDS = {
     "failed": "failed",
     "timeout": "ran out of time",
     "killed": "were killed",
-    "nonfinite": "gave no finite number",
+    "nonfinite": "gave no number that can be modelled",
 }
 CLEAR = 0.5  # Youden's J from which a cut is worth telling
 FEWEST = 3  # failures below which no place is named

@@ -5,7 +5,6 @@ Principal components are those of the runs of the design, and are not changed by
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns
@@ -14,6 +13,7 @@ from workbench.histories.functionals import functional_values, share_of_mode
 from workbench.models.evaluator import Outcome
 from workbench.models.functionals import Functional
 from workbench.models.stored.evaluation import Evaluation
+from workbench.models.values import why_no_values
 from workbench.system.atomic import read_json
 
 __all__ = ["functional_notes", "has_functionals", "known_outcomes", "searching", "with_functionals"]
@@ -102,6 +102,6 @@ def _with_value(row: Evaluation, name: str, values: Mapping[str, float]) -> Eval
     value = values.get(row.key)
     if value is None:
         return row
-    if isfinite(value):
-        return replace(row, outputs={**row.outputs, name: value})
-    return replace(row, status="nonfinite", outputs={}, error=f"not a finite number: {name} = {value}")
+    if wrong := why_no_values({name: value}):
+        return replace(row, status="nonfinite", outputs={}, error=wrong)
+    return replace(row, outputs={**row.outputs, name: value})

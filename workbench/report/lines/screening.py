@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from workbench.report.lines.statements import regime_text, state_text
+from workbench.report.lines.statements import regime_text, state_text, variance_text
 from workbench.report.lines.tables import fitted, format_number, hanging, table_lines, unit_suffix
 
 __all__ = ["method_lines", "other_screening_lines", "screening_lines"]
@@ -46,7 +46,7 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
         text.append(f"screened by {document['scale']}")
     text.append(f"selected: {names}")
     if document.get("minor"):
-        text.append(f"acts, below 1 % of the variance: {_listed(document['minor'])}")
+        text.append(f"acts, below 1 % of {variance_text(document)}: {_listed(document['minor'])}")
     text += regime_text(document)
     text += _parts("", document.get("verdict")) + _parts("to do: ", document.get("advice"))
     kriging = document.get("kriging") or {}

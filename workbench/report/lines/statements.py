@@ -19,6 +19,7 @@ __all__ = [
     "screening_state",
     "sentence",
     "state_text",
+    "variance_text",
 ]
 
 
@@ -82,7 +83,9 @@ def open_text(screening: Mapping[str, Any]) -> str:
         return ""
     act, each = ("act", "each ") if len(names) > 1 else ("acts", "")
     share = f"{max(100.0 * float(diagnosis['open_share']), 0.1):.2g} %"
-    return f"Whether {' and '.join(names)} {act} is open: {each}at most {share} of the variance."
+    return (
+        f"Whether {' and '.join(names)} {act} is open: {each}at most {share} of {variance_text(screening)}."
+    )
 
 
 def border_text(screening: Mapping[str, Any]) -> str:
@@ -94,8 +97,8 @@ def border_text(screening: Mapping[str, Any]) -> str:
     names = (screening.get("diagnosis") or {}).get("border") or []
     if not names:
         return ""
-    lies = "lie" if len(names) > 1 else "lies"
-    return f"{' and '.join(names)} {lies} at the border of 1 % of the variance: listed, or not, by chance."
+    lies, of = "lie" if len(names) > 1 else "lies", variance_text(screening)
+    return f"{' and '.join(names)} {lies} at the border of 1 % of {of}: listed, or not, by chance."
 
 
 def minor_text(screening: Mapping[str, Any]) -> str:
@@ -108,7 +111,8 @@ def minor_text(screening: Mapping[str, Any]) -> str:
     if not names:
         return ""
     said = f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
-    return f"Listed apart, estimated below 1 % of the variance{' each' if len(names) > 1 else ''}: {said}."
+    each = " each" if len(names) > 1 else ""
+    return f"Listed apart, estimated below 1 % of {variance_text(screening)}{each}: {said}."
 
 
 def sentence(said: str) -> str:
@@ -190,8 +194,30 @@ def state_text(screening: Mapping[str, Any]) -> str:
     'partly resolved, down to 3.4 % of the variance'
     >>> state_text({"state": "not resolved", "hidden_share": 0.6})
     'not resolved'
+    >>> state_text({"state": "partly resolved", "hidden_share": 0.09, "selected": ["a"], "ranking": ["a"]})
+    'partly resolved, all parameters selected'
     """
     state, share = screening_state(screening), screening.get("hidden_share")
     if state not in ("resolved", "partly resolved") or share is None:
         return state
-    return f"{state}, down to {max(100.0 * float(share), 0.1):.2g} % of the variance"
+    if state == "partly resolved" and lists_all(screening):
+        return f"{state}, all parameters selected"
+    return f"{state}, down to {max(100.0 * float(share), 0.1):.2g} % of {variance_text(screening)}"
+
+
+def variance_text(screening: Mapping[str, Any]) -> str:
+    """What the shares that a screening tells are shares of.
+
+    >>> variance_text({"diagnosis": {"shares_of": "ranks"}}), variance_text({})
+    ('the variance of the ranks', 'the variance')
+    """
+    of_ranks = (screening.get("diagnosis") or {}).get("shares_of") == "ranks"
+    return "the variance of the ranks" if of_ranks else "the variance"
+
+
+def lists_all(screening: Mapping[str, Any]) -> bool:
+    """Whether every parameter that varies is selected, or stands apart: none is left to hide."""
+    constant = (screening.get("diagnosis") or {}).get("constant") or []
+    known = {*(screening.get("selected") or []), *(screening.get("minor") or []), *constant}
+    ranked = screening.get("ranking") or []
+    return bool(ranked) and known >= set(ranked)

@@ -13,6 +13,7 @@ from workbench.report.lines.statements import (
     regime_text,
     screening_state,
     sentence,
+    variance_text,
 )
 from workbench.report.page.blocks import (
     Block,
@@ -140,12 +141,13 @@ def _drivers(folder: CampaignFolder) -> list[str]:
 def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:
     """What may be said of the parameters that were not selected: never that they have no effect."""
     names, state = names_of(rest, at_most=12), screening_state(screening)
+    of = variance_text(screening)
     share = screening.get("hidden_share")
     known = "" if share is None else f"{max(100.0 * float(share), 0.1):.2g} %"
     if state == "resolved":
-        return f"Of the variance less than {known or 'what stays unexplained'} is due to any of {names}."
+        return f"Of {of} less than {known or 'what stays unexplained'} is due to any of {names}."
     if state == "partly resolved" and known:
-        return f"Effects of up to {known} of the variance may hide in {names}."
+        return f"Effects of up to {known} of {of} may hide in {names}."
     return f"These runs do not resolve which matter: effects may hide in {names}."
 
 

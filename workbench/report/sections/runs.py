@@ -29,7 +29,7 @@ STATUS_WORDS = {
     "failed": "ended with an error",
     "timeout": "took too long and were stopped",
     "killed": "died or were killed",
-    "nonfinite": "gave NaN or infinity",
+    "nonfinite": "gave NaN, infinity or a number beyond 1e140",
     "skipped": "were skipped",
     "queued": "are waiting",
     "running": "are under way",

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import isfinite, nan
+from math import nan
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import Outcome, Reading
 from workbench.models.stored.evaluation import Evaluation
+from workbench.models.values import is_value, why_no_values
 from workbench.space.box import Space
 
 if TYPE_CHECKING:
@@ -118,8 +119,12 @@ def _of_row(row: Mapping[str, Any], place: str, space: Space, response: str | Re
                     "or say which one is searched with response="
                 ) from None
     if isinstance(response, str):
-        outputs = {name: value for name, value in outputs.items() if name == response or isfinite(value)}
-    finite = bool(outputs) and all(isfinite(value) for value in outputs.values())
+        outputs = {name: value for name, value in outputs.items() if name == response or is_value(value)}
+    wrong = why_no_values(outputs)
+    usable = bool(outputs) and not wrong
     return Outcome(
-        parameters=parameters, status="ok" if finite else "nonfinite", outputs=outputs if finite else {}
+        parameters=parameters,
+        status="ok" if usable else "nonfinite",
+        outputs=outputs if usable else {},
+        error=wrong,
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Evaluator, Outcome, Reading, response_reader
+from workbench.models.values import is_value, why_no_values
 from workbench.search.runs.given_runs import Run, Start, given_outcomes
 from workbench.search.runs.noticeable_gain import accuracy_scale, noticeable_gain, runs_since_gain
 from workbench.search.runs.slopes import unit_slope
@@ -115,9 +116,11 @@ class Ledger:
             outputs=dict(outcome.outputs),
             error=outcome.error if outcome.status != "ok" else "",
         )
-        if run.value is not None and not np.isfinite(run.value):
-            # the outputs are finite: a reading such as `within` leaves this run out
-            run = replace(run, status="excluded", value=None)
+        if run.value is not None and not is_value(run.value):
+            if not np.isfinite(run.value):  # the outputs are finite: a reading such as `within` leaves it out
+                return replace(run, status="excluded", value=None)
+            wrong = why_no_values({self.response or "the response": run.value})
+            return replace(run, status="nonfinite", value=None, error=wrong)
         return run
 
     def _slope(self, outcome: Outcome, point: np.ndarray) -> np.ndarray | None:

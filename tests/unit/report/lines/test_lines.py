@@ -5,6 +5,7 @@ from workbench.report.lines.layout import layout_lines
 from workbench.report.lines.robust import robust_lines
 from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.report.lines.screening import method_lines, screening_lines
+from workbench.report.lines.statements import border_text, minor_text, open_text, state_text
 from workbench.report.lines.tables import format_number
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.screening.named_methods import NAMED_METHODS
@@ -200,3 +201,30 @@ def test_a_round_that_made_no_layout_says_so():
     assert ["2", "-", "0.1328", "0.1331", "0.3", "%"] in rows
     assert "-: no layout was made, one was as good in all cases known as what the last was" in text
     assert max(map(len, text)) <= 80
+
+
+def test_shares_of_ranks_are_said_to_be_theirs_wherever_they_are_told():
+    facts = {"shares_of": "ranks", "open": ["grip"], "open_share": 0.034, "border": ["mass"]}
+    screening = {
+        "state": "partly resolved",
+        "hidden_share": 0.093,
+        "selected": ["grip", "mass"],
+        "minor": ["tyre"],
+        "ranking": ["grip", "mass", "tyre", "road"],
+        "diagnosis": facts,
+    }
+    of_ranks = "of the variance of the ranks"
+    assert state_text(screening) == f"partly resolved, down to 9.3 % {of_ranks}"
+    for said in (open_text(screening), border_text(screening), minor_text(screening)):
+        assert of_ranks in said
+    own = screening | {"diagnosis": facts | {"shares_of": "response"}}
+    for said in (state_text(own), open_text(own), border_text(own), minor_text(own)):
+        assert "of the variance" in said
+        assert "ranks" not in said
+
+
+def test_where_all_parameters_are_selected_no_share_is_told_down_to_which_they_are():
+    screening = {"state": "partly resolved", "hidden_share": 0.093, "selected": ["grip"], "minor": ["tyre"]}
+    every = screening | {"ranking": ["grip", "tyre", "road"], "diagnosis": {"constant": ["road"]}}
+    assert state_text(every) == "partly resolved, all parameters selected"
+    assert "down to 9.3 %" in state_text(every | {"diagnosis": {}})

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener, selection_stability
-from surrogates.screening.verdict import Evidence, judge
+from surrogates.screening.evidence import Evidence
+from surrogates.screening.verdict import judge
 
 ACTIVE = {2, 5, 8}
 

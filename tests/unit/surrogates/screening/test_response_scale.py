@@ -110,12 +110,24 @@ def test_shares_of_the_response_do_not_depend_on_its_unit_or_on_how_it_is_turned
     assert inverse[0] == pytest.approx(means(y)[0], rel=0.3)
 
 
-def test_ranks_and_the_response_itself_are_judged_as_they_were():
+def test_the_response_itself_is_judged_as_it_was():
     x, y = folded()
-    for scale in ("none", "ranks"):
-        screener = KrigingScreener().fit(x, on_scale(y, scale))
-        before = screener.diagnosis_
-        assert judged_on_response(screener, x, y, scale).diagnosis_ is before
+    screener = KrigingScreener().fit(x, on_scale(y, "none"))
+    before = screener.diagnosis_
+    assert judged_on_response(screener, x, y, "none").diagnosis_ is before
+    assert before.shares_of == "response"
+
+
+def test_ranks_keep_their_shares_and_say_whose_they_are():
+    x, y = folded()
+    screener = KrigingScreener().fit(x, on_scale(y, "ranks"))
+    before = screener.diagnosis_
+    after = judged_on_response(screener, x, y, "ranks").diagnosis_
+    assert (after.shares, after.hidden_share) == (before.shares, before.hidden_share)
+    assert after.shares_of == "ranks"
+    assert after.own_unexplained == left_out_share(screener, x, y, "ranks").unexplained > 0.0
+    assert "shares are of the ranks" in after.verdict
+    assert "of the variance of the ranks" in screener.judgement("abcde").verdict
 
 
 def test_shares_of_groups_labels_and_many_runs():

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener, selected_kriging, selection_stability, sobol_indices
-from surrogates.screening.verdict import Evidence, judge
+from surrogates.screening.evidence import Evidence
+from surrogates.screening.verdict import judge
 
 ACTIVE = (1, 4, 6)
 
