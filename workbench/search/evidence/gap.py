@@ -35,7 +35,7 @@ __all__ = ["COVERAGE", "HOPELESS", "Gap", "lipschitz_gap", "modelled_gap"]
 
 COVERAGE = 0.95
 BOUND_FACTOR = 3.0  # a supremum over the box needs a wider factor than one point does
-HOPELESS = 0.2  # chance of success below which a region is left out of the gap
+HOPELESS = 0.1  # chance of success below which a region is left out of the gap
 RANDOM_POINTS = 4000
 REFINED = 4
 
