@@ -12,7 +12,7 @@ from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.document import finite
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.record import FIRST_ORDER, RobustLayout, excess, promise_of
-from workbench.search.evidence.attack.share import at_most, counted_share
+from workbench.search.evidence.attack.share import counted_share
 from workbench.space.units import number
 
 __all__ = [
@@ -201,8 +201,8 @@ def over_all_cases(source: Mapping[str, Any], *, optimum: float, bound: float, u
     if beyond <= NOTICED:
         return {}
     said = (
-        f"That is of the cases known then, {number(optimum, 4)} {unit}; in all that were found it has "
-        f"{number(bound, 4)} {unit}, and {at_most(promise_of(source))} of that may be left to gain."
+        f"Over the cases known then it has {number(optimum, 4)} {unit}, over all that were found "
+        f"{number(bound, 4)} {unit}, of which {100 * promise_of(source):.2g} % may be left to gain."
     )
     return {"status": f"{source['status']} {said}", "verdicts": [OF_THE_SEARCH, *source["verdicts"]]}
 

@@ -53,8 +53,8 @@ def test_more_than_the_allowed_promise_is_amber():
 def test_a_reader_learns_of_which_cases_the_verdicts_are():
     told = over_all_cases({**SOURCE, "kkt": 0.0194}, optimum=0.3243, bound=0.3307, unit="m")
     assert told["status"] == (
-        f"{CONVERGED} That is of the cases known then, 0.3243 m; in all that were found it has 0.3307 m, and "
-        "2 % of that may be left to gain."
+        f"{CONVERGED} Over the cases known then it has 0.3243 m, over all that were found 0.3307 m, of which "
+        "1.9 % may be left to gain."
     )
     assert told["verdicts"] == [
         "What follows is of the search over the cases known then.", "To first order at most 3e-09 % is left.",
