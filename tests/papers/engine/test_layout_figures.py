@@ -56,6 +56,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("second_order", [True, False], ids=["second derivatives", "gradients only"])
 @pytest.mark.parametrize("case", CASES)
 def test_trusses_reach_their_optimum(case, second_order):

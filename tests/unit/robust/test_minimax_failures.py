@@ -130,6 +130,7 @@ def test_failures_are_told_in_the_document_and_the_sentence():
     assert document["failed"][0]["status"] == "failed"
 
 
+@pytest.mark.slow
 def test_a_cycle_whose_design_cannot_be_run_has_no_upper_bound():
     result = minimax(failing(lambda x, u: x["x0"] > -0.3), *SPACES, budget=60, seed=0)
     uppers = [cycle.upper for cycle in result.cycles]
@@ -197,6 +198,7 @@ def test_given_scenarios_that_cannot_be_run_do_no_harm():
     assert [dict(s) for s in result.scenarios[:2]] == scenarios
 
 
+@pytest.mark.slow
 def test_more_of_the_start_is_run_where_most_of_it_fails():
     result = minimax(failing(lambda x, u: u["u0"] > -0.6), *SPACES, seed=0)
     assert result.value == pytest.approx(limited(-0.6), abs=0.01)

@@ -85,6 +85,7 @@ def test_a_second_run_has_nothing_to_do(standard, monkeypatch):
     assert run(folder.parent, STUDY + VARIANT)[0] == first
 
 
+@pytest.mark.slow
 def test_cases_that_cannot_be_run_become_data(tmp_path):
     found, _ = run(tmp_path, changed("nominal =", "options = { unrunnable = -0.8 }\nnominal ="))
     assert found["runs"]["failed"] > 0
@@ -148,6 +149,7 @@ def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
     ]
 
 
+@pytest.mark.slow
 def test_an_open_loop_says_by_how_much_it_may_be_off(standard, tmp_path):
     _, folder = standard
     shutil.copytree(folder, tmp_path / "open")
@@ -235,6 +237,7 @@ def test_a_budget_of_zero_gives_no_members(tmp_path):
     assert found["bound"] == pytest.approx(40.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_report_puts_the_findings_first(standard):
     _, folder = standard
     page = write_report(folder).read_text()

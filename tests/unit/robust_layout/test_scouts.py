@@ -208,6 +208,7 @@ class StopHere(Exception):
     """What is asked for is known; the loop is not needed."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("line", "scouts"), [("", 2 * 12), ("scouts = 7\n", 7), ("scouts = 0\n", 0)])
 def test_the_study_says_how_many_scouts_there_are(tmp_path, monkeypatch, line, scouts):
     asked = {}

@@ -188,6 +188,7 @@ def test_a_missing_response_is_counted():
     assert screen(frame, SPACE, "head", effects=False).n_left_out == 3
 
 
+@pytest.mark.slow
 def test_by_ranks_any_rising_scale_of_the_response_selects_the_same():
     rows = runs()
     stretched = [replace(o, outputs={"head": float(np.exp(o.outputs["head"]))}) for o in rows]
@@ -287,6 +288,7 @@ def test_a_response_over_decades_that_is_screened_as_it_is_is_told_of_other_scal
     assert "decades" not in screen(offset, SPACE, "head", effects=False).advice
 
 
+@pytest.mark.slow
 def test_what_predicts_is_on_the_scale_screened_on_and_in_the_unit_of_the_response():
     space = Space([Parameter(name, lower=0.0, upper=1.0) for name in "abc"])
     points = np.random.default_rng(3).random((30, 3))

@@ -8,6 +8,7 @@ from workbench.search.record import Status
 from workbench.search.worst_case import surrogate_worst_case
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", ["max", "min"])
 @pytest.mark.parametrize("power", [1, 3, 9])
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -115,6 +115,7 @@ def test_an_attack_that_noise_kept_from_being_made_is_told():
     assert "attack" not in worst_case(noisy(4), BOX, budget=50, seed=2).grade_sentence
 
 
+@pytest.mark.slow
 def test_slight_noise_is_asked_for_late_and_found():
     """Noise of 3 % of the range: no luckiest run is reported, no gap of nearly nothing stated."""
     for seed in (0, 1):
@@ -139,6 +140,7 @@ def test_noise_is_not_asked_for_when_no_runs_are_left_to_average(monkeypatch):
     assert found.evaluations == 15
 
 
+@pytest.mark.slow
 def test_a_rough_model_without_noise_is_asked_again_at_most_once():
     calls = []
 

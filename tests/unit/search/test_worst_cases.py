@@ -17,6 +17,7 @@ def model(a, b):
     return {"load": a * (1 + b), "travel": a * a + b}
 
 
+@pytest.mark.slow
 def test_every_response_has_its_worst_case_and_the_runs_are_shared():
     calls = []
 

@@ -19,6 +19,7 @@ def test_the_quantile_of_a_sum_of_uniforms():
     assert found.evaluations <= 20
 
 
+@pytest.mark.slow
 def test_the_interval_holds_the_quantile_of_a_curved_response():
     def response(a, b):
         return float(np.exp(2 * a) * np.sin(2.5 * b))

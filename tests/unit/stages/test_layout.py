@@ -131,6 +131,7 @@ def test_figures_are_labelled():
     assert trusses.cantilever().title == "cantilever"
 
 
+@pytest.mark.slow
 def test_whole_members_stand_in_the_document_and_in_the_terminal(tmp_path):
     problem, count = random_problem(0, most=800)
     document = run_layout(tmp_path, problem=problem, evaluations=8, whole=count, whole_evaluations=40)

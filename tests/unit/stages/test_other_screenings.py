@@ -76,6 +76,7 @@ def campaign(tmp_path):
         yield opened
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", OTHER_METHODS)
 def test_every_method_gives_a_document_with_names(campaign, method):
     document = other_screening(campaign, method)

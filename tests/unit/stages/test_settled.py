@@ -93,6 +93,7 @@ def test_a_finished_study_is_left_alone(study, reports, monkeypatch):
     assert len(reports) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 def test_whatever_changes_is_followed(study, reports, change):
     run(study)

@@ -29,6 +29,7 @@ def test_a_peak_in_a_corner_that_no_run_came_near_is_found(width, seed):
     assert found.audit.sentences[0] == "all 4 corners were run"
 
 
+@pytest.mark.slow
 def test_a_step_in_a_corner_is_found():
     found = worst_case(lambda a, b: float(a > 0.6) + 2.0 * (a < 0.2 and b > 0.75), box(2), budget=40, seed=0)
     assert found.value == 2.0
@@ -43,6 +44,7 @@ def test_the_last_runs_come_after_the_corners_kept_back():
     assert found.evaluations == 24
 
 
+@pytest.mark.slow
 def test_batches_leave_the_corners_their_runs():
     found = worst_case(
         lambda a, b: -((a - 0.4) ** 2) - (b - 0.6) ** 2, box(2), budget=25, workers=4, tolerance=-1
@@ -74,6 +76,7 @@ def test_a_search_that_ends_early_runs_the_corners_where_all_fit(budget, all_fit
         assert f"{found.audit.corners_run} of 32 corners were run" in found.audit.sentences[0]
 
 
+@pytest.mark.slow
 def test_a_corner_that_is_worse_begins_the_search_anew():
     found = worst_case(lambda a, b: float(a > 0.9 and b > 0.9), box(2), budget=30, seed=0)
     names = [run.proposal for run in found.runs]
@@ -90,6 +93,7 @@ def test_corners_that_break_a_constraint_are_no_corners():
     assert found.audit.sentences[0] == "all 3 corners were run"
 
 
+@pytest.mark.slow
 def test_a_corner_that_failed_is_named():
     def brittle(a, b):
         if a > 0.9 and b > 0.9:
@@ -100,6 +104,7 @@ def test_a_corner_that_failed_is_named():
     assert found.audit.sentences[0] == "3 of 4 corners gave a value; 1 more failed and may be worse"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [0.0, 7.3e5])
 def test_a_constant_response_is_said_to_be_constant(value):
     found = worst_case(lambda a, b: value, box(2), budget=60, seed=0)

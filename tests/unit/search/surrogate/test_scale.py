@@ -61,6 +61,7 @@ def test_one_that_was_admitted_gives_way_when_a_run_turns_negative():
     assert fit_search_model(u, y, previous=model, seed=0, scale="log").transform.kind == "identity"
 
 
+@pytest.mark.slow
 def test_the_result_says_which_was_chosen_and_why():
     found = worst_case(decades, BOX, budget=16, seed=0)
     assert found.scale is not None

@@ -40,6 +40,7 @@ def test_coefficients_are_those_of_the_definition(kind):
     assert found.ranking[:2].tolist() == np.argsort(-np.abs(np.array(expected)))[:2].tolist()
 
 
+@pytest.mark.slow
 def test_bands_hold_the_coefficients_of_the_law():
     """y = 2 x1 + x2 + noise with unit variances: src = (2, 1, 0)/sqrt(6); 60 samples of 60 runs."""
     held = []

@@ -26,6 +26,7 @@ def dense(x, z, f, theta, power=2.0):
     return r, p, np.linalg.slogdet(a)[1]
 
 
+@pytest.mark.slow
 @parametrize_with_checks([plain(n_starts=2), Kriging(n_starts=2)])
 def test_scikit_learn_contract(estimator, check):
     check(estimator)

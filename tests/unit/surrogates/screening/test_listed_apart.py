@@ -97,6 +97,7 @@ def test_units_do_not_matter():
     assert (screener.selected_.tolist(), screener.minor_.tolist()) == ([0, 3], [5])
 
 
+@pytest.mark.slow
 def test_the_kriging_takes_them_when_asked():
     x, y = data()
     screener = KrigingScreener().fit(x, y)

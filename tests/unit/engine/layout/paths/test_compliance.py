@@ -134,6 +134,7 @@ def test_rows_that_rise_or_are_not_homogeneous_are_no_compliances():
     assert not are_compliances(x, -values, -gradients)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sum", "norm", "separable"])
 def test_rows_that_only_look_like_compliances_come_to_their_optimum(kind, monkeypatch):
     """Falling and homogeneous: a sum of three, a norm of three, and sum c_i/x_i, which is one."""
@@ -163,6 +164,7 @@ def test_rows_that_only_look_like_compliances_come_to_their_optimum(kind, monkey
         assert found.value == pytest.approx(np.sqrt(costs * t.lengths).sum() ** 2, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cases", [1, 3])
 def test_gradients_alone_reach_the_last_digits_soon(cases):
     t = truss(cases, columns=7, rows=5)

@@ -17,6 +17,7 @@ def test_rows_under_a_bound_get_the_exponent_of_optimality_criteria():
     assert model.exponents[:, :2].tolist() == [[1, 1], [-1, 1], [-1, -1], [1, 1]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [80, 81])
 @pytest.mark.parametrize("method", ["gsao_two_point", "gcmma", "conlin", "oc", "dsqp", "slp"])
 def test_presets_go_on_towards_the_optimum_of_two_load_cases(method, seed):
