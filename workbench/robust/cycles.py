@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.errors import NotEnoughRuns
 from workbench.robust.joint_prediction import fit_near
-from workbench.robust.joint_runs import JointRuns
+from workbench.robust.joint_runs import JointRuns, Region
 from workbench.robust.master import robust_design
 from workbench.robust.minimax_record import (
     Cycle,
@@ -15,7 +15,6 @@ from workbench.robust.minimax_record import (
     MinimaxStatus,
     failure_counts,
 )
-from workbench.robust.region import Region
 from workbench.robust.worst_scenario import (
     SETTLED,
     Unmodelled,
@@ -203,7 +202,7 @@ class CuttingSets:
                 scenario=runs.uncertain.rows(best_u[None])[0],
             )
         )
-        threshold = tolerance * max(abs(best), 1e-2 * runs.spread) if self.tried else 0.0
+        threshold = runs.threshold(best, tolerance) if self.tried else 0.0
         met = best - lower <= threshold and abs(upper - lower) <= threshold
         if runs.has_failures:  # a design whose worst scenarios failed so far may look too good
             met = met and lower - best <= threshold

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from surrogates import Kriging
-from workbench.robust.joint_runs import LEAST_CHANCE, JointRuns
+from workbench.robust.joint_runs import LEAST_CHANCE, JointRuns, Region
 from workbench.robust.joint_trend import MixedTrend, largest_trend
-from workbench.robust.region import Region
 from workbench.search.surrogate.feasibility import Feasibility
 
 __all__ = ["JointPrediction", "fit_near"]

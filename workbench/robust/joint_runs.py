@@ -11,13 +11,12 @@ from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Outcome, Reading
 from workbench.models.values import is_value
 from workbench.robust.minimax_record import FailedRun
-from workbench.robust.region import Region
 from workbench.search.evidence.failure_map import LevelFailures, failure_map
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.feasibility import Feasibility
 from workbench.space.streams import stream
 
-__all__ = ["LEAST_CHANCE", "JointRuns"]
+__all__ = ["LEAST_CHANCE", "SAME", "JointRuns", "Region"]
 
 Array = np.ndarray
 
@@ -28,6 +27,15 @@ DRAWS = 50
 DRAWS_AFTER_FAILURES = 4  # then fewer points than wanted are run: what is left of the box likely fails
 LEAST_WEIGHT = 1e-6  # in the metric of failures: a border is followed to 1e-3 without regard to inert inputs
 RELEARN = 1.1  # growth of the runs after which the metric of the failures is learnt again
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Region:
+    """The part of the design space that a cycle looks at: the box of `width` around `centre` (dx,), in the
+    unit cube."""
+
+    centre: Array
+    width: float
 
 
 @dataclass(slots=True, kw_only=True)
@@ -82,11 +90,19 @@ class JointRuns:
         """Runs that the budget still allows."""
         return self.budget - len(self.y)
 
+    def allow(self, count: int) -> None:
+        """Let so many more runs be made from here on, none where it is negative."""
+        self.budget = len(self.y) + max(count, 0)
+
     @property
     def spread(self) -> float:
         """Interquartile range of the values seen."""
         values = self.y[np.isfinite(self.y)]
         return float(np.subtract(*np.quantile(values, [0.75, 0.25])))
+
+    def threshold(self, value: float, tolerance: float) -> float:
+        """By how much bounds about a value may differ that have met."""
+        return tolerance * max(abs(value), 1e-2 * self.spread)
 
     @property
     def has_failures(self) -> bool:
@@ -113,6 +129,18 @@ class JointRuns:
             self._make(z[first], [rows[i] for i in first], purpose)
         places = [self._place[_address(row)] for row in rows if _address(row) in self._place]
         return self.y[places]
+
+    def keep(self, z: Array, scenario: Mapping[str, Any]) -> None:
+        """Make a run of an attack at z (dx + du,) one of the search's, at no cost: it is the outcome known of
+        this very row, which z returns to but for its last bits."""
+        row = {**self.design.rows(z[None, : self.dx])[0], **scenario}
+        if _address(row) not in self._place:
+            self._make(z[None], [row], "minimax attack")
+
+    def is_known(self, x: Array, u: Array) -> bool:
+        """Whether design x was run in scenario u, or so near to it that another run would tell nothing."""
+        row = self._rows(np.concatenate([x, u])[None])[0]
+        return _address(row) in self._place or bool(self.near(x, u).any())
 
     def _make(self, z: Array, rows: list[dict[str, Any]], purpose: str) -> None:
         outcomes = self.outcomes(rows, purpose=purpose)

@@ -16,8 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from workbench.robust.joint_prediction import JointPrediction
-from workbench.robust.joint_runs import LEAST_CHANCE, JointRuns
-from workbench.robust.region import Region
+from workbench.robust.joint_runs import LEAST_CHANCE, JointRuns, Region
 from workbench.robust.scenarios import worst_scenario
 from workbench.search.surrogate.pattern_search import maximise_score
 from workbench.space.streams import stream

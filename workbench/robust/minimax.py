@@ -73,9 +73,10 @@ def minimax(
         progress: called after every cycle.
         scenarios: points of the uncertainty that every master problem holds from the first cycle on: known
             worst cases, or those of an earlier search.
-        attack: true runs of an adversary at the returned design beside the budget, see
-            `workbench.robust.attacked`; None for what a search that ended by itself has left, 0 for none.
-            Take 150 and more per uncertain coordinate: fewer leave no room for climbs from elsewhere
+        attack: true runs beside the budget, of an adversary at the returned design and for the repair of
+            designs that it breaks, see `workbench.robust.attacked`; never more than budget and attack
+            together are made. None for what a search that ended by itself has left, 0 for none. Take 150 and
+            more per uncertain coordinate: fewer leave no room for climbs from elsewhere
             (`studies.two_peak_games`).
 
     Returns: a `Minimax`; its `status` says why the search stopped, `failed` holds the runs without a value.

@@ -20,6 +20,7 @@ class MinimaxStatus(Enum):
 
     CONVERGED = "lower and upper bound met within the tolerance, and an attack found nothing worse"
     MET = "lower and upper bound met within the tolerance; no attack that counts has left them standing"
+    OPENED = "lower and upper bound had met; what an attack found left them further apart than the tolerance"
     BEATEN = "an attack found a worse scenario than the search knew"
     BUDGET = "the budget of runs was spent"
     EXHAUSTED = "every point of design and uncertainty was run"

@@ -11,8 +11,7 @@ import numpy as np
 
 from workbench.errors import HoldfastError
 from workbench.robust.joint_prediction import JointPrediction, fit_near
-from workbench.robust.joint_runs import JointRuns
-from workbench.robust.region import Region
+from workbench.robust.joint_runs import JointRuns, Region
 from workbench.robust.scenarios import doubted_scenario, safest_scenario, worst_scenario
 
 __all__ = ["SETTLED", "Unmodelled", "challenge", "confirm", "expected_worst", "modelling"]
