@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .hidden_share import HiddenShare, RoughSide, hidden_share, rough_side
-from .methods import Found, find_sets
 from .partitions.anova import AnovaLandscape, AnovaOptimum, anova_landscape
 from .partitions.canonical import CanonicalRuns
 from .partitions.landscape import PACKED_RUNS, landscape_of
 from .partitions.optimum import Landscape, Optimum, left_out_errors
 from .sets.anova import AnovaSets, anova_sets
+from .sets.methods import Found, find_sets
 from .sets.rival_sets import CLEAR_MARGIN, Rivals
 from .sets.rules import Rules
 from .witness import inputs_in_errors, quadratic_witness

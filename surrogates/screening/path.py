@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .methods import Found
 from .partitions.canonical import CanonicalRuns
+from .sets.methods import Found
 
 __all__ = ["ScreeningStep", "ranked_inputs", "screening_path", "told"]
 

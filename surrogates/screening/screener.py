@@ -30,12 +30,12 @@ from .confirmation import SMOOTH, Examined, screened, where_it_errs
 from .evidence import Evidence
 from .hidden_share import HiddenShare
 from .listed_apart import SelectedShare, minor_inputs, shares_of
-from .methods import METHODS, Found
 from .partitions.canonical import CanonicalRuns, about_unit_wide, canonical_runs
 from .partitions.landscape import landscape_of
 from .partitions.optimum import left_out_q2, standard_scores
 from .path import ScreeningStep, ranked_inputs, screening_path, told
 from .sets.anova import anova_price
+from .sets.methods import METHODS, Found
 from .sets.rules import (
     Rules,
     check_columns,

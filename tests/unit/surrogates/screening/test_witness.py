@@ -5,9 +5,9 @@ import pytest
 
 from surrogates import KrigingScreener
 from surrogates.screening.confirmation import examined
-from surrogates.screening.methods import Found
 from surrogates.screening.partitions.canonical import canonical_runs
 from surrogates.screening.partitions.landscape import landscape_of
+from surrogates.screening.sets.methods import Found
 from surrogates.screening.sets.rules import Rules
 from surrogates.screening.witness import inputs_in_errors, quadratic_witness
 

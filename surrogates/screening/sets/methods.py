@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .partitions.canonical import CanonicalRuns
-from .partitions.landscape import landscape_of
-from .partitions.optimum import Optimum
-from .sets.ard import ard_screening
-from .sets.forward import forward_path
-from .sets.rival_sets import Rivals
-from .sets.rules import Rules
-from .sets.welch import welch_path
+from ..partitions.canonical import CanonicalRuns
+from ..partitions.landscape import landscape_of
+from ..partitions.optimum import Optimum
+from .ard import ard_screening
+from .forward import forward_path
+from .rival_sets import Rivals
+from .rules import Rules
+from .welch import welch_path
 
 __all__ = ["METHODS", "Found", "find_sets"]
 
