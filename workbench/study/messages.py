@@ -13,11 +13,6 @@ from workbench.study.toml_lines import find_line
 __all__ = ["key_path", "placed", "validated"]
 
 MOST_ERRORS = 10
-# what the schema writes as patterns
-NAME = (
-    "1 to 100 letters a to z, digits, '_', '.', '-' or spaces, a letter or digit first; a title holds others"
-)
-SIZE = "a size such as '1.5 GB'"
 
 
 @contextmanager
@@ -87,7 +82,9 @@ def _words(error: Mapping[str, Any], path: Sequence[str | int]) -> str:
         return f"{name}.kind is one of {_tags()}, got {error['ctx']['tag']!r}"
     text = error["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
     if kind == "string_pattern_mismatch":
-        text = NAME if path[-1] == "name" else SIZE
+        from workbench.study.schema import PATTERNS
+
+        text = PATTERNS[error["ctx"]["pattern"]]
     shown = repr(given)
     return f"{name} needs {text}, got {shown if len(shown) < 80 else shown[:77] + '...'}"
 

@@ -15,12 +15,18 @@ from workbench.models.histories import REDUCTIONS
 from workbench.models.readers import KEYS, READERS
 from workbench.sampling.kinds import DEFAULT, DesignOptions
 
-__all__ = ["StudySchema"]
+__all__ = ["PATTERNS", "StudySchema"]
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
-Size = Annotated[str, Field(pattern=r"^[0-9]+(\.[0-9]+)? ?[kMGT]i?B$")]
+NAME, SIZE = r"^[A-Za-z0-9][A-Za-z0-9_. -]{0,99}$", r"^[0-9]+(\.[0-9]+)? ?[kMGT]i?B$"
+PATTERNS = {
+    NAME: "1 to 100 letters a to z, digits, '_', '.', '-' or spaces, a letter or digit first; a title holds "
+    "others",
+    SIZE: "a size such as '1.5 GB'",
+}  # as a person reads them
+Size = Annotated[str, Field(pattern=SIZE)]
 
 
 def _number(limit: float) -> float:
@@ -47,7 +53,7 @@ class Table(BaseModel):
 class StudyTable(Table):
     """`[study]`: what the campaign is called and the one seed of everything random in it."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]{0,99}$")]
+    name: Annotated[str, Field(pattern=NAME)]
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     title: Text | None = None
 

@@ -7,6 +7,7 @@ import pytest
 from workbench.errors import StudyError
 from workbench.study.loading import json_schema, load_study, parse_study
 from workbench.study.messages import key_path
+from workbench.study.schema import PATTERNS
 from workbench.study.toml_lines import find_line
 
 GOOD = """\
@@ -159,3 +160,12 @@ def test_the_options_of_a_design_are_those_of_the_designs():
 
     options = set(DesignOptions.__dataclass_fields__)
     assert options <= set(DesignTable.model_fields) - {"kind", "runs", "file"}
+
+
+def test_every_pattern_of_the_schema_is_told_in_words():
+    def patterns(part):
+        inner = part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
+        own = part.get("pattern") if isinstance(part, dict) else None
+        return set().union(*map(patterns, inner)) | ({own} if isinstance(own, str) else set())
+
+    assert patterns(json_schema()) == set(PATTERNS)
