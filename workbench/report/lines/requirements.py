@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from workbench.report.lines.tables import format_number, unit_suffix
+from workbench.search.evidence.attack.share import at_least, at_most
 
 __all__ = ["requirement_text"]
 
@@ -59,7 +60,8 @@ def _asked(asked: Mapping[str, Any], unit: str) -> str:
 
 
 def _share(ends: tuple[float, float]) -> str:
-    low, high = (100.0 * end for end in ends)
+    low, high = ends
     if low <= 0.0:
-        return f"at most {high:.3g} %"
-    return f"at least {low:.3g} %" if high >= 100.0 else f"{low:.3g} to {high:.3g} %"
+        return f"at most {at_most(high, digits=3)}"
+    least = at_least(low, digits=3)
+    return f"at least {least}" if high >= 1.0 else f"{least} to {at_most(high, digits=3)}"

@@ -15,7 +15,7 @@ from scipy.stats import beta
 __all__ = ["Share", "at_least", "at_most", "counted_share"]
 
 LEVEL = 0.95
-ROUNDING = 1e-9  # of the second digit: what binary fractions add
+ROUNDING = 1e-9  # of the last digit: what binary fractions add
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,26 +52,26 @@ def counted_share(hits: int, draws: int) -> Share:
     return Share(hits=int(hits), draws=int(draws), low=low, high=high)  # counts of numpy's are no JSON
 
 
-def at_most(share: float) -> str:
-    """An upper end in per cent, to two digits and never below it.
+def at_most(share: float, *, digits: int = 2) -> str:
+    """An upper end in per cent, to so many digits and never below it.
 
     >>> at_most(0.010277), at_most(0.00994), at_most(1.0), at_most(0.0)
     ('1.1 %', '1 %', '100 %', '0 %')
     """
-    return _percent(share, ceil, -ROUNDING)
+    return _percent(share, ceil, -ROUNDING, digits)
 
 
-def at_least(share: float) -> str:
-    """A lower end in per cent, to two digits and never above it.
+def at_least(share: float, *, digits: int = 2) -> str:
+    """A lower end in per cent, to so many digits and never above it.
 
     >>> at_least(0.010277), at_least(0.0199)
     ('1 %', '1.9 %')
     """
-    return _percent(share, floor, ROUNDING)
+    return _percent(share, floor, ROUNDING, digits)
 
 
-def _percent(share: float, rounded: Callable[[float], int], slack: float) -> str:
+def _percent(share: float, rounded: Callable[[float], int], slack: float, digits: int) -> str:
     if share <= 0.0:
         return "0 %"
-    digit = 10.0 ** (floor(log10(100 * share)) - 1)
-    return f"{rounded(100 * share / digit + slack) * digit:.3g} %"
+    last = 10.0 ** (floor(log10(100 * share)) + 1 - digits)
+    return f"{rounded(100 * share / last + slack) * last:.{max(digits, 3)}g} %"  # 100 has three
