@@ -98,6 +98,7 @@ def concluded(
         border=border_of(
             ledger,
             model,
+            success,
             worst=reported,
             unseen=unseen,
             is_answer=asked.failures == "worst",

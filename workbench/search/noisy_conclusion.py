@@ -56,5 +56,7 @@ def concluded_by_mean(
         profile=profile_of(ledger, model, where.unit([dict(first.parameters)])[0]),
         repeated=stated,
         not_attacked=asked.attack or 0,
-        border=border_of(means, model, given_are_even=asked.given_are_even, rng=stream(seed, "border")),
+        border=border_of(
+            means, model, success, given_are_even=asked.given_are_even, rng=stream(seed, "border")
+        ),
     )

@@ -7,6 +7,7 @@ from workbench.report.lines.tables import format_number, unit_suffix
 
 __all__ = [
     "border_text",
+    "failure_of",
     "known_text",
     "limits_text",
     "minor_text",
@@ -48,6 +49,12 @@ def known_text(worst: Mapping[str, Any]) -> str:
         return ""
     unit = unit_suffix(str(worst.get("unit") or "1"))
     return f"the worst of the {given['runs']} runs given is {format_number(given['value'], 6)}{unit}"
+
+
+def failure_of(worst: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The failed run that is the worst case by `failures = "worst"`, with its parameters; None without."""
+    border = worst.get("border") or {}
+    return border if border.get("is_answer") else None
 
 
 def quantile_text(quantile: Mapping[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report.lines.statements import known_text, limits_text, quantile_text
+from workbench.report.lines.statements import failure_of, known_text, limits_text, quantile_text
 from workbench.report.lines.tables import format_number, unit_suffix, wrapped
 
 __all__ = ["worst_case_lines"]
@@ -22,17 +22,15 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     word = {"max": "largest", "min": "smallest"}[document["sense"]]
     kind = f"{document['regime_name']}, " if document.get("regime_name") else ""
     value = f"{format_number(document['value'], 6)}{unit}"
-    border = document.get("border") or {}
-    is_failure = bool(border.get("is_answer"))
-    text = [
-        f"Worst case ({word} {document['response']}): {'a run that failed' if is_failure else kind + value}"
-    ]
+    border, failure = document.get("border"), failure_of(document)
+    found = kind + value if failure is None else "a run that failed"
+    text = [f"Worst case ({word} {document['response']}): {found}"]
     if document.get("within"):
         text.append(f"  of the runs with {limits_text(document['within'])}")
     text += [f"  {line}" for mode in document.get("modes") or () for line in wrapped(mode["sentence"], 77)]
     runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
-    if is_failure:
-        text += [f"  {line}" for line in wrapped(border["sentence"], 77)]
+    if failure is not None:
+        text += [f"  {line}" for line in wrapped(failure["sentence"], 77)]
         text.append(f"  the worst that gave a value: {value}")
     text.append(f"  {document['label']}{runs}")
     if known := known_text(document):
@@ -43,7 +41,7 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
         text += [f"  {line}" for line in wrapped(document["grade_sentence"], 77)]
     if document.get("gap"):
         text += [f"  {line}" for line in wrapped(document["gap"]["sentence"], 77)]
-    if border and not is_failure:
+    if border and failure is None:
         text += [f"  {line}" for line in wrapped(border["sentence"], 77)]
     if document.get("quantile"):
         text += [f"  {line}" for line in wrapped(quantile_text(document["quantile"]), 77)]
@@ -54,7 +52,7 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     failures = document.get("failures") or {}
     if failures:
         text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))
-    parameters = border["parameters"] if is_failure else document["parameters"]
+    parameters = (failure or document)["parameters"]
     width = max(len(name) for name in parameters)
     text += [f"  {name:<{width}} = {_value(value)}" for name, value in parameters.items()]
     return text

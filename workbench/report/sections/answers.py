@@ -9,6 +9,7 @@ from workbench.models.table import ignored_sentence
 from workbench.report.layout.section import improvement_sentence
 from workbench.report.lines.statements import (
     border_text,
+    failure_of,
     known_text,
     minor_text,
     open_text,
@@ -166,11 +167,13 @@ def _worst(
         level = "fair"
     kind = str(worst.get("regime_name") or "")
     value = f"{response} = {quantity(worst['value'], unit)}"
-    if confirmed and border.get("is_answer"):
-        value = f"A run fails; of those that give a value: {value}"
+    answer = f"{kind[0].upper()}{kind[1:]}: {value}" if kind else value
+    failure = failure_of(worst)
+    if failure is not None:
+        answer = f"{folder.run_name(failure['run_key']).capitalize()} fails; of the others: {value}"
     return Card(
         question=f"How {'large' if worst['sense'] == 'max' else 'small'} can {response} get?",
-        answer=f"{kind[0].upper()}{kind[1:]}: {value}" if kind else value,
+        answer=answer,
         detail=detail,
         section=section,
         level=level,

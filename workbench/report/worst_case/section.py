@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from workbench.report.lines.statements import known_text, limits_text, quantile_text, sentence
+from workbench.report.lines.statements import failure_of, known_text, limits_text, quantile_text, sentence
 from workbench.report.page.blocks import (
     Block,
     Figure,
@@ -119,10 +119,15 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
     response, unit = str(worst["response"]), str(worst.get("unit") or "1")
     side = "largest" if worst["sense"] == "max" else "smallest"
     confirmed, is_mean = bool(worst["confirmed"]), worst.get("mean") is not None
-    sentences = [
-        f"The {side} {response} is {quantity(worst['value'], unit)}, {worst['label']}"
+    failure, sentences = failure_of(worst), []
+    if failure is not None:
+        lost = folder.run_name(failure["run_key"])
+        sentences.append(f"The worst case is {lost}, which failed; the table shows where it lies.")
+    of = "" if failure is None else " of the runs that gave a value"
+    sentences.append(
+        f"The {side} {response}{of} is {quantity(worst['value'], unit)}, {worst['label']}"
         + (f": {folder.run_name(worst.get('run_key'))}." if confirmed and not is_mean else ".")
-    ]
+    )
     if known := known_text(worst):
         sentences.append(sentence(known))
     if is_mean:

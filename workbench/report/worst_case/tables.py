@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.report.lines.statements import failure_of
 from workbench.report.page.blocks import Block, Column, Note, Table, names_of, number, percent
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.worst_case.figures import selected_names
@@ -15,10 +16,10 @@ MOST_RANKED = 10
 
 def place_table(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> Table:
     """The value of each parameter in its range, the selected ones first."""
-    selected = selected_names(folder)
+    selected, parameters = selected_names(folder), (failure_of(worst) or worst)["parameters"]
     rows = []
-    for name in folder.parameters or worst["parameters"]:
-        value = worst["parameters"][name]
+    for name in folder.parameters or parameters:
+        value = parameters[name]
         p = folder.parameters.get(name, {})
         rows.append(
             (

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.search.evidence.certificates import failed_points
 from workbench.search.evidence.gap import BOUND_FACTOR
 from workbench.search.runs.ledger import Ledger, Run, distinct
 from workbench.search.runs.unit_space import SearchSpace
@@ -104,11 +105,10 @@ class _Made:
         every = np.vstack([ledger.u, added])
         gave = np.array([run.value is not None for run in runs], dtype=bool)
         excluded = np.array([run.status == "excluded" for run in runs], dtype=bool)
-        failed = distinct(np.unique(every[~gave & ~excluded], axis=0), every[gave | excluded])
         return cls(
             u=every[gave],
             v=ledger.sign * np.array([run.value for run in runs if run.value is not None]),
-            failed=failed[ledger.where.allowed(failed)],
+            failed=failed_points(ledger.where, every, gave | excluded),
             excluded=every[excluded],
             every=every,
         )

@@ -104,6 +104,7 @@ def has_failed(run: Run) -> bool:
 def border_of(
     ledger: Ledger,
     model: SearchModel | None,
+    success: SuccessChance,
     *,
     worst: np.ndarray | None = None,
     unseen: Sequence[Run] = (),
@@ -113,9 +114,10 @@ def border_of(
 ) -> Border | None:
     """The border of the failures among the runs of a ledger, None where none failed.
 
-    `worst`: the point (d,) that is reported, where it is not that of the worst run. `unseen`: runs of an
-    attack that the ledger does not hold. `given_are_even`: whether given runs are of a design that fills the
-    space, which those of another search are not.
+    `success`: the classifier of a search, to which excluded runs are as good as failed. `worst`: the point
+    (d,) that is reported, where it is not that of the worst run. `unseen`: runs of an attack that the ledger
+    does not hold. `given_are_even`: whether given runs are of a design that fills the space, which those of
+    another search are not.
     """
     where = ledger.where
     runs = [run for run in (*ledger.runs, *unseen) if run.status != "excluded"]
@@ -126,7 +128,7 @@ def border_of(
         worst = ledger.incumbent
     points = where.unit([dict(run.parameters) for run in lost])
     nearest = lost[int(np.argmin(np.abs(points - worst).max(axis=1)))]
-    success = _success(ledger)
+    success = _without_excluded(ledger, success)
     signs = rng.choice([-1.0, 0.0, 1.0], (PROBES, where.dimension))
     around = where.snap(worst + NEAR * signs * rng.random((PROBES, 1)) ** 0.5)
     beyond = success.probability(where.features(around)) < UNLIKELY
@@ -154,9 +156,11 @@ def border_of(
     )
 
 
-def _success(ledger: Ledger) -> SuccessChance:
-    """The classifier of success, of the runs that gave a value or failed."""
+def _without_excluded(ledger: Ledger, success: SuccessChance) -> SuccessChance:
+    """The classifier of the runs that gave a value or failed; `success` is that of all."""
     told = np.array([run.status != "excluded" for run in ledger.runs], dtype=bool)
+    if told.all():
+        return success
     return SuccessChance.of(ledger.where.features(ledger.u[told]), ledger.ok[told])
 
 

@@ -19,9 +19,10 @@ from workbench.search.evidence.gap import (
     lipschitz_gap,
 )
 from workbench.search.runs.ledger import Ledger, distinct
+from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.model import SearchModel
 
-__all__ = ["enumerated_gap", "stated_gap"]
+__all__ = ["enumerated_gap", "failed_points", "stated_gap"]
 
 
 def stated_gap(
@@ -71,7 +72,8 @@ def enumerated_gap(ledger: Ledger, model: SearchModel | None) -> Gap:
     that a reading such as `within` excludes cannot be.
     """
     best = float(ledger.v.max())
-    failed = _failed_points(ledger)
+    settled = np.array([run.value is not None or run.status == "excluded" for run in ledger.runs], dtype=bool)
+    failed = failed_points(ledger.where, ledger.u, settled)
     if not len(failed):
         return Gap(upper=best, width=0.0, coverage=1.0, kind="enumerated")
     upper = inf
@@ -81,11 +83,10 @@ def enumerated_gap(ledger: Ledger, model: SearchModel | None) -> Gap:
     return Gap(upper=upper, width=upper - best, coverage=COVERAGE, kind="enumerated", failed=len(failed))
 
 
-def _failed_points(ledger: Ledger) -> np.ndarray:
-    """Points (m, d) of runs that failed and never gave a value, excluded ones left out."""
-    settled = np.array([run.value is not None or run.status == "excluded" for run in ledger.runs], dtype=bool)
-    failed = distinct(np.unique(ledger.u[~settled], axis=0), ledger.u[settled])
-    allowed: np.ndarray = failed[ledger.where.allowed(failed)]
+def failed_points(where: SearchSpace, u: np.ndarray, settled: np.ndarray) -> np.ndarray:
+    """Points (m, d) of runs at u (n, d) none of which is `settled` (n,): gave a value or was excluded."""
+    failed = distinct(np.unique(u[~settled], axis=0), u[settled])
+    allowed: np.ndarray = failed[where.allowed(failed)]
     return allowed
 
 

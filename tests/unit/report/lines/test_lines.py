@@ -89,6 +89,28 @@ def test_the_worst_case_says_what_it_rests_on():
     assert "  road = bump" in text
 
 
+def test_a_failure_that_is_the_worst_case_comes_first_with_its_own_parameters():
+    border = {
+        "is_answer": True, "sentence": "The worst case is a failure, as a failed run counts as worse.",
+        "parameters": {"k": 3.0, "road": "ditch"}, "run_key": "c3",
+    }  # fmt: skip
+    document = {
+        "response": "y", "unit": "mm", "sense": "max", "value": 13.3125, "label": "confirmed by a true run",
+        "evaluations": 41, "budget": 60, "parameters": {"k": 2.0, "road": "bump"}, "border": border,
+    }  # fmt: skip
+    text = worst_case_lines(document)
+    assert text[:4] == [
+        "Worst case (largest y): a run that failed",
+        "  The worst case is a failure, as a failed run counts as worse.",
+        "  the worst that gave a value: 13.3125 mm",
+        "  confirmed by a true run; 41 runs of at most 60",
+    ]
+    assert text[-2:] == ["  k    = 3", "  road = ditch"]
+    beside = worst_case_lines({**document, "border": {**border, "is_answer": False}})
+    assert beside[0] == "Worst case (largest y): 13.3125 mm"
+    assert beside[-2:] == ["  k    = 2", "  road = bump"]
+
+
 def test_a_predicted_worst_case_stands_beside_the_worst_run_that_exists():
     given = {"runs": 36, "value": 10.64334, "run_key": "c3"}
     document = {

@@ -130,6 +130,26 @@ def test_a_worst_case_at_a_border_of_failures_is_not_green(tmp_path):
     assert card_of(opened(tmp_path, worst_case=borders), "worst-case").level == "plain"
 
 
+def test_a_failed_run_that_is_the_worst_case_is_named_with_its_place(tmp_path):
+    def fails(worst):
+        ends = {name: value if isinstance(value, str) else 0.0 for name, value in worst["parameters"].items()}
+        key = worst["history"][0]["run_key"]
+        said = {"is_answer": True, "sentence": "The worst case fails.", "parameters": ends, "run_key": key}
+        worst |= {"value": 1e6, "border": said}
+
+    folder = opened(tmp_path, worst_case=fails)
+    border = folder["worst_case"]["border"]
+    name = folder.run_name(border["run_key"])
+    card = card_of(folder, "worst-case")
+    assert card.answer.startswith(f"{name.capitalize()} fails; of the others: ")
+    assert card.level == "fair"
+    section = worst_case_section(folder)
+    assert section.sentences[0] == f"The worst case is {name}, which failed; the table shows where it lies."
+    assert " of the runs that gave a value is " in section.sentences[1]
+    rows = {row[0]: row[1] for row in section.blocks[0].rows}
+    assert rows == {parameter: border["parameters"][parameter] for parameter in rows}
+
+
 @pytest.mark.parametrize(("share", "level"), [(0.0, "good"), (0.01, "fair")])
 def test_designs_that_exceed_their_limit_do_not_hold(tmp_path, share, level):
     def beyond(robust):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from surrogates.analysis.success import SuccessChance
 from workbench.errors import StudyError
 from workbench.search.evidence.border import border_of
 from workbench.search.record import Status
@@ -11,6 +12,10 @@ from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0)])
+
+
+def success_of(ledger):
+    return SuccessChance.of(ledger.u, ledger.ok)
 
 
 def growing(a, b):
@@ -71,7 +76,7 @@ def test_what_within_excludes_is_no_failure():
             start.append(row | {"force": None, "travel": None})
     ledger = Ledger.opened(BOX, response=read, sense="max", start=start, progress=None)
     assert sum(run.status == "excluded" for run in ledger.runs) > 10
-    border = border_of(ledger, None, rng=np.random.default_rng(0))
+    border = border_of(ledger, None, success_of(ledger), rng=np.random.default_rng(0))
     assert not border.borders
     assert border.counted.hits == 2
     assert border.counted.draws == len(ledger.runs)  # of the box, in which excluded runs lie too
@@ -80,15 +85,18 @@ def test_what_within_excludes_is_no_failure():
 def test_a_predicted_worst_case_is_asked_where_it_is_and_its_run_is_no_neighbour():
     start = [{"a": a, "b": 0.5, "y": a} for a in (0.0, 0.2, 0.4, 0.8)] + [{"a": 0.9, "b": 0.5, "y": None}]
     ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
-    at_the_worst_run = border_of(ledger, None, rng=np.random.default_rng(0))
-    assert at_the_worst_run.borders
-    elsewhere = border_of(ledger, None, worst=np.array([0.0, 0.2]), rng=np.random.default_rng(0))
+
+    def border_at(worst):
+        return border_of(ledger, None, success_of(ledger), worst=worst, rng=np.random.default_rng(0))
+
+    assert border_at(None).borders
+    elsewhere = border_at(np.array([0.0, 0.2]))
     assert not elsewhere.borders
     assert elsewhere.near == 0
     assert "no other run lies within a tenth of the box of the worst case in every input to tell" in (
         elsewhere.sentence
     )
-    beside = border_of(ledger, None, worst=np.array([0.0, 0.45]), rng=np.random.default_rng(0))
+    beside = border_at(np.array([0.0, 0.45]))
     assert "the only other run within a tenth of the box of the worst case in every input does not" in (
         beside.sentence
     )
@@ -131,7 +139,7 @@ def test_the_interval_of_the_share_holds():
             {"a": a, "b": b, "y": None if a + 0 * b > 0.7 else a} for a, b in rng.random((20, 2)).tolist()
         ]
         ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
-        border = border_of(ledger, None, rng=rng)
+        border = border_of(ledger, None, success_of(ledger), rng=rng)
         held += border.counted.low <= 0.3 <= border.counted.high
         assert border.chance == border.counted.hits / 20
     assert held >= 26  # exact intervals hold in at least 95 %
@@ -140,7 +148,7 @@ def test_the_interval_of_the_share_holds():
 def test_runs_of_another_search_are_no_even_sample():
     start = [{"a": 0.9, "b": 0.5, "y": None}, *({"a": 0.1 * k, "b": 0.5, "y": 0.1 * k} for k in range(6))]
     ledger = Ledger.opened(BOX, response="y", sense="max", start=start, progress=None)
-    border = border_of(ledger, None, given_are_even=False, rng=np.random.default_rng(0))
+    border = border_of(ledger, None, success_of(ledger), given_are_even=False, rng=np.random.default_rng(0))
     assert border.counted.draws == 0
     assert "by the classifier alone, as no even sample was run" in border.sentence
 
