@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from surrogates.screening.morris import hybrid_screening, morris_effects, morris_points
+from surrogates.screening.hybrid import hybrid_screening
+from surrogates.screening.morris import morris_effects, morris_points
 from surrogates.screening.rivals import RIVALS, _in_reach, compare_rankings
 
 RANKERS = [
