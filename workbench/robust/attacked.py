@@ -24,6 +24,7 @@ from workbench.robust.minimax_record import Minimax, MinimaxStatus
 from workbench.robust.repair import chosen_unattacked, repaired, take_up
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.attack.record import Attack
+from workbench.search.evidence.attack.tops import is_top
 from workbench.search.evidence.grade import Grade, fewest_runs
 
 __all__ = ["attacked"]
@@ -177,16 +178,8 @@ def _bad_places(
     for i in np.argsort(-values, kind="stable"):
         others = (*climbed, *(place for place, _ in bad))
         is_apart = all(np.abs(places[i] - other).max() > APART for other in others)
-        if is_apart and (not others or _is_top(i, places, values)):
+        if is_apart and (not others or is_top(int(i), places, values)):
             bad.append((places[i], float(values[i])))
         if len(bad) == PLACES:
             break
     return bad
-
-
-def _is_top(i: int, places: Array, values: Array) -> bool:
-    """Whether none of the runs next to run i, one more than there are coordinates, is worse: the others stand
-    on the flanks of peaks that are climbed already."""
-    away = np.abs(places - places[i]).max(axis=1)
-    beside = np.argsort(away, kind="stable")[: places.shape[1] + 2]
-    return bool(values[beside].max() <= values[i])

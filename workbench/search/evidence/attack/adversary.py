@@ -6,7 +6,8 @@
     near corner  the same with some coordinates inside
     scouted      cases that were given, run before all others
     change, pair, cliff, pattern, gradient    climbs from the claimed case, from other cases known to be bad,
-                 and from the best cases of each stratum, see `workbench.search.evidence.attack.climbs`
+                 and from the worst tops among the drawn cases of each stratum, see
+                 `workbench.search.evidence.attack.climbs`
     empty place  cases far from all others, once climbs repeat each other
 
 An adversary shares with the search that it attacks neither a surrogate nor a start design nor a stream of
@@ -124,6 +125,7 @@ def attack(
         arrivals = Ascents(
             trials=trials, strata=strata, seed=seed, claimed=start, known=starts, goes_on=goes_on,
             enough=None if enough is None else trials.sign * enough,
+            has_all_corners=strata.has_corners_within(round(split.corner * budget)),
         ).run()  # fmt: skip
     return _record(
         trials,

@@ -1,10 +1,11 @@
 """Climbs side by side, the budget going where it earns.
 
 Climbs begin at cases known to be bad and at the claimed one, which is where a claim is attacked first, and
-at the worst drawn case of every stratum in turns: one turn climbs corners, the next inside. Once every
-stratum has had its corners climbed, and `ENOUGH` climbs from drawn cases have ended at the worst value known,
-more of them would only repeat it: the budget then goes into cases far from all that were run, in batches,
-with a climb from the one that stands furthest out of the trend.
+at the worst drawn case of every stratum that is a top among its runs, in turns: one turn climbs corners, the
+next inside; every turn does where all corners were run before. Once every stratum has had its corners
+climbed, and `ENOUGH` climbs from drawn cases have ended at the worst value known, more of them would only
+repeat it: the budget then goes into cases far from all that were run, in batches, with a climb from the one
+that stands furthest out of the trend.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,6 +17,7 @@ from workbench.search.evidence.attack.climbs import Climb, Step, corner_climb, i
 from workbench.search.evidence.attack.empty_places import CANDIDATES, emptiest
 from workbench.search.evidence.attack.strata import Strata
 from workbench.search.evidence.attack.surprise import surprises
+from workbench.search.evidence.attack.tops import is_top
 from workbench.search.evidence.attack.trials import Trials
 from workbench.space.streams import stream
 
@@ -25,6 +27,7 @@ SIDE_BY_SIDE = 4  # climbs at once: the size of a batch, whatever the number of 
 FRESH, REDRAWS = 8, 20  # near-corners drawn when no case is left to climb from, and how often
 ENOUGH = 2  # climbs from drawn cases that end at the worst value before the budget goes elsewhere
 PAIRS, OF_BUDGET = 100, 15  # of changes at the top of a corner climb: at most, and as a part of the budget
+TRIED = 50  # of the worst cases of a stratum that are looked at for a top
 FAR = 16  # cases in empty places before the next climb
 NEAR = 0.02  # of the value or of the range of the values, the smaller: a climb that ends so near has arrived
 
@@ -66,7 +69,8 @@ class _Going:
 class Ascents:
     """Climbs side by side, until the budget ends. `claimed`: the attacked case (d,) and its signed value;
     `known`: others that are nearly as bad. Where an attack `goes_on`, none but local climbs begin at them.
-    `enough`: the signed value beyond which no more is sought once the climbs from known cases have ended."""
+    `enough`: the signed value beyond which no more is sought once the climbs from known cases have ended.
+    `has_all_corners`: every corner was run, so that climbs from drawn cases go inside."""
 
     trials: Trials
     strata: Strata
@@ -75,6 +79,7 @@ class Ascents:
     known: Sequence[tuple[np.ndarray, float]] = ()
     goes_on: bool = False
     enough: float | None = None
+    has_all_corners: bool = False
     climbs: list[_Going] = field(default_factory=list)
     redrawn: int = 0
     used: set[int] = field(default_factory=set)
@@ -122,7 +127,7 @@ class Ascents:
         return None
 
     def _starts(self) -> Iterator[_Going]:
-        """Climbs from known cases and from the claimed one, then from the worst cases of the strata by turns,
+        """Climbs from known cases and from the claimed one, then from the worst tops of the strata by turns,
         and from new near-corners when no drawn case is left; from cases in empty places once enough have
         arrived."""
         for start, value in self.known:
@@ -140,10 +145,11 @@ class Ascents:
                     return
                 continue
             for i in queue:
+                corners = turn % 2 == 0 and not self.has_all_corners
                 if turn > 0 and self.arrivals().arrived >= ENOUGH:
-                    yield from self._elsewhere(corners=turn % 2 == 0)
+                    yield from self._elsewhere(corners=corners)
                 if i not in self.used:
-                    yield self._from(i, corners=turn % 2 == 0, holds_labels=turn == 0)
+                    yield self._from(i, corners=corners, holds_labels=turn == 0)
             turn += 1
 
     def _elsewhere(self, *, corners: bool) -> Iterator[_Going]:
@@ -177,16 +183,25 @@ class Ascents:
         return list(range(before, len(self.trials.outcomes)))
 
     def _queue(self, places: list[int]) -> list[int]:
-        """The best case of each stratum that no climb has begun at, the strata with the worst ones first."""
-        open_ = [i for i in places if i not in self.used and self.trials.values[i] > -np.inf]
-        if not open_:
+        """A case of each stratum that no climb has begun at, the strata with the worst ones first: the worst
+        that is a top among all cases known of its stratum, or the worst of all where `TRIED` are none."""
+        points, values = self._known_cases()
+        open_ = np.array([i for i in places if i not in self.used and values[i] > -np.inf], dtype=int)
+        if not len(open_):
             return []
-        index = self.strata.index(np.array([self.trials.points[i] for i in open_]))
-        best: dict[int, int] = {}
-        for i, stratum in zip(open_, index, strict=True):
-            if stratum not in best or self.trials.values[i] > self.trials.values[best[stratum]]:
-                best[int(stratum)] = i
-        return sorted(best.values(), key=lambda i: -self.trials.values[i])
+        index = self.strata.index(points)
+        worst_first = open_[np.argsort(-values[open_], kind="stable")]
+        chosen = []
+        for stratum in np.unique(index[open_]):
+            here = np.flatnonzero((index == stratum) & (values > -np.inf))
+            chosen.append(_first_top(worst_first[index[worst_first] == stratum], here, points, values))
+        return sorted(chosen, key=lambda i: -values[i])
+
+    def _known_cases(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, d) and signed values (n,) of all runs, followed by the claimed case and known ones."""
+        given = [*([] if self.claimed is None else [self.claimed]), *self.known]
+        points = np.array([*self.trials.points, *(point for point, _ in given)])
+        return points, np.array([*self.trials.values, *(value for _, value in given)])
 
     def _from(self, i: int, *, corners: bool, holds_labels: bool = False) -> _Going:
         self.used.add(i)
@@ -218,6 +233,14 @@ class Ascents:
         else:
             climb = interior_climb(trials.where, start, value, slope=trials.slope, rng=rng)
         return _Going(climb=climb, is_from_known=is_from_known, worst=value)
+
+
+def _first_top(cases: np.ndarray, here: np.ndarray, points: np.ndarray, values: np.ndarray) -> int:
+    """The first of some `cases` that is a top among the runs `here`; the first one where none is."""
+    for i in cases[:TRIED]:
+        if is_top(int(np.flatnonzero(here == i)[0]), points[here], values[here]):
+            return int(i)
+    return int(cases[0])
 
 
 def _spread(values: list[float]) -> float:

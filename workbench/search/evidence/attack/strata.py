@@ -54,10 +54,15 @@ class Strata:
     def corners(self, size: int, rng: np.random.Generator) -> np.ndarray:
         """`size` corners in equal shares; fewer, and all of them, where there are no more than `size`."""
         free = self.where.dimension - len(self.columns)
-        if len(self) == self.count and free < np.log2(MOST_CORNERS) and len(self) * 2**free <= size:
+        if self.has_corners_within(size):
             ends = np.array(list(product((0.0, 1.0), repeat=free))).reshape(2**free, free)
             return self._allowed(np.vstack([self._placed(ends, levels) for levels in self.levels]))
         return self._drawn(size, lambda n: rng.integers(0, 2, (n, self.where.dimension)).astype(float))
+
+    def has_corners_within(self, size: int) -> bool:
+        """Whether there are no more than `size` corners in all."""
+        free = self.where.dimension - len(self.columns)
+        return len(self) == self.count and free < np.log2(MOST_CORNERS) and len(self) * 2**free <= size
 
     def near_corners(self, size: int, rng: np.random.Generator) -> np.ndarray:
         """`size` cases in equal shares, every coordinate at one of its ends with a chance of `AT_END`."""

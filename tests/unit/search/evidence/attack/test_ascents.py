@@ -120,3 +120,24 @@ def test_an_attack_that_has_broken_a_claim_by_enough_stops_at_the_top_next_to_it
     assert whole.runs == out_of_reach.runs == 300
     assert stopped.runs < 250
     assert sign * stopped.largest > 0.999 * _two_peaks(x0=0.2, x1=0.2, x2=0.2)
+
+
+def test_a_top_among_the_drawn_cases_is_climbed_though_worse_ones_stand_on_another_peak():
+    def hidden(x0, x1):
+        broad = np.exp(-((x0 - 0.7) ** 2 + (x1 - 0.7) ** 2) / (2 * 0.45**2))
+        return float(broad + 0.75 * np.exp(-((x0 - 0.15) ** 2 + (x1 - 0.35) ** 2) / (2 * 0.1**2)))
+
+    claimed = {"x0": 0.7, "x1": 0.7}
+    options = {"value": hidden(**claimed), "claimed": claimed, "budget": 100}
+    beaten = [_attack(hidden, 2, **options, seed=seed).largest > 1.02 for seed in range(20)]
+    assert sum(beaten) >= 11  # climbs from the worst drawn cases, tops or not, beat 5
+
+
+@pytest.mark.parametrize(("d", "first"), [(4, "pattern"), (8, "change")])
+def test_where_every_corner_was_run_climbs_go_inside(d, first):
+    slopes = np.random.default_rng(d).normal(size=d)
+    found = _attack(lambda **x: float(slopes @ list(x.values())), d)
+    kinds = [a.kind for a in found.attempts]
+    assert (kinds.count("corner") == 2**d) == (first == "pattern")
+    drawn = ("interior", "corner", "near corner")
+    assert next(kind for kind in kinds if kind not in drawn) == first

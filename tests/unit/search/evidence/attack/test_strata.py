@@ -33,6 +33,7 @@ def test_all_corners_are_taken_where_they_fit():
     points = strata.corners(24, np.random.default_rng(1))
     assert len(np.unique(points, axis=0)) == 24
     assert len(strata.corners(23, np.random.default_rng(1))) < 24
+    assert [strata.has_corners_within(size) for size in (23, 24)] == [False, True]
 
 
 def test_near_corners_have_coordinates_inside():
@@ -45,6 +46,7 @@ def test_too_many_combinations_are_drawn_from_with_every_level_in_turn():
     words = [Parameter(f"w{i}", kind="categorical", levels=("a", "b", "c", "d")) for i in range(5)]
     strata = _strata(_space(*words), most=32)
     assert strata.count == 1024
+    assert not strata.has_corners_within(10**6)  # some combinations are not among those drawn
     assert 28 <= len(strata) <= 32
     for column in strata.levels.T:
         assert min(Counter(column).values()) >= 6
