@@ -91,6 +91,15 @@ def test_the_budget_is_spent_before_a_search_gives_up_and_the_models_error_is_qu
         worst_case(broken, UNIT, budget=10)
 
 
+def test_of_errors_that_differ_from_run_to_run_one_is_quoted():
+    def broken(a, b):
+        raise RuntimeError(f"no equilibrium at a = {a}")
+
+    words = r"10 failed; one of the model's 10 errors: RuntimeError: no equilibrium at a = \S+ Mend the model"
+    with pytest.raises(NotEnoughRuns, match=words):
+        worst_case(broken, UNIT, budget=10)
+
+
 def test_a_wrong_name_of_an_argument_ends_the_search_at_its_start():
     words = r"0 of 4 runs gave a value.*TypeError: .*unexpected keyword argument 'a'"
     with pytest.raises(NotEnoughRuns, match=words):

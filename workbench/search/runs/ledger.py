@@ -216,12 +216,27 @@ class Ledger:
         text += ", ".join(f"{n} {status}" for status, n in statuses.items())
         errors = Counter(run.error for run in self.runs if run.error)
         if errors:
-            error, times = errors.most_common(1)[0]
-            text += f"; the model's error ({times} times): {error}"
+            text += f"; {_told(errors)}"
         cure = "Mend the model or narrow the space"
         if "excluded" in statuses:
             cure = "Loosen the limits of `within`, which exclude runs"
         raise NotEnoughRuns(f"{text}. {cure}")
+
+
+def _told(errors: Counter[str]) -> str:
+    """The most frequent of the model's errors, how often it came and of how many it is one.
+
+    >>> _told(Counter({"ValueError: no": 3}))
+    "the model's error (3 times): ValueError: no"
+    >>> _told(Counter(["ValueError: 0.1", "ValueError: 0.2"]))
+    "one of the model's 2 errors: ValueError: 0.1"
+    """
+    error, times = errors.most_common(1)[0]
+    often = f" ({times} times)" if times > 1 else ""
+    if len(errors) == 1:
+        return f"the model's error{often}: {error}"
+    which = "the most frequent" if times > 1 else "one"
+    return f"{which} of the model's {len(errors)} errors{often}: {error}"
 
 
 def distinct(points: np.ndarray, others: np.ndarray) -> np.ndarray:
