@@ -108,7 +108,8 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert found["closed"]
     assert found["grade"] == "attacked"
     assert found["attack"]["runs"] == 160
-    assert found["status"].startswith("160 true runs of an adversary found nothing more than")
+    # with two rounds the first of the attacks breaks the best layout too, and it is attacked as it is
+    assert "160 true runs of an adversary found nothing more than" in found["status"]
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
 
