@@ -93,8 +93,8 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rounds", [1, 2])
-def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
+@pytest.mark.parametrize(("rounds", "raised"), [(1, ""), (2, "The bound is what an attack found, ")])
+def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds, raised):
     """The layout of the last round breaks; the best over the cases of all layouts is another one."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
     text = changed("budget = 60", "budget = 160", text)  # a border of failures takes more runs
@@ -108,8 +108,10 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert found["closed"]
     assert found["grade"] == "attacked"
     assert found["attack"]["runs"] == 160
-    # with two rounds the first of the attacks breaks the best layout too, and it is attacked as it is
-    assert "160 true runs of an adversary found nothing more than" in found["status"]
+    # with two rounds the first attack on the best layout breaks it, and it is attacked as it is
+    said = "160 true runs of an adversary found nothing more than"
+    assert found["status"].startswith(raised or said)
+    assert said in found["status"]
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
 

@@ -5,8 +5,8 @@
 
 The worst cases of a draw may all stand on one broad peak while a narrow one, a little lower at the case that
 met it, is the higher of the two. A climb from each case of the first finds its top again; the second is told
-by its neighbours, none of which is worse. Where runs are few for their inputs, every neighbour is far and
-most of the worst cases are tops: nothing is lost then.
+by its neighbours, none of which is worse. In many inputs every neighbour is far, and little depends on it
+(`docs/decisions/0319-climbs-begin-at-tops.md`).
 
 Rinnooy Kan and Timmer 1987 (multi level single linkage) start local searches by the same thought, within a
 distance that shrinks with the number of cases.
