@@ -5,9 +5,10 @@
     corner       corners, in equal shares of every combination of unordered levels; all where they fit
     near corner  the same with some coordinates inside
     scouted      cases that were given, run before all others
-    change, pair, cliff, pattern, gradient    climbs from the claimed case, from other cases known to be bad,
-                 and from the worst tops among the drawn cases of each stratum, see
+    change, pair, cliff, pattern, gradient, local    climbs from the claimed case, from other cases known to
+                 be bad, and from the worst tops among the drawn cases of each stratum, see
                  `workbench.search.evidence.attack.climbs`
+    fine         a climb in short steps from the worst case known
     empty place  cases far from all others, once climbs repeat each other
 
 An adversary shares with the search that it attacks neither a surrogate nor a start design nor a stream of
@@ -26,7 +27,7 @@ import numpy as np
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import Evaluator, Reading, response_reader
-from workbench.search.evidence.attack.ascents import Arrivals, Ascents
+from workbench.search.evidence.attack.ascents import BELOW, Arrivals, Ascents
 from workbench.search.evidence.attack.record import Attack, Attempt
 from workbench.search.evidence.attack.share import counted_share
 from workbench.search.evidence.attack.strata import Strata
@@ -35,7 +36,7 @@ from workbench.search.runs.unit_space import SearchSpace
 from workbench.space.box import Space
 from workbench.space.streams import stream
 
-__all__ = ["DEFAULT_SPLIT", "Split", "attack"]
+__all__ = ["DEFAULT_SPLIT", "Split", "attack", "runs_since"]
 
 NOTICEABLE = 0.01  # of the value or of the range of the values, the smaller
 TRIES = 50  # redraws of an independent case that a constraint refuses
@@ -181,7 +182,7 @@ def _record(
         parameters=None if best is None else dict(trials.outcomes[best].parameters),
         run_key="" if best is None else trials.outcomes[best].key,
         independent=tuple(sign * v if np.isfinite(v) else None for v in independent),
-        since=_since(values, sign * value),
+        since=runs_since(values, trials.kinds, sign * value),
         share=counted_share(int((drawn > sign * value).sum()), len(drawn)),
         failing=counted_share(int((drawn == -np.inf).sum()), len(drawn)),
         strata=len(strata),
@@ -192,16 +193,22 @@ def _record(
     )
 
 
-def _since(values: np.ndarray, claim: float) -> int:
-    """Runs after the last of the signed `values` (n,) that was noticeably beyond the claim and all before."""
+def runs_since(values: np.ndarray, kinds: Sequence[str], claim: float) -> int:
+    """Runs after the last of the signed `values` (n,) that was noticeably beyond the claim and all before.
+
+    A climb in short steps that ends a little higher on the same peak tells of no worse place: what it gains,
+    up to `BELOW`, is only what later runs must exceed.
+    """
     finite = values[np.isfinite(values)]
     if not len(finite):
         return len(values)
     scale = min(float(np.ptp(np.append(finite, claim))), max(abs(claim), float(np.abs(finite).max())))
-    level, last = claim, -1
-    for i, v in enumerate(values):
-        if v > level + NOTICEABLE * scale:
-            level, last = v, i
+    level, coarse, last = claim, claim, -1  # what has been met, and without climbs in short steps
+    for i, (v, kind) in enumerate(zip(values, kinds, strict=True)):
+        if kind == "fine" and level < v <= coarse + BELOW * scale:
+            level = v
+        elif v > level + NOTICEABLE * scale:
+            level, coarse, last = v, v, i
     return len(values) - 1 - last
 
 

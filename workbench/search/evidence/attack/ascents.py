@@ -6,10 +6,15 @@ next inside; every turn does where all corners were run before. Once every strat
 climbed, and `ENOUGH` climbs from drawn cases have ended at the worst value known, more of them would only
 repeat it: the budget then goes into cases far from all that were run, in batches, with a climb from the one
 that stands furthest out of the trend.
+
+A climb's last step is a fiftieth of the side, and on a sharp top or along a bent ridge that leaves some per
+cent. In the last third of the budget one more climb goes beside the others, from the worst case known in ever
+shorter steps, and again from a worse one that they find.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -21,7 +26,7 @@ from workbench.search.evidence.attack.tops import is_top
 from workbench.search.evidence.attack.trials import Trials
 from workbench.space.streams import stream
 
-__all__ = ["Arrivals", "Ascents"]
+__all__ = ["BELOW", "Arrivals", "Ascents"]
 
 SIDE_BY_SIDE = 4  # climbs at once: the size of a batch, whatever the number of workers
 FRESH, REDRAWS = 8, 20  # near-corners drawn when no case is left to climb from, and how often
@@ -29,13 +34,19 @@ ENOUGH = 2  # climbs from drawn cases that end at the worst value before the bud
 PAIRS, OF_BUDGET = 100, 15  # of changes at the top of a corner climb: at most, and as a part of the budget
 TRIED = 50  # of the worst cases of a stratum that are looked at for a top
 FAR = 16  # cases in empty places before the next climb
+FINE = 1 / 3  # of the budget is left when the worst case known is climbed from in short steps
 NEAR = 0.02  # of the value or of the range of the values, the smaller: a climb that ends so near has arrived
+BESIDE, BELOW = (
+    1 / 16,
+    0.05,
+)  # of the side, and of what `NEAR` is of: so near beside the worst case it has, too
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrivals:
     """Climbs that began at drawn cases, not at the claimed or a known one, and how many `arrived`: within 2 %
-    of the worst known."""
+    of the worst known, or within 5 % and a sixteenth of the side beside it, where one in short steps has
+    raised the worst since."""
 
     begun: int = 0
     arrived: int = 0
@@ -43,10 +54,12 @@ class Arrivals:
 
 @dataclass(slots=True, kw_only=True)
 class _Going:
-    """A climb, the next case it wants run, and the worst signed value that it has met."""
+    """A climb, where it began, the next case it wants run, and the worst that it has met with its signed
+    value."""
 
     climb: Climb
-    is_from_known: bool
+    origin: Literal["known", "drawn", "worst"]
+    top: np.ndarray
     worst: float
     step: Step | None = None
 
@@ -61,7 +74,8 @@ class _Going:
         return True
 
     def _sent(self, value: float) -> Step:
-        self.worst = max(self.worst, value)
+        if value > self.worst and self.step is not None:
+            self.top, self.worst = self.step.point, value
         return self.climb.send(value)
 
 
@@ -91,8 +105,12 @@ class Ascents:
         active: list[_Going] = []
         starts = self._starts()
         while self.trials.left > 0:
-            while len(active) < SIDE_BY_SIDE and (begun := self._next(starts)) is not None:
+            while sum(g.origin != "worst" for g in active) < SIDE_BY_SIDE:
+                if (begun := self._next(starts)) is None:
+                    break
                 active.append(begun)
+            if (fine := self._fine(active)) is not None:
+                active.append(fine)
             steps = [going.step for going in active if going.step is not None]
             if not steps:
                 break
@@ -104,19 +122,25 @@ class Ascents:
 
     def _has_enough(self, active: list[_Going]) -> bool:
         """Whether the claim is broken and no climb from a known case goes on."""
-        if self.enough is None or any(going.is_from_known for going in active):
+        if self.enough is None or any(going.origin == "known" for going in active):
             return False
         return max(self.trials.values) > self.enough
 
     def arrivals(self) -> Arrivals:
         """How many climbs from drawn cases have met the worst value known."""
-        drawn = [going.worst for going in self.climbs if not going.is_from_known]
-        given = [value for _, value in ([] if self.claimed is None else [self.claimed]) + list(self.known)]
-        finite = np.array([v for v in (*self.trials.values, *given) if v > -np.inf])
+        drawn = [going for going in self.climbs if going.origin == "drawn"]
+        points, values = self._known_cases()
+        finite = values[values > -np.inf]
         if not len(finite):
             return Arrivals(begun=len(drawn))
-        near = NEAR * min(float(np.ptp(finite)), float(np.abs(finite).max()))
-        return Arrivals(begun=len(drawn), arrived=sum(bool(w >= finite.max() - near) for w in drawn))
+        worst = int(np.argmax(values))
+        scale = min(float(np.ptp(finite)), float(np.abs(finite).max()))
+
+        def has_arrived(going: _Going) -> bool:
+            away, below = np.abs(going.top - points[worst]).max(), values[worst] - going.worst
+            return bool(below <= NEAR * scale or (below <= BELOW * scale and away <= BESIDE))
+
+        return Arrivals(begun=len(drawn), arrived=sum(map(has_arrived, drawn)))
 
     def _next(self, starts: Iterator[_Going]) -> _Going | None:
         """The next climb that has a case to run; None where nothing is left to climb."""
@@ -126,15 +150,30 @@ class Ascents:
                 return going
         return None
 
+    def _fine(self, active: Sequence[_Going]) -> _Going | None:
+        """A climb in short steps from the worst case known, where none goes on and none has met it."""
+        if self.trials.left > FINE * self.trials.budget or any(going.origin == "worst" for going in active):
+            return None
+        points, values = self._known_cases()
+        worst = int(np.argmax(values))
+        met = [going.worst for going in self.climbs if going.origin == "worst"]
+        if self.goes_on and self.claimed is not None:
+            met.append(self.claimed[1])
+        if values[worst] <= max(met, default=-np.inf):
+            return None
+        going = self._begun(points[worst], float(values[worst]), origin="worst")
+        self.climbs.append(going)
+        return going if going.asks(self.trials, None) else None
+
     def _starts(self) -> Iterator[_Going]:
         """Climbs from known cases and from the claimed one, then from the worst tops of the strata by turns,
         and from new near-corners when no drawn case is left; from cases in empty places once enough have
         arrived."""
         for start, value in self.known:
-            yield self._begun(start, value, is_from_known=True, is_local=True)
+            yield self._begun(start, value, origin="known", is_local=True)
         if self.claimed is not None and not self.goes_on:
             for corners in (True, False):
-                yield self._begun(*self.claimed, corners=corners, is_from_known=True)
+                yield self._begun(*self.claimed, corners=corners, origin="known")
         places = self.plain
         turn = 0
         while True:
@@ -216,15 +255,16 @@ class Ascents:
         *,
         corners: bool = False,
         holds_labels: bool = False,
-        is_from_known: bool = False,
+        origin: Literal["known", "drawn", "worst"] = "drawn",
         is_local: bool = False,
     ) -> _Going:
-        """A climb from `start`: a local one, one of corners, or one inside."""
+        """A climb from `start`: a fine one from the worst, a local one, one of corners, or one inside."""
         trials, number = self.trials, len(self.climbs)
         rng = stream(self.seed, "climb", replicate=number)
         climb: Climb
-        if is_local:
-            climb = local_climb(trials.where, start, value, slope=trials.slope, rng=rng)
+        if origin == "worst" or is_local:
+            is_fine = origin == "worst"
+            climb = local_climb(trials.where, start, value, slope=trials.slope, rng=rng, is_fine=is_fine)
         elif corners:
             climb = corner_climb(
                 trials.where, start, value, slope=trials.slope, spread=lambda: _spread(trials.values),
@@ -232,7 +272,7 @@ class Ascents:
             )  # fmt: skip
         else:
             climb = interior_climb(trials.where, start, value, slope=trials.slope, rng=rng)
-        return _Going(climb=climb, is_from_known=is_from_known, worst=value)
+        return _Going(climb=climb, origin=origin, top=start, worst=value)
 
 
 def _first_top(cases: np.ndarray, here: np.ndarray, points: np.ndarray, values: np.ndarray) -> int:

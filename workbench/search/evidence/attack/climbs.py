@@ -16,6 +16,7 @@ many there are at once.
     gradient   along the projected gradient, where the model gives one, with steps doubled and halved
     local      short coordinate steps from a case that was found to be bad already; once none gains, a step to
                the top of the parabolas through them, and shorter ones
+    fine       the same from the worst case known, in steps that end at a hundredth of theirs or so
 """
 
 from collections.abc import Callable, Generator, Sequence
@@ -29,6 +30,7 @@ __all__ = ["Climb", "Step", "bisection", "corner_climb", "interior_climb", "loca
 
 FIRST_STEP, LAST_STEP = 0.25, 0.02  # of the side of the cube: a worst case is sought, not its last digit
 FIRST_LOCAL, LAST_LOCAL, SHORTER = 1 / 16, 1 / 128, 4  # a search has been there: its top is near
+FIRST_FINE, LAST_FINE = 1 / 32, 1 / 2048  # sharp tops and bent ridges ask for more than a climb's last step
 OBLIQUE = 1  # steps of two coordinates per coordinate, where no single step gains
 HALVINGS = 5  # of a cliff: 3 % of the distance
 CLIFF = 0.3  # of the range of the values seen: a larger drop by a single change is a cliff
@@ -103,6 +105,7 @@ def local_climb(
     *,
     slope: Slope,
     rng: np.random.Generator,
+    is_fine: bool = False,
 ) -> Climb:
     """To the top next to `start` (d,) of signed `value`, a case that was found to be bad already.
 
@@ -111,12 +114,15 @@ def local_climb(
     A known case stands on the flank of its peak, where long steps leave the peak and a climb has spent its
     runs before its steps are short.
     """
+    first, last = (FIRST_FINE, LAST_FINE) if is_fine else (FIRST_LOCAL, LAST_LOCAL)
     if slope(start) is not None:
-        yield from _gradient(where, start, value, slope=slope, first=FIRST_LOCAL)
+        kind = "fine" if is_fine else "gradient"
+        yield from _gradient(where, start, value, slope=slope, kind=kind, first=first, last=last)
         return
+    kind = "fine" if is_fine else "local"
     numeric = [j for j in range(where.dimension) if where.space.parameters[j].is_numeric]
-    top, best, step = start, value, FIRST_LOCAL
-    while step >= LAST_LOCAL:
+    top, best, step = start, value, first
+    while step >= last:
         before = top
         peak = top.copy()
         for j in rng.permutation(numeric):
@@ -125,7 +131,7 @@ def local_climb(
                 other = _moved(where, top, j, step if side else -step)
                 if other is None:
                     continue
-                reached[side] = yield Step("local", other)
+                reached[side] = yield Step(kind, other)
                 if reached[side] > best:
                     top, best = other, reached[side]
                     break
@@ -133,14 +139,14 @@ def local_climb(
         if top is before:
             peak = where.snap(peak[None])[0]
             if not np.array_equal(peak, top):
-                reached_there = yield Step("local", peak)
+                reached_there = yield Step(kind, peak)
                 if reached_there > best:
                     top, best = peak, reached_there
             step /= SHORTER
             continue
         leap = where.snap((2 * top - before)[None])[0]
         if not np.array_equal(leap, top):
-            reached_there = yield Step("local", leap)
+            reached_there = yield Step(kind, leap)
             if reached_there > best:
                 top, best = leap, reached_there
 
@@ -334,11 +340,18 @@ def _moved(where: SearchSpace, point: np.ndarray, j: int, step: float) -> np.nda
 
 
 def _gradient(
-    where: SearchSpace, start: np.ndarray, value: float, *, slope: Slope, first: float = FIRST_STRIDE
+    where: SearchSpace,
+    start: np.ndarray,
+    value: float,
+    *,
+    slope: Slope,
+    kind: str = "gradient",
+    first: float = FIRST_STRIDE,
+    last: float = LAST_STRIDE,
 ) -> Generator[Step, float, tuple[np.ndarray, float]]:
     """Along the gradient projected on the box."""
     top, best, stride = start, value, first
-    while stride >= LAST_STRIDE:
+    while stride >= last:
         uphill = slope(top)
         if uphill is None:
             break
@@ -348,7 +361,7 @@ def _gradient(
         if length == 0:
             break
         other = where.snap((top + stride * uphill / length)[None])[0]
-        reached = yield Step("gradient", other)
+        reached = yield Step(kind, other)
         if reached > best:
             top, best, stride = other, reached, 2 * stride
         else:

@@ -5,7 +5,7 @@ import pytest
 
 from workbench import Parameter, Space
 from workbench.models.evaluator import FunctionEvaluator
-from workbench.search.evidence.attack.adversary import attack
+from workbench.search.evidence.attack.adversary import attack, runs_since
 
 
 def _cube(d):
@@ -64,6 +64,30 @@ def test_the_record_and_the_sentence_count_arrivals():
     found = _attack(lambda x0, x1: x0 + x1, 2, value=2.0)
     assert found.to_dict()["arrived"] == found.arrived
     assert f"{found.arrived} of {found.climbs} climbs from elsewhere arrived there" in found.sentence
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_top_of_a_cone_is_met_and_climbs_that_ended_beside_it_count_as_arrived(seed):
+    apex = np.array([0.31, 0.62, 0.47, 0.71])
+
+    def cone(**x):
+        return float(0.5 - np.linalg.norm(np.array(list(x.values())) - apex))
+
+    found = _attack(cone, 4, value=0.0, budget=1200, seed=seed)
+    assert found.largest > 0.499  # climbs that end at a fiftieth of the side leave 2 % and more
+    assert found.kinds["fine"] <= 60
+    assert found.arrived >= 2
+    assert (
+        found.since > 400
+    )  # the runs after the short steps began: a higher place on one top is no other top
+
+
+@pytest.mark.parametrize(("gain", "since"), [(0.04, 3), (0.09, 1)])
+def test_a_little_more_on_the_same_top_is_no_other_place_and_a_long_way_up_is(gain, since):
+    values = np.array([0.0, 1.0, 1.0 + gain / 2, 1.0 + gain, 0.5])
+    kinds = ["interior", "pattern", "fine", "fine", "empty place"]
+    assert runs_since(values, kinds, 0.9) == since
+    assert runs_since(values, ["pattern"] * 5, 0.9) == 1
 
 
 def _two_peaks(**x):
