@@ -117,13 +117,20 @@ class Minimax:
         return tuple(level for level in self.failure_map if level.side == "uncertainty" and is_dark(level))
 
     @property
+    def _predicted(self) -> str:
+        """What the Kriging says of the design and of all others, which an attack may have refuted."""
+        others = f"no design gets below {self.lower:.6g}"
+        if self.status is MinimaxStatus.BEATEN:
+            return f"The Kriging knew of no worse scenario, which the attack refuted; by it {others}"
+        return f"By the Kriging, which may err, no scenario is worse there and {others}"
+
+    @property
     def sentence(self) -> str:
         """The result in words, with what its bounds rest on."""
         text = (
             f"The worst run of the design {_named(self.design)} is {self.value:.6g}, in the scenario "
             f"{_named(self.scenario)}; {self.evaluations} of {self.budget} runs, {self.status.value}. "
-            f"By the Kriging, which may err, no scenario is worse there and no design gets below "
-            f"{self.lower:.6g}."
+            f"{self._predicted}."
         )
         if self.attack is not None:
             text += f" {self.grade.name.capitalize()}: {self.attack.sentence}."

@@ -63,6 +63,8 @@ def attacked(search: Loop, status: Status) -> Attacked:
         if made.since < made.runs:
             search.quiet = 0
         status = search.run()
+    if status is Status.CONSTANT and not ledger.is_flat:
+        status = Status.BUDGET  # the attack met other values, and no run is left to follow them
     return Attacked(attack=made.raised_to(ledger.best_value), status=status, unseen=unseen)
 
 

@@ -53,6 +53,9 @@ def concluded(
 
     def modelled() -> Gap:
         assert model is not None  # only an enumeration goes without
+        if ledger.is_flat:
+            # a Kriging of one value repeats it everywhere: it has seen no change, and so no bound of one
+            return Gap(upper=inf, width=inf, coverage=COVERAGE, kind="model-based")
         loop_gap = modelled_gap(ledger, model, success, seed=seed, full=True)
         is_predicted = status in PREDICTED
         if loop_gap.width <= asked.tolerance * ledger.scale and not is_predicted:

@@ -35,7 +35,7 @@ class Status(Enum):
     NO_POINT = "no point that meets the constraints was found beside those that were run"
     CONSTANT = (
         "every run gave the same value: the response does not depend on these parameters, "
-        "or the model ignores its inputs"
+        "the model ignores its inputs, or no run met the region where it changes"
     )
     KNOWN_RUN = "no model to run: the worst of the given runs, beyond which the surrogate predicts nothing"
     SURROGATE = "no model to run: the extreme of the surrogate, unconfirmed"

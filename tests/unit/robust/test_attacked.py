@@ -95,6 +95,8 @@ def test_a_design_broken_in_every_round_is_said_to_be_beaten():
     found = minimax(f, CHOICE, DANGER, budget=60, attack=150, tolerance=1e-2)
     assert found.status is MinimaxStatus.BEATEN
     assert found.grade is Grade.SEARCHED
+    assert "The Kriging knew of no worse scenario, which the attack refuted" in found.sentence
+    assert "which may err" not in found.sentence
 
 
 def test_by_default_no_attack_is_made_where_too_few_runs_are_left():

@@ -43,6 +43,24 @@ def test_a_short_attack_says_what_it_lacks_for_the_word():
     )
 
 
+@pytest.mark.parametrize("attack", [0, 300])
+def test_what_is_flat_to_the_search_has_no_bound_and_is_not_called_constant_once_the_attack_met_more(attack):
+    def clipped(**x):
+        return max(0.0, 0.4 - float(np.linalg.norm(np.array(list(x.values())) - 0.35)))
+
+    found = worst_case(clipped, BOX, budget=14, attack=attack, seed=1)
+    flat = [run.value for run in found.runs if not run.proposal.startswith("attack")]
+    assert set(flat) == {0.0}
+    if not attack:
+        assert found.status is Status.CONSTANT
+        assert np.isinf(found.gap.width)
+        assert "or no run met the region where it changes" in found.gap.sentence
+    else:
+        assert found.value > 0.2
+        assert found.status is Status.BUDGET
+        assert np.isfinite(found.gap.width)
+
+
 def test_without_an_attack_the_grade_is_searched():
     found = worst_case(_sum, BOX, budget=16, attack=0)
     assert found.grade is Grade.SEARCHED

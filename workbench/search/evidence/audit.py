@@ -64,8 +64,8 @@ class Audit:
             out.append(f"{self.corners_run} of {self.corners} corners gave a value{failed}")
         else:
             out.append(
-                f"{self.corners_run} of {self.corners} corners were run; "
-                f"the Kriging holds {self.corners_open} others open{failed}"
+                f"{self.corners_run} of {self.corners} corners were run; by the Kriging "
+                f"{self.corners_open or 'none'} of the others may be worse{failed}"
             )
         if self.corner_consistent:
             out.append(

@@ -102,6 +102,6 @@ def _noted(gap: Gap, ledger: Ledger, notes: list[str]) -> Gap:
         notes = [
             *notes,
             f"all {int(ledger.ok.sum())} runs gave the same value: the response does not depend on these "
-            "parameters, or the model ignores its inputs",
+            "parameters, the model ignores its inputs, or no run met the region where it changes",
         ]
     return replace(gap, note="; ".join(notes)) if notes else gap

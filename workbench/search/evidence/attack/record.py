@@ -168,8 +168,9 @@ class Attack:
     def _climb_words(self) -> str:
         if not self.climbs:
             return ""
-        climbs = "1 climb" if self.climbs == 1 else f"{self.climbs} climbs"
-        return f"; {self.arrived or 'none'} of {climbs} from elsewhere arrived there"
+        if self.climbs == 1:
+            return f"; the one climb from elsewhere {'arrived' if self.arrived else 'did not arrive'} there"
+        return f"; {self.arrived or 'none'} of {self.climbs} climbs from elsewhere arrived there"
 
     @property
     def _share_words(self) -> str:
@@ -177,8 +178,10 @@ class Attack:
         if draws < 2:  # one says nothing worth a sentence
             return ""
         count = "none" if not hits else str(hits)
+        lost = self.failing.hits
+        lie = f"gave a value beyond ({lost} gave none)" if lost else "lie beyond"
         return (
-            f"; {count} of {draws} independent cases lie beyond, so with 95 % confidence less than "
+            f"; {count} of {draws} independent cases {lie}, so with 95 % confidence less than "
             f"{at_most(high)} of the uncertainty does"
         )
 
@@ -189,7 +192,8 @@ class Attack:
         if not lost:
             return ""
         words = ", ".join(f"{count} {status}" for status, count in sorted(lost.items()))
-        return f"; runs without a value ({words}) may be worse: an attack that may have succeeded"
+        runs = "1 run" if (count := sum(lost.values())) == 1 else f"{count} runs"
+        return f"; {runs} without a value ({words}) may be worse cases"
 
     def to_dict(self) -> dict[str, Any]:
         """For a JSON document; the runs themselves stand where the evaluator keeps them."""
