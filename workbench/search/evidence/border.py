@@ -1,7 +1,8 @@
 """Does the worst case border on failures: which, in the solver's own words, and how much of the box fails.
 
 A worst run borders on failures when, within a tenth of the box in every input, a run is likelier to fail than
-not, by the classifier of `surrogates.analysis.success`. Such a value is the worst of the cases that
+not, by the classifier of `surrogates.analysis.success` or by the one whose border may lie across a slope of
+the response, which needs fewer failures in many inputs. Such a value is the worst of the cases that
 give one, and the failures beyond it may be the answer.
 
 The share of the box that fails is counted in the even runs alone, those that fill the space or are drawn from
@@ -23,6 +24,7 @@ from workbench.search.evidence.attack.share import Share, at_least, at_most, cou
 from workbench.search.runs.given_runs import Run
 from workbench.search.runs.ledger import Ledger, distinct
 from workbench.search.runs.unit_space import SearchSpace
+from workbench.search.surrogate.growing_failures import GrowingFailures, growth_of
 from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["EVEN", "Border", "border_of", "has_failed"]
@@ -128,10 +130,14 @@ def border_of(
         worst = ledger.incumbent
     points = where.unit([dict(run.parameters) for run in lost])
     nearest = lost[int(np.argmin(np.abs(points - worst).max(axis=1)))]
-    success = _without_excluded(ledger, success)
+    told = np.array([run.status != "excluded" for run in ledger.runs], dtype=bool)
+    if not told.all():
+        success = SuccessChance.of(where.features(ledger.u[told]), ledger.ok[told])
     signs = rng.choice([-1.0, 0.0, 1.0], (PROBES, where.dimension))
     around = where.snap(worst + NEAR * signs * rng.random((PROBES, 1)) ** 0.5)
     beyond = success.probability(where.features(around)) < UNLIKELY
+    if model is not None:
+        beyond |= _growing(ledger, model, told).probability(where.features(around)) < UNLIKELY
     near = _is_near(points, worst)
     borders = bool(beyond.any() or near.any())
     outside = np.vstack([around[beyond], points[near]])
@@ -156,12 +162,11 @@ def border_of(
     )
 
 
-def _without_excluded(ledger: Ledger, success: SuccessChance) -> SuccessChance:
-    """The classifier of the runs that gave a value or failed; `success` is that of all."""
-    told = np.array([run.status != "excluded" for run in ledger.runs], dtype=bool)
-    if told.all():
-        return success
-    return SuccessChance.of(ledger.where.features(ledger.u[told]), ledger.ok[told])
+def _growing(ledger: Ledger, model: SearchModel, told: np.ndarray) -> GrowingFailures:
+    """The classifier of failures that grow out of the response, of the runs `told` (n,): not excluded."""
+    features = ledger.where.features(ledger.u)
+    grows = growth_of(lambda at: model.predict(at)[0], features[ledger.ok])
+    return GrowingFailures.of(features[told], ledger.ok[told], grows)
 
 
 def _failing(where: SearchSpace, success: SuccessChance, rng: np.random.Generator) -> float:

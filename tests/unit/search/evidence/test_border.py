@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from studies.failure_border import MODELS
 from surrogates.analysis.success import SuccessChance
 from workbench.errors import StudyError
 from workbench.search.evidence.border import border_of
@@ -42,6 +43,16 @@ def test_a_worst_case_that_grows_into_failures_says_so_in_the_solvers_words():
     )
     assert border.counted.low <= 0.2 <= border.counted.high
     assert border.parameters["a"] > 0.8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [8190, 8191])
+def test_a_border_across_the_slope_is_told_in_ten_inputs(seed):
+    model = MODELS["plane 10"]()
+    found = worst_case(model, model.space, budget=30, seed=seed, attack=0)
+    at = np.array(list(found.parameters.values()))
+    assert model.margin(np.minimum(at + 0.1, 1.0)) < 0 < model.margin(at)
+    assert found.border.borders
 
 
 def test_failures_far_from_the_worst_case_are_told_apart():
