@@ -20,8 +20,8 @@ from typing import Any
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.kept_files import LIMIT_UNASKED, leave_kept
 from workbench.models.protocol import Answer, ModelSpec, settle
-from workbench.models.readers import read_response
-from workbench.models.template import Render, compiled, format_value
+from workbench.models.readers import open_reader, read_response
+from workbench.models.template import Deck, compiled, format_value
 from workbench.system.confined import confined
 from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import end_group
@@ -29,8 +29,11 @@ from workbench.system.process_tree import end_group
 __all__ = ["ENDED_BADLY", "LOG", "CommandModel", "command_digest"]
 
 LOG = "output.log"
+MOST_SHOWN = 12  # placeholders in a message
 ENDED_BADLY = "ended with exit code"  # in the words of a failure: what such a run left is no result
 BRACED = re.compile(r"\{([A-Za-z_]\w*)\}")
+# what was meant to be one: {dd.in}, { a }, {a:.3f}, but neither {"a": 1} nor {print $1} nor {2,3}
+LIKE_BRACED = re.compile(r"\{(\s*[A-Za-z_][\w.:%+-]*\s*)\}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +41,7 @@ class CommandModel:
     """Decks by their name in the run's folder, files to copy there, commands to run one after the other."""
 
     spec: ModelSpec
-    decks: Mapping[str, Render]
+    decks: Mapping[str, Deck]
     files: tuple[Path, ...]
     commands: tuple[tuple[str, ...], ...]
 
@@ -47,26 +50,33 @@ class CommandModel:
         """Read the templates and look for the programs.
 
         Raises:
-            StudyError: a template or program is missing, leads out of the study's folder, or names no
-            parameter.
+            StudyError: a template, program or script is missing, leads out of the study's folder, or names no
+            parameter; a parameter of the study stands in no deck and no command.
         """
         study = Path(spec.folder)
         decks = {}
-        for table in spec.options.get("templates", ()):
-            source = confined(study, table["from"], what="template")
-            target = table["to"]
-            confined(study, target, what="deck")
-            what = f"template {table['from']}"
-            decks[target] = compiled(
-                _read(source, what), spec.names, style=table.get("style", "jinja"), what=what
-            )
-        files = tuple(confined(study, name, what="file") for name in spec.options.get("files", ()))
-        for path in files:
-            if not path.is_file():
-                raise StudyError(f"no file {path} to copy into the runs' folders")
+        for k, table in enumerate(spec.options.get("templates", ()), start=1):
+            with spec.placed(f"templates[{k}]"):
+                source = confined(study, table["from"], what="template")
+                target = table["to"]
+                confined(study, target, what="deck")
+                what = f"template {table['from']}"
+                decks[target] = compiled(
+                    _read(source, what), spec.names, style=table.get("style", "jinja"), what=what
+                )
+        with spec.placed("files"):
+            files = tuple(confined(study, name, what="file") for name in spec.options.get("files", ()))
+            for path in files:
+                if not path.is_file():
+                    raise StudyError(f"no file {path} to copy into the runs' folders")
         commands = tuple(tuple(c) for c in _commands(spec.options))
-        for command in commands:
-            _check_command(command, spec, study, files)
+        with spec.placed("command"):
+            for command in commands:
+                _check_command(command, spec, study, files)
+        _check_used(spec, decks, commands)
+        for name, rule in spec.options.get("read", {}).items():
+            with spec.placed(f"read of {name}"):
+                open_reader(rule, study)
         return cls(spec=spec, decks=decks, files=files, commands=commands)
 
     def run(self, row: Mapping[str, Any], workdir: Path | None) -> Answer:
@@ -159,13 +169,17 @@ def _commands(options: Mapping[str, Any]) -> Sequence[Sequence[str]]:
 
 
 def _check_command(command: Sequence[str], spec: ModelSpec, study: Path, files: Sequence[Path]) -> None:
-    known = {*spec.names, "study", "python"}
+    known = ("study", "python", *spec.names)
     for argument in command:
-        unknown = next((name for name in BRACED.findall(argument) if name not in known), None)
+        unknown = next((name for name in LIKE_BRACED.findall(argument) if name not in known), None)
         if unknown is not None:
+            shown = ", ".join(f"{{{name}}}" for name in known[:MOST_SHOWN])
+            more = f" and {len(known) - MOST_SHOWN} more parameters" if len(known) > MOST_SHOWN else ""
             raise StudyError(
-                f"command argument {argument!r} names {unknown!r}, which is no parameter, study or python"
+                f"command argument {argument!r} holds {{{unknown}}}, which stands for nothing; known are "
+                f"{shown}{more}"
             )
+        _check_there(argument, study)
     program = command[0].replace("{python}", sys.executable).replace("{study}", str(study))
     copied = {f"./{path.name}" for path in files}
     if BRACED.search(program) or program in copied:
@@ -173,6 +187,34 @@ def _check_command(command: Sequence[str], spec: ModelSpec, study: Path, files: 
     if shutil.which(program) is None:
         raise StudyError(
             f"no program {program!r}; give its path, '{{study}}/...' for one beside the study file"
+        )
+
+
+def _check_there(argument: str, study: Path) -> None:
+    """Refuse a file of the study's folder that is not there; the beginning of a name may stand alone."""
+    name = argument.removeprefix("{study}/")
+    if name == argument or not name or BRACED.search(name) or any(sign in name for sign in "*?["):
+        return
+    path = study / name
+    if not path.exists() and not any(path.parent.glob(f"{path.name}*")):
+        raise StudyError(f"no file {path}, which the command names as {argument!r}")
+
+
+def _check_used(spec: ModelSpec, decks: Mapping[str, Deck], commands: Sequence[Sequence[str]]) -> None:
+    """Refuse a parameter whose value nothing of a run is made from: its effect would be said to be none."""
+    used = {name for deck in decks.values() for name in deck.uses}
+    used |= {name for command in commands for argument in command for name in BRACED.findall(argument)}
+    unused = [name for name in spec.names if name not in used]
+    if not unused:
+        return
+    templates = ", ".join(table["from"] for table in spec.options.get("templates", ()))
+    shown = ", ".join(map(repr, unused))
+    what = f"parameter {shown} never reaches" if len(unused) == 1 else f"parameters {shown} never reach"
+    with spec.placed(f"parameter {unused[0]}"):
+        raise StudyError(
+            f"{what} the solver: no {{{{ {unused[0]} }}}} in a template ({templates or 'there is none'}), no "
+            f"{{{unused[0]}}} in an argument of the command. Put it in one of them, or leave the parameter "
+            "out"
         )
 
 

@@ -8,7 +8,8 @@ the model does, short of taking the process down, becomes an `Answer`.
 import math
 import time
 import traceback
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, SupportsFloat
@@ -50,7 +51,8 @@ class ModelSpec:
     """What to run, in plain types: `kind`, the options of that kind, the study's folder, names, responses.
 
     `responses` maps each response's name to its reduction (None: a number), `identity` and `version` enter
-    the key of every run.
+    the key of every run. `places` says where in the study file a key of the model stands, such as
+    "study.toml, line 7".
     """
 
     kind: str
@@ -60,6 +62,17 @@ class ModelSpec:
     responses: Mapping[str, Reduction | None]
     identity: str
     version: str
+    places: Mapping[str, str] = field(default_factory=dict)
+
+    @contextmanager
+    def placed(self, key: str) -> Iterator[None]:
+        """Put file and line of a key, such as "function", in front of a StudyError raised inside."""
+        try:
+            yield
+        except StudyError as exc:
+            if key not in self.places:
+                raise
+            raise StudyError(f"{self.places[key]}: {exc}") from exc.__cause__
 
     def to_dict(self) -> dict[str, Any]:
         """Plain types for JSON; `ModelSpec.from_dict` takes them back."""
@@ -75,6 +88,7 @@ class ModelSpec:
             "responses": reductions,
             "identity": self.identity,
             "version": self.version,
+            "places": dict(self.places),
         }
 
     @classmethod

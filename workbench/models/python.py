@@ -34,12 +34,14 @@ class PythonModel:
     @classmethod
     def opened(cls, spec: ModelSpec) -> "PythonModel":
         """Import the function and check that it takes the study's parameters."""
-        function = load_function(spec.options["function"], Path(spec.folder))
-        check_signature(function, spec.names)
+        with spec.placed("function"):
+            function = load_function(spec.options["function"], Path(spec.folder))
+            check_signature(function, spec.names)
         if "gradient" not in spec.options:
             return cls(function)
-        gradient = load_function(spec.options["gradient"], Path(spec.folder))
-        check_signature(gradient, spec.names)
+        with spec.placed("gradient"):
+            gradient = load_function(spec.options["gradient"], Path(spec.folder))
+            check_signature(gradient, spec.names)
         return cls(function, gradient)
 
     def run(self, row: Mapping[str, Any], workdir: Path | None) -> Any:
@@ -65,7 +67,9 @@ def load_function(reference: str, folder: Path) -> Callable[..., Any]:
     place, colon, name = reference.rpartition(":")
     if not colon or not place or not name.isidentifier():
         raise StudyError(f"function {reference!r} needs the form 'module:name' or 'file.py:name'")
-    module = _import_file(folder / place) if place.endswith(".py") else _import_module(place, folder)
+    module = (
+        _import_file(folder / place, reference) if place.endswith(".py") else _import_module(place, folder)
+    )
     function = getattr(module, name, None)
     if function is None:
         public = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
@@ -114,9 +118,9 @@ def source_digest(reference: str, folder: Path) -> str:
         return ""
 
 
-def _import_file(path: Path) -> ModuleType:
+def _import_file(path: Path, reference: str) -> ModuleType:
     if not path.is_file():
-        raise StudyError(f"no file {path}: [model] function is looked up beside the study file")
+        raise StudyError(f"no file {path}: function {reference!r} is looked up beside the study file")
     _add_to_path(path.parent)
     name = f"holdfast_model_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
@@ -149,7 +153,7 @@ def _execute(action: Callable[[], None], place: str) -> None:
     except ModuleNotFoundError as exc:
         whole = place.split(".")
         if exc.name in {".".join(whole[: k + 1]) for k in range(len(whole))}:
-            raise StudyError(f"no module {exc.name!r}: [model] function names {place!r}") from None
+            raise StudyError(f"no module {exc.name!r}: the function is said to stand in {place!r}") from None
         raise StudyError(f"importing {place} failed: {exc}") from exc
     except (Exception, SystemExit) as exc:
         raise StudyError(f"importing {place} failed: {type(exc).__name__}: {exc}") from exc

@@ -21,9 +21,9 @@ from typing import Any
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.histories import History
 from workbench.models.python import load_function
-from workbench.system.confined import confined
+from workbench.system.confined import check_inside, confined
 
-__all__ = ["KEYS", "READERS", "Reader", "RunFiles", "checked_rule", "read_response"]
+__all__ = ["KEYS", "READERS", "Reader", "RunFiles", "checked_rule", "open_reader", "read_response"]
 
 LARGEST = 500_000_000  # bytes of a result file
 
@@ -94,6 +94,16 @@ def read_response(rule: Mapping[str, Any], work: Path, study: Path, *, history: 
     return READERS[rule["kind"]].read(rule, RunFiles(work, study, rule.get("encoding", "")), history)
 
 
+def open_reader(rule: Mapping[str, Any], study: Path) -> None:
+    """See before the first run that a reader's function can be imported.
+
+    Raises:
+        StudyError: it cannot.
+    """
+    if "function" in rule:
+        load_function(rule["function"], study)
+
+
 def checked_rule(response: str, rule: Mapping[str, Any], *, reduced: bool) -> dict[str, Any]:
     """The rule without empty keys.
 
@@ -111,6 +121,8 @@ def checked_rule(response: str, rule: Mapping[str, Any], *, reduced: bool) -> di
         takes = ", ".join(sorted((*reader.needs, *reader.may, *encoding)))
         raise StudyError(f"response {response!r}: read of kind {kind!r} {wrong}; its keys are {takes}")
     try:
+        if "file" in given:
+            check_inside(given["file"], what="read.file", folder="the run's folder")
         _check_encoding(given)
         reader.check(given, reduced)
     except StudyError as exc:
@@ -156,9 +168,14 @@ def _check_pattern(rule: Mapping[str, Any], reduced: bool) -> None:
     if reduced:
         raise StudyError("a regular expression finds one number; leave reduce out")
     try:
-        re.compile(rule["pattern"])
+        groups = re.compile(rule["pattern"]).groups
     except re.error as exc:
         raise StudyError(f"pattern {rule['pattern']!r}: {exc}") from None
+    if not groups:
+        raise StudyError(
+            f"pattern {rule['pattern']!r} needs parentheses around the number, such as 'peak = (\\S+)'; "
+            "what the first pair matches is read"
+        )
 
 
 def _json(rule: Mapping[str, Any], files: RunFiles, _history: bool) -> Any:
@@ -189,7 +206,7 @@ def _regex(rule: Mapping[str, Any], files: RunFiles, _history: bool) -> float:
             break
     if found is None:
         raise EvaluationFailed(f"{where}: nothing matches {pattern!r}")
-    return _number(found[1] if found.re.groups else found[0], where)
+    return _number(found[1], where)
 
 
 def _csv(rule: Mapping[str, Any], files: RunFiles, history: bool) -> Any:

@@ -7,22 +7,33 @@ a format says otherwise.
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
 from workbench.errors import EvaluationFailed, StudyError
 
-__all__ = ["compiled", "format_value"]
+__all__ = ["Deck", "compiled", "format_value"]
 
 LARGEST = 50_000_000  # characters of a deck, before and after
 FORMAT = re.compile(r"%[-+ 0#]{0,3}[0-9]{0,3}(\.[0-9]{1,2})?[deEfgGs]")
 OWN = frozenset({"self", "super", "loop", "caller", "varargs", "kwargs"})  # names that Jinja brings itself
 BRACED = re.compile(r"(\\?)\{([A-Za-z_]\w*)\}")
 
-Render = Callable[[Mapping[str, Any]], str]
+
+@dataclass(frozen=True, slots=True)
+class Deck:
+    """A template that was read: called with the parameters it gives the deck, where those of `uses` stand."""
+
+    render: Callable[[Mapping[str, Any]], str]
+    uses: frozenset[str]
+
+    def __call__(self, row: Mapping[str, Any]) -> str:
+        """The deck of a run."""
+        return self.render(row)
 
 
-def compiled(text: str, names: Sequence[str], *, style: str, what: str) -> Render:
+def compiled(text: str, names: Sequence[str], *, style: str, what: str) -> Deck:
     """A function from parameters to the deck.
 
     >>> compiled("K = {{ k|fmt('%.2e') }}", ["k"], style="jinja", what="deck")({"k": 1234.5})
@@ -52,7 +63,7 @@ def format_value(value: Any, pattern: str = "") -> str:
         raise EvaluationFailed(f"format {pattern!r} does not fit {value!r}: {exc}") from None
 
 
-def _dakota(text: str, names: Sequence[str], what: str) -> Render:
+def _dakota(text: str, names: Sequence[str], what: str) -> Deck:
     for escape, name in BRACED.findall(text):
         if not escape and name not in names:
             raise StudyError(
@@ -62,10 +73,10 @@ def _dakota(text: str, names: Sequence[str], what: str) -> Render:
     def render(row: Mapping[str, Any]) -> str:
         return BRACED.sub(lambda m: f"{{{m[2]}}}" if m[1] else format_value(row[m[2]]), text)
 
-    return render
+    return Deck(render, frozenset(name for escape, name in BRACED.findall(text) if not escape))
 
 
-def _jinja(text: str, names: Sequence[str], what: str) -> Render:
+def _jinja(text: str, names: Sequence[str], what: str) -> Deck:
     import jinja2
     from jinja2 import meta, nodes
     from jinja2.exceptions import SecurityError
@@ -103,7 +114,7 @@ def _jinja(text: str, names: Sequence[str], what: str) -> Render:
             raise EvaluationFailed(f"{what}: {type(exc).__name__}: {exc}") from None
         return deck
 
-    return render
+    return Deck(render, frozenset(used))
 
 
 def _refuse(tree: Any, what: str) -> None:

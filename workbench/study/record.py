@@ -13,6 +13,7 @@ from workbench.models.histories import Reduction
 from workbench.models.kept_files import LIMIT_ASKED, LIMIT_UNASKED, files_read
 from workbench.models.protocol import ModelSpec
 from workbench.space.box import Response, Space
+from workbench.study.places import model_places
 
 __all__ = ["TABLES", "Study", "bytes_in"]
 
@@ -58,6 +59,11 @@ class Study:
     def folder(self) -> Path:
         """Where the study file stands; relative paths in it start here."""
         return self.path.parent if self.path is not None else Path.cwd()
+
+    @property
+    def where(self) -> str:
+        """What a message calls the study file."""
+        return self.path.name if self.path is not None else "study"
 
     @property
     def campaign_folder(self) -> Path:
@@ -129,6 +135,13 @@ class Study:
             responses=self.reductions,
             identity=identity,
             version=version,
+            places=model_places(
+                self.text,
+                self.where,
+                model=self.model,
+                parameters=self.space.names,
+                responses=self.reductions,
+            ),
         )
 
     @property

@@ -5,7 +5,8 @@ key path that it cannot place (inside an inline table, say) gets the line of the
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 __all__ = ["find_line"]
 
@@ -32,7 +33,8 @@ def find_line(text: str, path: Sequence[str | int]) -> int | None:
     return None
 
 
-def _places(text: str) -> dict[Path, int]:
+@lru_cache(maxsize=4)  # a study is asked about key by key
+def _places(text: str) -> Mapping[Path, int]:
     places: dict[Path, int] = {}
     table: Path = ()
     counts: dict[Path, int] = {}

@@ -4,7 +4,7 @@ from pathlib import Path, PurePosixPath
 
 from workbench.errors import StudyError
 
-__all__ = ["confined"]
+__all__ = ["check_inside", "confined"]
 
 LONGEST = 400  # characters
 
@@ -15,14 +15,7 @@ def confined(folder: Path, name: str, *, what: str) -> Path:
     Raises:
         StudyError: the name leads out of the folder, directly or through a link, or is no file name.
     """
-    pure = PurePosixPath(name.replace("\\", "/"))
-    drive = len(name) > 1 and name[1] == ":"
-    odd = not name.strip() or len(name) > LONGEST or any(ord(c) < 32 for c in name)
-    if odd or drive or pure.is_absolute() or ".." in pure.parts or pure.parts[:1] == ("~",):
-        raise StudyError(
-            f"{what} {name!r} needs to be a path inside {folder.name or folder}, without '..' or a root"
-        )
-    path = folder / pure
+    path = folder / check_inside(name, what=what, folder=folder.name or str(folder))
     try:
         inside = _resolved(path).is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError):
@@ -30,6 +23,24 @@ def confined(folder: Path, name: str, *, what: str) -> Path:
     if not inside:
         raise StudyError(f"{what} {name!r} leads out of {folder.name or folder} through a link")
     return path
+
+
+def check_inside(name: str, *, what: str, folder: str) -> PurePosixPath:
+    """The name as a path below a folder that is called `folder` and need not exist yet.
+
+    >>> check_inside("../deck", what="file", folder="the run")
+    Traceback (most recent call last):
+    workbench.errors.StudyError: file '../deck' needs to be a path inside the run, without '..' or a root
+
+    Raises:
+        StudyError: the name leads out of the folder, or is no file name.
+    """
+    pure = PurePosixPath(name.replace("\\", "/"))
+    drive = len(name) > 1 and name[1] == ":"
+    odd = not name.strip() or len(name) > LONGEST or any(ord(c) < 32 for c in name)
+    if odd or drive or pure.is_absolute() or ".." in pure.parts or pure.parts[:1] == ("~",):
+        raise StudyError(f"{what} {name!r} needs to be a path inside {folder}, without '..' or a root")
+    return pure
 
 
 def _resolved(path: Path) -> Path:

@@ -12,6 +12,7 @@ import studies
 from studies.adams_loop import solver
 from workbench.campaign.results.failures import failure_document
 from workbench.errors import StudyError
+from workbench.models.opening import open_model
 from workbench.models.template import compiled
 from workbench.stages.campaign import Campaign
 from workbench.study.loading import load_study
@@ -90,17 +91,92 @@ def test_several_commands_share_decks_files_and_environment(tmp_path):
 @pytest.mark.parametrize(
     ("command", "more", "words"),
     [
-        (["no_such_program_at_all"], "", "no program 'no_such_program_at_all'; give its path"),
-        (["{python}", "{b}"], "", "command argument '{b}' names 'b', which is no parameter, study or python"),
-        (["{python}"], 'files = ["gone.txt"]', "no file .*gone.txt to copy"),
-        (["{python}"], 'templates = [{ from = "gone", to = "x" }]', "template gone cannot be read"),
-        (["{python}"], 'templates = [{ from = "bad.tmpl", to = "x" }]', "template bad.tmpl names 'z'"),
+        (["no_such_program_at_all"], "", "line 6: no program 'no_such_program_at_all'; give its path"),
+        (
+            ["{python}", "{b}"],
+            "",
+            r"line 6: command argument '{b}' holds {b}, which stands for nothing; known are {study}, {pyth",
+        ),
+        (["{python}", "{dd.in}"], "", r"argument '{dd.in}' holds {dd.in}, which stands for nothing"),
+        (["{python}", "-k{ a }"], "", r"argument '-k{ a }' holds { a }, which stands for nothing"),
+        (["{python}", "{a:.3f}"], "", r"argument '{a:.3f}' holds {a:.3f}, which stands for nothing"),
+        (
+            ["{python}", "-u", "{study}/gone.py", "{a}"],
+            "",
+            "line 6: no file .*gone.py, which the command names as '{study}/gone.py'",
+        ),
+        (["{python}"], 'files = ["gone.txt"]', "line 7: no file .*gone.txt to copy"),
+        (["{python}"], 'templates = [{ from = "gone", to = "x" }]', "line 7: template gone cannot be read"),
+        (
+            ["{python}"],
+            'templates = [{ from = "bad.tmpl", to = "x" }]',
+            "s.toml, line 7: template bad.tmpl names 'z'",
+        ),
+        (
+            ["{python}"],
+            '[[model.templates]]\nfrom = "good.tmpl"\nto = "y"\n'
+            '[[model.templates]]\nfrom = "bad.tmpl"\nto = "x"',
+            "s.toml, line 10: template bad.tmpl names 'z'",
+        ),
     ],
 )
 def test_commands_that_cannot_run_are_refused_before_any_run(tmp_path, command, more, words):
+    (tmp_path / "good.tmpl").write_text("{{ a }}")
     (tmp_path / "bad.tmpl").write_text("{{ z }}")
     with open_study(tmp_path, command, more) as campaign, pytest.raises(StudyError, match=words):
         campaign.evaluate([{"a": 3.0}])
+
+
+@pytest.mark.parametrize(
+    ("command", "more", "words"),
+    [
+        (["true"], "", r"no {{ a }} in a template \(there is none\), no {a} in an argument of the command"),
+        (
+            ["true"],
+            'templates = [{ from = "in.tmpl", to = "in.txt" }]',
+            r"no {{ a }} in a template \(in.tmpl\), no {a} in an argument",
+        ),
+    ],
+)
+def test_a_parameter_that_never_reaches_the_solver_is_refused(tmp_path, command, more, words):
+    (tmp_path / "in.tmpl").write_text("stiffness 12.5 {# {{ a }} #}")
+    found = rf"s.toml, line \d+: parameter 'a' never reaches the solver: {words}"
+    with open_study(tmp_path, command, more) as campaign, pytest.raises(StudyError, match=found):
+        campaign.evaluate([{"a": 3.0}])
+    two = (tmp_path / "s.toml").read_text() + '[[parameter]]\nname = "b"\nlower = 0\nupper = 1\n'
+    (tmp_path / "s.toml").write_text(two)
+    with pytest.raises(StudyError, match="parameters 'a', 'b' never reach the solver"):
+        open_model(load_study(tmp_path / "s.toml").spec(version="1"))
+
+
+@pytest.mark.parametrize("deck", ["{% if a > 2 %}stiff{% else %}soft{% endif %}", "{{ a * 2 }}"])
+def test_a_parameter_that_decides_or_is_reckoned_with_reaches_the_solver(tmp_path, deck):
+    (tmp_path / "in.tmpl").write_text(deck)
+    write = 'import json; open("out.json", "w").write(json.dumps({"y": len(open("in.txt").read())}))'
+    more = 'templates = [{ from = "in.tmpl", to = "in.txt" }]'
+    with open_study(tmp_path, ["{python}", "{study}/solve.py"], more, write) as campaign:
+        assert campaign.evaluate([{"a": 3.0}])[0].status == "ok"
+
+
+def test_the_beginning_of_a_name_and_braces_of_others_stand_in_arguments(tmp_path):
+    (tmp_path / "mesh.node").write_text("")
+    write = 'import sys; open("out.json", "w").write(sys.argv[1])'
+    command = ["{python}", "{study}/solve.py", '{"y": {a}}', "{study}/mesh", "{2,3}", "{study}/runs/*"]
+    with open_study(tmp_path, command, solver=write) as campaign:
+        assert campaign.evaluate([{"a": 3.0}])[0].outputs == {"y": 3.0}
+
+
+def test_a_function_that_reads_results_is_looked_for_before_any_run(tmp_path):
+    with open_study(tmp_path, ["{python}", "{study}/solve.py", "{a}"]) as campaign:
+        study = campaign.study
+    text = study.text.replace(
+        'kind = "json", file = "out.json", key = "y"', 'kind = "python", function = "post.py:y"'
+    )
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(
+        StudyError, match=r"line 14: no file .*post.py: function 'post.py:y' is looked up beside"
+    ):
+        open_model(load_study(tmp_path / "s.toml").spec(version="1"))
 
 
 def test_reading_rules_belong_to_commands(tmp_path):

@@ -126,6 +126,18 @@ def test_an_encoding_may_be_named(tmp_path):
         ),
         ({"kind": "csv", "file": "o", "column": 3}, "column is the name of a column, got 3"),
         ({"kind": "regex", "file": "o", "pattern": "("}, "unterminated subpattern|missing"),
+        (
+            {"kind": "regex", "file": "o", "pattern": "y="},
+            r"response 'y': pattern 'y=' needs parentheses around the number, such as 'peak = \(\\S\+\)'",
+        ),
+        (
+            {"kind": "json", "file": "../../o", "key": "y"},
+            r"response 'y': read.file '../../o' needs to be a path inside the run's folder, without '..' or",
+        ),
+        (
+            {"kind": "csv", "file": "/tmp/o", "column": "y"},
+            "read.file '/tmp/o' needs to be a path inside the",
+        ),
     ],
 )
 def test_rules_are_checked_with_the_study(rule, words):

@@ -1,0 +1,49 @@
+"""The line of the study file in what an opened model refuses, wherever it is opened."""
+
+import pytest
+
+from workbench.errors import StudyError
+from workbench.stages.campaign import Campaign
+from workbench.stages.validation import check_study
+from workbench.study.loading import load_study
+
+STUDY = """[study]
+name = "s"
+[design]
+runs = 4
+[model]
+kind = "python"
+{model}
+[[parameter]]
+name = "a"
+lower = 0.0
+upper = 1.0
+[[response]]
+name = "y"
+[evaluate]
+engine = "{engine}"
+"""
+
+
+@pytest.mark.parametrize("engine", ["processes", "inline"])
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        ('function = "m.py"', "s.toml, line 7: function 'm.py' needs the form 'module:name'"),
+        ('function = "gone.py:f"', "s.toml, line 7: no file .*gone.py: function 'gone.py:f' is looked up"),
+        ('function = "m.py:g"', "s.toml, line 7: function 'm.py:g': m.py has no 'g'"),
+        (
+            'function = "m.py:other"',
+            r"s.toml, line 7: other\(b\) cannot be called with the study's parameters",
+        ),
+        ('function = "nowhere:f"', "s.toml, line 7: no module 'nowhere': the function is said to stand in"),
+        ('function = "m.py:f"\ngradient = "m.py:slope"', "s.toml, line 8: function 'm.py:slope': m.py has"),
+    ],
+)
+def test_a_function_is_refused_at_its_line(tmp_path, engine, model, words):
+    (tmp_path / "m.py").write_text("def f(a): return a\ndef other(b): return b\n")
+    (tmp_path / "s.toml").write_text(STUDY.format(model=model, engine=engine))
+    with pytest.raises(StudyError, match=words):
+        check_study(load_study(tmp_path / "s.toml"))
+    with Campaign.from_file(tmp_path / "s.toml") as campaign, pytest.raises(StudyError, match=words):
+        campaign.run()
