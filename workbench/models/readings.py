@@ -14,7 +14,7 @@ from numbers import Real
 
 from workbench.errors import StudyError
 
-__all__ = ["Weighted", "Within", "weighted", "within"]
+__all__ = ["Weighted", "Within", "refuse_own_limit", "weighted", "within"]
 
 Limits = tuple[float | None, float | None]
 
@@ -81,6 +81,24 @@ def within(response: str, limits: Mapping[str, Limits]) -> Within:
         if low is not None and high is not None and low > high:
             raise StudyError(f"limits of {name!r} need low <= high, got ({low:g}, {high:g})")
     return Within(response=response, limits=dict(limits))
+
+
+def refuse_own_limit(response: str, limits: Mapping[str, Limits], sense: str) -> None:
+    """Refuse a limit of the response on the side where its worst is searched: it would be the answer itself.
+
+    On the other side a limit leaves runs out whose value is not to be believed, such as -999.
+
+    Raises: StudyError.
+    """
+    low, high = limits.get(response, (None, None))
+    limit, sign, words = (high, "<=", "largest") if sense == "max" else (low, ">=", "smallest")
+    if limit is not None:
+        raise StudyError(
+            f"the limit {response} {sign} {limit:g} is put on the response whose worst is searched: the "
+            f"{words} {response} within it is {limit:g} wherever the model comes that far. Leave the limit "
+            f"out and compare the worst {response} with {limit:g}; or, if values beyond are wrong, let those "
+            "runs give no value (nan)"
+        )
 
 
 def _is_number(value: object) -> bool:

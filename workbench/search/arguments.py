@@ -8,6 +8,7 @@ from typing import Any
 from surrogates.analysis.search_scale import SEARCH_SCALES
 from workbench.errors import StudyError
 from workbench.models.evaluator import Reading
+from workbench.models.readings import Within, refuse_own_limit
 from workbench.search.evidence.enclosure import Enclosure
 
 __all__ = ["AMONG_NOISE", "Arguments", "default_budget"]
@@ -49,6 +50,8 @@ class Arguments:
     def __post_init__(self) -> None:
         if self.sense not in ("max", "min"):
             raise StudyError(f"sense needs 'max' or 'min', got {self.sense!r}")
+        if isinstance(self.response, Within):
+            refuse_own_limit(self.response.response, self.response.limits, self.sense)
         for name, value, least, what in (
             ("budget", self.budget, 0, "a whole number of runs"),
             ("seed", self.seed, 0, "a whole number"),

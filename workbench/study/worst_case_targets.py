@@ -14,7 +14,7 @@ from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import Reading
-from workbench.models.readings import weighted, within
+from workbench.models.readings import refuse_own_limit, weighted, within
 from workbench.study.record import Study
 
 __all__ = ["CHECKS", "QUANTILE_BUDGET", "Target", "targets"]
@@ -120,6 +120,8 @@ def _check_within(study: Study, table: Mapping[str, Any]) -> None:
             raise StudyError(f"[worst_case] within.{name} leaves both sides open. Leave it out")
         if low is not None and high is not None and low > high:
             raise StudyError(f"[worst_case] within.{name} needs [low, high], got [{low:g}, {high:g}]")
+    if "within" in table:
+        refuse_own_limit(table["response"], table["within"], table.get("sense", "max"))
 
 
 def _check_quantile(study: Study, table: Mapping[str, Any]) -> None:

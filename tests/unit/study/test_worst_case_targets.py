@@ -2,16 +2,19 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.report.writing import report_numbers, write_report
+from workbench.search.arguments import Arguments
 from workbench.stages.campaign import Campaign
 from workbench.stages.design import evaluate
 from workbench.stages.planning import plan_study
 from workbench.stages.run_all import run_all, run_stage
 from workbench.study.loading import parse_study
+from workbench.study.worst_case_targets import targets
 
 STUDY = """
 [study]
@@ -199,6 +202,15 @@ def test_a_table_has_no_quantile():
             r"within.travel needs \[low, high\], got \[2, 1\]",
         ),
         ('response = "load"\nquantile_budget = 6', "quantile_budget goes with quantile, such as"),
+        (
+            'response = "load"\nwithin = { load = [-inf, 1] }',
+            "line 25: the limit load <= 1 is put on the response whose worst is searched: the largest load "
+            "within it is 1 wherever the model comes that far. Leave the limit out and compare",
+        ),
+        (
+            'response = "load"\nsense = "min"\nwithin = { load = [0.5, 9] }',
+            "the limit load >= 0.5 is put on the response .*: the smallest load within it is 0.5 wherever",
+        ),
         ('response = "load"\nwithin = { travel = [-inf, inf] }', "leaves both sides open. Leave it out"),
         (
             "weights = { load = 1.0 }\nwithin = { travel = [0, 1] }",
@@ -209,3 +221,16 @@ def test_a_table_has_no_quantile():
 def test_what_a_worst_case_table_refuses(worst, words):
     with pytest.raises(StudyError, match=words):
         parse_study(STUDY.format(model=CALLED, worst=worst))
+
+
+def test_a_response_may_be_limited_on_its_good_side():
+    good = 'response = "load"\nwithin = { load = [-900, inf], travel = [-inf, 2] }'
+    (target,) = targets(parse_study(STUDY.format(model=CALLED, worst=good)))
+    read = target.reading
+    assert read({"load": 3.0, "travel": 1.0}) == 3.0
+    assert np.isnan(read({"load": -999.0, "travel": 1.0}))
+    Arguments(response=read, sense="max")
+    with pytest.raises(
+        StudyError, match="the limit load >= -900 is put on the response whose worst is searched"
+    ):
+        Arguments(response=read, sense="min")
