@@ -28,13 +28,20 @@ from workbench.space.laws import input_measure
 from workbench.space.parameter import Response
 from workbench.space.streams import stream
 
-__all__ = ["METHODS", "screen"]
+__all__ = ["METHODS", "checked_method", "screen"]
 
 METHODS = ("default", "forward", "welch")
 TRANSFORMS = ("none", "auto", *RESPONSE_SCALES[1:])
 STABILITY_RUNS = 130  # resamples for larger designs cost seconds each
 DECADES = 1.5  # of a positive response: where screened as it is, its other scales are worth a try
 RESAMPLES, RESAMPLES_OF_LARGE = 20, 4
+
+
+def checked_method(method: str) -> str:
+    """The method, where there is one of that name; else a StudyError."""
+    if method not in METHODS:
+        raise StudyError(f"screening method needs one of {', '.join(METHODS)}, got {method!r}")
+    return method
 
 
 def screen(
@@ -86,8 +93,7 @@ def screen(
             holds no number where there should be one, or a response that no run has.
     """
     response = Response(response) if isinstance(response, str) else response
-    if method not in METHODS:
-        raise StudyError(f"screening method needs one of {', '.join(METHODS)}, got {method!r}")
+    checked_method(method)
     if transform is None:
         transform = "auto" if method == "default" else "none"
     if transform not in TRANSFORMS:

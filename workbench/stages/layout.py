@@ -29,6 +29,8 @@ from workbench.robust_layout.bill import layout_bill, write_bill
 from workbench.robust_layout.document import check_gradient, finite, layout_document
 from workbench.robust_layout.model import load_problem
 from workbench.stages.work import Work
+from workbench.study.messages import placed
+from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
 __all__ = ["WORK", "run_layout"]
@@ -69,9 +71,7 @@ def run_layout(
 
     Raises StudyError for an unusable problem, Interrupted when the user stops it (run again to go on).
     """
-    known = (*METHODS, *RUNS_ONLY)
-    if method not in known:
-        raise StudyError(f"layout method needs to be one of {', '.join(known)}, got '{method}'")
+    _check_method(method)
     name = problem if isinstance(problem, str) else type(problem).__name__
     loaded = load_problem(problem, options, folder=study_folder) if isinstance(problem, str) else problem
     try:
@@ -214,4 +214,20 @@ def _worst_case(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[str, Any
     return None if found is None else dict(found["parameters"])
 
 
-WORK = Work(run=_run, inputs=_inputs, lines=layout_lines)
+def _check(study: Study) -> None:
+    """The method is there, and the problem can be made, where it does not wait for a worst case."""
+    table = study.layout or {}
+    with placed(study.text, study.where, ("layout", "method")):
+        _check_method(table["method"])
+    if not table["scenarios"]:
+        with placed(study.text, study.where, ("layout", "problem")):
+            load_problem(table["problem"], table["options"], folder=study.folder)
+
+
+def _check_method(method: str) -> None:
+    known = (*METHODS, *RUNS_ONLY)
+    if method not in known:
+        raise StudyError(f"layout method needs to be one of {', '.join(known)}, got '{method}'")
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=layout_lines, check=_check)

@@ -39,6 +39,7 @@ from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
 from workbench.stages.work import Work
+from workbench.study.messages import placed
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
@@ -287,8 +288,9 @@ def _check(study: Study) -> None:
     """The layout model and those of the variants can be made, for a response of the study."""
     table = study.robust_layout or {}
     for options in (table["options"], *({**table["options"], **v["options"]} for v in table["variant"])):
-        model = load_layout_model(table["model"], options, folder=study.folder)
-        study.response(model.response)
+        with placed(study.text, study.where, ("robust_layout", "model")):
+            model = load_layout_model(table["model"], options, folder=study.folder)
+            study.response(model.response)
 
 
 WORK = Work(run=_run, inputs=_inputs, lines=robust_layout_lines, planned_runs=_planned_runs, check=_check)

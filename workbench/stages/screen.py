@@ -11,6 +11,8 @@ from workbench.report.lines.screening import screening_lines
 from workbench.space.groups import chosen
 from workbench.stages.stored_runs import refuse_without_values, runs_as_text, screening_columns, thinned
 from workbench.stages.work import Work
+from workbench.study.messages import placed
+from workbench.study.record import Study
 from workbench.system.atomic import write_json
 
 __all__ = ["WORK", "screening_document"]
@@ -51,4 +53,12 @@ def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
     return runs_as_text(campaign)
 
 
-WORK = Work(run=_run, inputs=_inputs, lines=screening_lines)
+def _check(study: Study) -> None:
+    """The method is one of those that there are."""
+    from workbench.screening.kriging import checked_method
+
+    with placed(study.text, study.where, ("screen", "method")):
+        checked_method((study.screen or {})["method"])
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=screening_lines, check=_check)

@@ -28,6 +28,7 @@ from workbench.report.lines.statements import regime_name, regime_of
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.stages.stored_runs import refuse_without_values, runs_as_text, screening_columns, thinned
 from workbench.stages.work import Work
+from workbench.study.messages import placed
 from workbench.study.record import Study
 from workbench.study.worst_case_targets import QUANTILE_BUDGET, Target, targets
 from workbench.system.atomic import read_json, write_json
@@ -130,10 +131,11 @@ def _check(study: Study) -> None:
     """The interval enclosure can be loaded."""
     reference = (study.worst_case or {}).get("enclosure")
     if reference is not None:
-        try:
-            load_function(reference, study.folder)
-        except StudyError as exc:
-            raise StudyError(f"[worst_case] enclosure: {exc}") from None
+        with placed(study.text, study.where, ("worst_case", "enclosure")):
+            try:
+                load_function(reference, study.folder)
+            except StudyError as exc:
+                raise StudyError(f"[worst_case] enclosure: {exc}") from None
 
 
 WORK = Work(run=_run, inputs=_inputs, lines=worst_case_lines, planned_runs=_planned_runs, check=_check)

@@ -47,3 +47,36 @@ def test_a_function_is_refused_at_its_line(tmp_path, engine, model, words):
         check_study(load_study(tmp_path / "s.toml"))
     with Campaign.from_file(tmp_path / "s.toml") as campaign, pytest.raises(StudyError, match=words):
         campaign.run()
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        (
+            '[screen]\nresponse = "y"\nmethod = "foward"',
+            "s.toml, line 18: screening method needs one of default, forward, welch, got 'foward'",
+        ),
+        (
+            '[worst_case]\nresponse = "y"\nenclosure = "m.py"',
+            r"s.toml, line 18: \[worst_case\] enclosure: function 'm.py' needs the form 'module:name'",
+        ),
+        (
+            '[layout]\nproblem = "studies.trusses:cantilever"\nmethod = "gasao"',
+            "s.toml, line 18: layout method needs to be one of .*, got 'gasao'",
+        ),
+        (
+            '[layout]\nproblem = "studies.trusses"',
+            "s.toml, line 17: layout problem needs the form 'module:func",
+        ),
+        (
+            '[robust_layout]\nmodel = "studies.trusses"\nnominal = { a = 0.5 }',
+            "s.toml, line 17: layout problem needs the form",
+        ),
+    ],
+)
+def test_what_a_stage_is_made_of_is_refused_at_its_line_before_any_run(tmp_path, tables, words):
+    (tmp_path / "m.py").write_text("def f(a): return a\n")
+    text = STUDY.format(model='function = "m.py:f"', engine="inline") + tables
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(StudyError, match=words):
+        check_study(load_study(tmp_path / "s.toml"))
