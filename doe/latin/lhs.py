@@ -67,5 +67,6 @@ def checked_size(n: int, d: int) -> tuple[int, int]:
     for name, value, what in (("n", n, "runs"), ("d", d, "factors")):
         whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
         if not whole or not 1 <= value <= LARGEST:
-            raise ValueError(f"{name} needs a whole number of {what} >= 1, got {value!r}")
+            most = f" and <= {LARGEST}" if whole and value > LARGEST else ""
+            raise ValueError(f"{name} needs a whole number of {what} >= 1{most}, got {value!r}")
     return int(n), int(d)

@@ -1,13 +1,28 @@
 """The kinds of designs: one table that the schema of a study, `make_design`, help and docs read.
 
+What a table `[design]` may ask of them is checked here too, before anything is drawn.
+
 A kind names a function of `doe` and the way its points reach the factors of a study (`points.py`). A sampler
 that goes one of the ways is one entry here. Nothing heavy is imported, so that help and schema stay quick.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
-__all__ = ["DEFAULT", "KINDS", "SPREAD", "DesignKind", "DesignOptions", "Way"]
+from workbench.errors import StudyError
+
+__all__ = [
+    "DEFAULT",
+    "KINDS",
+    "MOST_UP_TO",
+    "SPREAD",
+    "DesignKind",
+    "DesignOptions",
+    "Way",
+    "check_kind",
+    "checked_up_to",
+]
 
 # spread: points of a sampler, put on the levels; sequence: the first feasible points of a scrambled sequence;
 # arranged: swaps on the levels themselves; within: swaps that stay a Latin hypercube; chosen: rows of a pool
@@ -16,6 +31,7 @@ Way = Literal["spread", "sequence", "arranged", "within", "chosen", "grid", "fac
 # ways that fill the space; the others are made for a regression and may lie anywhere
 SPREAD: tuple[Way, ...] = ("spread", "sequence", "arranged", "within")
 
+MOST_UP_TO = 2_000  # runs of which a part is chosen: tables of their pairs are made
 DEFAULT = "optimised_lhs"  # of a study that names no kind
 
 
@@ -135,3 +151,39 @@ KINDS: dict[str, DesignKind] = {
         summary="three levels for a quadratic, no corners",
     ),
 }
+
+
+def check_kind(kind: str, *, runs: int | None, options: Iterable[str]) -> None:
+    """Refuse a kind that is not there, an option that it does not take, and no runs where it needs them.
+
+    options: names of those that are given    Raises: StudyError.
+    """
+    if kind not in KINDS:
+        raise StudyError(f"design kind needs one of {', '.join(KINDS)}, got {kind!r}")
+    takes = KINDS[kind].options
+    stray = next((name for name in options if name not in takes), None)
+    if stray is not None:
+        shown = ", ".join(takes) or "no options"
+        raise StudyError(f"design kind {kind!r} does not take {stray!r}; it takes {shown}")
+    if KINDS[kind].needs_runs and (runs is None or runs < 1):
+        raise StudyError(f"design kind {kind!r} needs runs >= 1, got {runs}")
+
+
+def checked_up_to(table: Mapping[str, Any]) -> int | None:
+    """`up_to` of a table `[design]`: the runs that the design is drawn for; None where it is not given.
+
+    Raises: StudyError where it is fewer than `runs` or more than MOST_UP_TO, or its kind does not fill the
+    space.
+    """
+    up_to: int | None = table.get("up_to")
+    if up_to is None:
+        return None
+    kind, runs = table["kind"], table.get("runs")
+    if kind not in KINDS or KINDS[kind].way not in SPREAD:
+        filling = ", ".join(name for name, k in KINDS.items() if k.way in SPREAD)
+        raise StudyError(f"[design] up_to goes with kinds that fill the space ({filling}), not with {kind!r}")
+    if runs is None or not runs <= up_to <= MOST_UP_TO:
+        raise StudyError(
+            f"[design] up_to needs runs or more, at most {MOST_UP_TO}; got {up_to}, runs = {runs}"
+        )
+    return up_to

@@ -8,42 +8,20 @@ Runs are exchanged for those left out, the best exchange of each run in turn, wh
 begun at random the best is taken.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from doe.portable.linear import product
-from workbench.errors import StudyError
-from workbench.sampling.kinds import KINDS, SPREAD
 from workbench.sampling.plan import Design, run_ids
 from workbench.space.streams import stream
 
-__all__ = ["checked_up_to", "first_part", "leading_rows", "next_part"]
+__all__ = ["first_part", "leading_rows", "next_part"]
 
 STARTS, FEW = 12, 200  # parts begun with; one beyond so many runs, whose parts differ little
-LARGEST = 2_000  # runs whose tables of pairs are made
 MOST_PASSES = 20
 GAIN = 1e-9  # what an exchange gains at least: below, rounding decides
 BITS = 2.0**30  # of the tables' entries: sums of 4e6 of them are exact, in any order and on any processor
-
-
-def checked_up_to(table: Mapping[str, Any]) -> int | None:
-    """`up_to` of a table `[design]`: the runs that the design is drawn for; None where it is not given.
-
-    Raises: StudyError where it is fewer than `runs`, more than LARGEST, or the kind does not fill the space.
-    """
-    up_to: int | None = table.get("up_to")
-    if up_to is None:
-        return None
-    kind, runs = table["kind"], table.get("runs")
-    if kind not in KINDS or KINDS[kind].way not in SPREAD:
-        filling = ", ".join(name for name, k in KINDS.items() if k.way in SPREAD)
-        raise StudyError(f"[design] up_to goes with kinds that fill the space ({filling}), not with {kind!r}")
-    if runs is None or not runs <= up_to <= LARGEST:
-        raise StudyError(f"[design] up_to needs runs or more, at most {LARGEST}; got {up_to}, runs = {runs}")
-    return up_to
 
 
 def first_part(whole: Design, runs: int) -> tuple[Design, list[list[float]]]:

@@ -17,7 +17,7 @@ from doe.latin.swaps import swap_search
 from doe.portable.draws import Draws, splitmix
 from workbench.errors import StudyError
 from workbench.sampling.factors import POOL, Factors
-from workbench.sampling.kinds import KINDS, DesignOptions
+from workbench.sampling.kinds import KINDS, DesignOptions, check_kind
 from workbench.space.box import Space
 
 __all__ = ["points_of_kind", "random_points"]
@@ -61,16 +61,8 @@ def points_of_kind(
         StudyError: an unknown kind, an option that the kind does not take, a number of runs that it cannot
             have, or constraints that cannot be met.
     """
-    if kind not in KINDS:
-        raise StudyError(f"design kind needs one of {', '.join(KINDS)}, got {kind!r}")
     given = options.given()
-    takes = KINDS[kind].options
-    stray = [name for name in given if name not in takes]
-    if stray:
-        shown = ", ".join(takes) or "no options"
-        raise StudyError(f"design kind {kind!r} does not take {stray[0]!r}; it takes {shown}")
-    if KINDS[kind].needs_runs and (runs is None or runs < 1):
-        raise StudyError(f"design kind {kind!r} needs runs >= 1, got {runs}")
+    check_kind(kind, runs=runs, options=given)
     try:
         return WAYS[KINDS[kind].way](Request(space=space, kind=kind, runs=runs, given=given, rng=rng))
     except ValueError as exc:  # of doe: the same words, as an error of the study

@@ -117,7 +117,7 @@ class Parameter:
                 if value not in place:
                     raise StudyError(f"parameter {self.name!r} takes {list(self.levels)}, got {value!r}")
             return np.array([place[v] for v in given], dtype=float) / (len(self.levels) - 1)
-        p = self._numbers(given)
+        p = self.check_inside(given)
         low, high, n = self._low, self._high, self.levels_count
         if n is not None:
             width = (high - low) / (n - 1)
@@ -152,6 +152,22 @@ class Parameter:
         a, b = law.cdf(self._low), law.cdf(self._high)
         inside: np.ndarray = law.ppf(a + np.asarray(probability, dtype=float) * (b - a))
         return np.asarray(np.clip(inside, self._low, self._high))
+
+    def check_inside(self, given: Sequence[Any]) -> np.ndarray:
+        """The values of a parameter with bounds as floats (n,); a hair outside counts as the bound.
+
+        Raises: StudyError where one is no number, or lies outside.
+        """
+        for value in given:
+            if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+                raise StudyError(f"parameter {self.name!r} needs numbers, got {value!r}")
+        p = np.array(given, dtype=float)
+        slack = SLACK * (self._high - self._low)
+        outside = ~((p >= self._low - slack) & (p <= self._high + slack))
+        if outside.any():
+            between = f"{self._low:g} and {self._high:g}{suffix(self.unit)}"
+            raise StudyError(f"parameter {self.name!r} lies between {between}, got {p[outside][0]:g}")
+        return np.asarray(np.clip(p, self._low, self._high))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain types for JSON and TOML; `Parameter.from_dict` takes them back."""
@@ -204,18 +220,6 @@ class Parameter:
         used, place = np.unique(k, return_inverse=True)
         values = np.array([float(f"{self._low + i * self.step:.12g}") for i in used])
         return np.asarray(np.minimum(values, self._high)[place])
-
-    def _numbers(self, given: list[Any]) -> np.ndarray:
-        for value in given:
-            if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-                raise StudyError(f"parameter {self.name!r} needs numbers, got {value!r}")
-        p = np.array(given, dtype=float)
-        slack = SLACK * (self._high - self._low)
-        outside = ~((p >= self._low - slack) & (p <= self._high + slack))
-        if outside.any():
-            between = f"{self._low:g} and {self._high:g}{suffix(self.unit)}"
-            raise StudyError(f"parameter {self.name!r} lies between {between}, got {p[outside][0]:g}")
-        return np.asarray(np.clip(p, self._low, self._high))
 
     def _has_levels(self) -> None:
         for name in ("lower", "upper", "step", "factor", "distribution"):

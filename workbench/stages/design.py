@@ -221,7 +221,8 @@ def _design_of_kind(
     campaign: CampaignRuns, table: Mapping[str, Any]
 ) -> tuple["Design", Rows, list[list[float]]]:
     """The design of a kind such as "ihs", and what is drawn with it for later."""
-    from workbench.sampling.parts import checked_up_to, first_part
+    from workbench.sampling.kinds import checked_up_to
+    from workbench.sampling.parts import first_part
     from workbench.sampling.plan import DesignOptions, make_design
 
     up_to = checked_up_to(table)
@@ -278,7 +279,8 @@ def _grown_design(
     campaign: CampaignRuns, table: Mapping[str, Any], document: Mapping[str, Any], change: DesignChange
 ) -> tuple["Design", Rows, list[list[float]]]:
     """The runs of `document` that serve on, and new ones: drawn with them, or spread best among them."""
-    from workbench.sampling.parts import checked_up_to, next_part
+    from workbench.sampling.kinds import checked_up_to
+    from workbench.sampling.parts import next_part
     from workbench.sampling.plan import Design
 
     checked_up_to(table)

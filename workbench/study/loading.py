@@ -5,12 +5,15 @@ Every refusal is a `StudyError` that names the file, the line, the key path, wha
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import fields
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from workbench.errors import StudyError
 from workbench.models.histories import Reduction
 from workbench.models.readers import checked_rule
+from workbench.sampling.kinds import DesignOptions, check_kind, checked_up_to
 from workbench.space.box import Parameter, Response, Space
 from workbench.space.groups import check_selection, chosen
 from workbench.study.messages import placed, validated
@@ -20,6 +23,7 @@ from workbench.study.worst_case_targets import CHECKS
 
 __all__ = ["Study", "json_schema", "load_study", "parse_study"]
 
+OPTIONS = tuple(option.name for option in fields(DesignOptions))
 LARGEST_FILE = 5_000_000  # bytes; a study file is written by a person
 
 
@@ -103,6 +107,8 @@ def _study(schema: Any, text: str, path: Path | None, where: str) -> Study:
         text=text,
         **{name: _without_none(dumped[name]) for name in TABLES},
     )
+    _check_names(study, text, where)
+    _check_design(study, text, where)
     _check_stages(study, text, where)
     return study
 
@@ -113,8 +119,61 @@ def _space(schema: Any, text: str, where: str) -> Space:
         given = {key: value for key, value in table.model_dump().items() if value is not None}
         with placed(text, where, ("parameter", k)):
             parameters.append(Parameter.from_dict(given))
+        with placed(text, where, ("parameter", k, "baseline")):
+            _check_baseline(parameters[-1])
     with placed(text, where, ("constraint",) if schema.constraint else ("parameter", len(parameters) - 1)):
         return Space(tuple(parameters), tuple(schema.constraint))
+
+
+def _check_baseline(parameter: Parameter) -> None:
+    """The baseline is a case of the uncertainty, but where `factor` says how far the bounds lie from it."""
+    given = parameter.baseline
+    if given is None or parameter.levels or parameter.factor is not None:
+        return
+    try:
+        parameter.check_inside([given])
+    except StudyError as exc:
+        raise StudyError(f"baseline = {given!r}: {exc}. Correct it, or widen the bounds") from None
+
+
+def _check_names(study: Study, text: str, where: str) -> None:
+    """Whatever `columns` of a table, `variables` and `outputs` of a unit rename is there."""
+    inputs, outputs = study.space.names, tuple(study.reductions)
+    mapped = {
+        "columns": ("parameters and responses", (*inputs, *outputs)),
+        "variables": ("parameters", inputs),
+        "outputs": ("responses", (*outputs, *study.model.get("keep", ()))),
+    }
+    for key, (what, known) in mapped.items():
+        for name in study.model.get(key, ()):
+            if name not in known:
+                close = get_close_matches(name, known, n=1)
+                hint = f". Did you mean {close[0]!r}?" if close else ""
+                with placed(text, where, ("model", key, name)):
+                    raise StudyError(
+                        f"[model] {key} names {name!r}, which is none of the study's {what}: "
+                        f"{', '.join(known)}{hint}"
+                    )
+
+
+def _check_design(study: Study, text: str, where: str) -> None:
+    """The design can be drawn, as far as its table says; a table of runs is its own."""
+    table = study.design
+    if table is None or study.model["kind"] == "table":
+        return
+    with placed(text, where, ("design", "kind")):
+        if table["kind"] == "table":
+            if "file" not in table:
+                raise StudyError("design kind 'table' needs file, a CSV with a column per parameter")
+        elif "file" in table:
+            raise StudyError(
+                f"design kind {table['kind']!r} takes no file; a design in a CSV is of kind 'table'"
+            )
+        else:
+            given = DesignOptions(**{key: table.get(key) for key in OPTIONS}).given()
+            check_kind(table["kind"], runs=table.get("runs"), options=given)
+    with placed(text, where, ("design", "up_to")):
+        checked_up_to(table)
 
 
 def _check_stages(study: Study, text: str, where: str) -> None:

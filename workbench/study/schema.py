@@ -18,6 +18,8 @@ from workbench.sampling.kinds import DEFAULT, DesignOptions
 __all__ = ["PATTERNS", "StudySchema"]
 
 Count = Annotated[int, Field(ge=1)]
+MOST_RUNS = 10_000_000  # a slip of the finger beyond: at a millisecond each they take three hours
+Runs = Annotated[int, Field(ge=1, le=MOST_RUNS)]
 Positive = Annotated[float, Field(gt=0)]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 NAME, SIZE = r"^[A-Za-z0-9][A-Za-z0-9_. -]{0,99}$", r"^[0-9]+(\.[0-9]+)? ?[kMGT]i?B$"
@@ -195,8 +197,8 @@ DesignTable: Any = _optional(
     "DesignTable",
     "`[design]`: the options beside `kind` and `runs` belong to single kinds.",
     {
-        "runs": Count,
-        "up_to": Count,
+        "runs": Runs,
+        "up_to": Runs,
         "file": Text,
         **{option.name: _option(option) for option in fields(DesignOptions)},
     },
@@ -243,15 +245,15 @@ class WorstCaseTable(Table):
     weights: Annotated[dict[str, float], Field(min_length=1)] | None = None
     within: Annotated[dict[str, Limits], Field(min_length=1)] | None = None
     sense: Literal["max", "min"] | None = None
-    budget: Count = 60
+    budget: Runs = 60
     quantile: Annotated[float, Field(ge=0.5, le=0.99)] | None = None
-    quantile_budget: Count | None = None
+    quantile_budget: Runs | None = None
     batch: Annotated[int, Field(ge=1, le=1024)] = 1
     tolerance: Positive | None = None
     lipschitz: Positive | None = None
     enclosure: Text | None = None
     enclosure_calls: Count = 2000
-    attack: Annotated[int, Field(ge=0)] | None = None
+    attack: Annotated[int, Field(ge=0, le=MOST_RUNS)] | None = None
     noise: bool | None = None
     failures: Literal["avoid", "worst"] | None = None
     transform: Literal["auto", "none", "log", "box-cox", "yeo-johnson"] | None = None
@@ -296,7 +298,7 @@ class RobustTable(Table):
     response: Text
     design: Annotated[list[RobustDesignTable], Field(min_length=1)]
     sense: Literal["max", "min"] = "max"
-    samples: Annotated[int, Field(ge=10)] = 100
+    samples: Annotated[int, Field(ge=10, le=MOST_RUNS)] = 100
     screened: Annotated[int, Field(ge=10)] | None = None
     limit: float | None = None
     nominal: Annotated[dict[str, float | str], Field(min_length=1)] | None = None
@@ -319,13 +321,13 @@ class RobustLayoutTable(Table):
     start: Literal["nominal", "worst_case"] = "nominal"
     scenarios: Annotated[int, Field(ge=0)] = 24
     evaluations: Count = 30
-    budget: Count = 1500
+    budget: Runs = 1500
     corners: Annotated[int, Field(ge=0)] = 100
     scouts: Annotated[int, Field(ge=0)] | None = None
     joining: Annotated[int, Field(ge=1, le=12)] = 6
     rounds: Annotated[int, Field(ge=1, le=100)] = 12
     tolerance: Positive = 0.02
-    samples: Annotated[int, Field(ge=10)] = 1000
+    samples: Annotated[int, Field(ge=10, le=MOST_RUNS)] = 1000
     limit: float | None = None
     required: Annotated[dict[str, Limits], Field(min_length=1)] | None = None
     variant: list[LayoutVariantTable] = Field(default_factory=list)

@@ -5,7 +5,8 @@ import pytest
 
 import doe
 from workbench.errors import StudyError
-from workbench.sampling.parts import checked_up_to, first_part, leading_rows, next_part
+from workbench.sampling.kinds import checked_up_to
+from workbench.sampling.parts import first_part, leading_rows, next_part
 from workbench.sampling.plan import make_design
 from workbench.space.box import Distribution, Parameter, Space
 

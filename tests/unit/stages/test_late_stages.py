@@ -192,12 +192,14 @@ def test_a_nominal_scenario_without_a_value_is_refused(tmp_path):
 
 
 def test_baselines_outside_the_uncertainty_leave_the_price_out_and_say_so(tmp_path):
-    with open_study(tmp_path, ROBUST, baseline="baseline = 1.5") as campaign:
+    (tmp_path / "m.py").write_text("def f(k, u): return u / k")
+    text = 'constraint = ["u <= 0.8"]' + STUDY.format(more=ROBUST, baseline="baseline = 0.9")
+    (tmp_path / "s.toml").write_text(text)
+    with Campaign.from_file(tmp_path / "s.toml") as campaign:
         document = run_stage(campaign, "robust")
     assert document["nominal"] is None
     assert document["warnings"][-1].startswith(
-        "no price of robustness from the baselines: the nominal scenario is not in the uncertainty: "
-        "parameter 'u' lies between 0 and 1, got 1.5"
+        "no price of robustness from the baselines: the nominal scenario breaks the constraint 'u <= 0.8'"
     )
 
 

@@ -188,6 +188,7 @@ def test_bad_sizes_and_generators_are_refused(sampler):
         (0, 2, "n needs a whole number of runs >= 1, got 0"),
         (3, 0, "d needs a whole number of factors >= 1, got 0"),
         (2.5, 2, "n needs a whole number of runs >= 1, got 2.5"),
+        (10**11, 2, "n needs a whole number of runs >= 1 and <= 2147483647, got 100000000000"),
     ):
         with pytest.raises(ValueError, match=message):
             sampler(n, d, rng=rng)
