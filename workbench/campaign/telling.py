@@ -11,6 +11,7 @@ from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.stored.evaluation import UNFINISHED
 from workbench.models.table import ignored_columns, read_cells
+from workbench.models.values import number_in, what_is_wrong
 from workbench.report.lines.tables import format_number, table_lines
 
 __all__ = ["Told", "asked_csv", "asked_lines", "asked_rows", "tell_csv"]
@@ -154,11 +155,13 @@ def _store(campaign: CampaignRuns, told: Sequence[tuple[Any, Any, Any, Any]], kn
 
 def _number(cell: str, where: str, column: str) -> float:
     try:
-        return float(cell)
+        return number_in(cell)
     except ValueError:
         came = repr(cell) if cell else "an empty cell"
-        hint = "leave all responses empty for a run that is not made, or fill in the column 'error'"
-        raise StudyError(f"{where}: column {column!r} needs a number, got {came}; {hint}") from None
+        cure = what_is_wrong(cell) or (
+            "Leave all responses empty for a run that is not made, or fill in the column 'error'"
+        )
+        raise StudyError(f"{where}: column {column!r} needs a number, got {came}. {cure}") from None
 
 
 def _value(campaign: CampaignRuns, name: str, cell: str, where: str) -> Any:

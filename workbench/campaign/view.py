@@ -21,6 +21,7 @@ from workbench.campaign.store import Store, run_key
 from workbench.models.protocol import ModelSpec
 from workbench.models.stored.evaluation import FAILED, Evaluation
 from workbench.models.stored.run_chunks import RunChunk
+from workbench.study.messages import placed
 from workbench.study.record import Study
 from workbench.system.one_writer import Holder, holder_of, moment
 
@@ -68,7 +69,8 @@ def study_version(study: Study, store: Store) -> str:
     if study.model["kind"] == "table":
         from workbench.models.table import table_digest
 
-        return table_digest(study.folder / study.model["file"])
+        with placed(study.text, study.where, ("model", "file")):
+            return table_digest(study.folder / study.model["file"])
     return present_version(store, str(study.model["version"]))
 
 

@@ -21,6 +21,7 @@ from typing import Any
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.histories import History
 from workbench.models.python import load_function
+from workbench.models.values import number_in
 from workbench.system.confined import check_inside, confined
 
 __all__ = ["KEYS", "READERS", "Reader", "RunFiles", "checked_rule", "open_reader", "read_response"]
@@ -305,8 +306,7 @@ def _as_asked(values: list[float], times: list[float] | None, where: str, *, his
 
 def _number(cell: str, where: str) -> float:
     try:
-        # Fortran writes 1.5D+03
-        return float(cell.strip().replace("D", "E").replace("d", "e"))
+        return number_in(cell)
     except ValueError:
         shown = cell if len(cell) < 80 else f"{cell[:77]}..."
         raise EvaluationFailed(f"{where}: {shown!r} is no number") from None

@@ -15,7 +15,7 @@ from typing import Any
 
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
-from workbench.models.values import is_value
+from workbench.models.values import is_value, number_in, what_is_wrong
 
 __all__ = [
     "FEWEST_RUNS",
@@ -45,6 +45,8 @@ class TableModel:
         """Read and check the file of a description."""
         path = Path(spec.folder) / spec.options["file"]
         words = tuple(spec.options.get("words", ()))
+        with spec.placed("file"):
+            _refuse_missing(path)
         rows = read_table(
             path, spec.names, tuple(spec.responses), columns=spec.options.get("columns", {}), words=words
         )
@@ -73,10 +75,16 @@ class TableModel:
 
 def table_digest(path: Path) -> str:
     """A digest of the file's content, which is the version of a table model."""
+    _refuse_missing(path)
     try:
         return blake2b(path.read_bytes(), digest_size=8).hexdigest()
     except OSError as exc:
         raise StudyError(f"cannot read the table {path}: {exc.strerror or exc}") from None
+
+
+def _refuse_missing(path: Path) -> None:
+    if not path.exists():
+        raise StudyError(f"no table {path}: [model] file is looked up beside the study file")
 
 
 def read_table(
@@ -139,7 +147,7 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
             reader = csv.reader(file)
             lines = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
     except FileNotFoundError:
-        raise StudyError(f"no table {path}: [model] file is looked up beside the study file") from None
+        raise StudyError(f"no table {path}; give the path of a CSV") from None
     except UnicodeDecodeError as exc:
         raise StudyError(f"the table {path} is not text in UTF-8 (byte {exc.start})") from None
     except (OSError, csv.Error) as exc:
@@ -187,7 +195,7 @@ def ignored_sentence(names: Sequence[str], file: str) -> str:
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        number_in(cell)
     except ValueError:
         return False
     return True
@@ -195,12 +203,11 @@ def _is_number(cell: str) -> bool:
 
 def _number(cell: str, where: str, column: str) -> float:
     try:
-        value = float(cell)
+        value = number_in(cell)
     except ValueError:
         came = f"{cell!r}" if cell else "an empty cell"
-        raise StudyError(
-            f"{where}: column {column!r} needs a number, got {came}. Fill it in or remove the row"
-        ) from None
+        cure = what_is_wrong(cell) or "Fill it in or remove the row"
+        raise StudyError(f"{where}: column {column!r} needs a number, got {came}. {cure}") from None
     if not math.isfinite(value):
         raise StudyError(f"{where}: column {column!r} needs a finite number, got {cell}. Remove the row")
     return value
@@ -209,11 +216,10 @@ def _number(cell: str, where: str, column: str) -> float:
 def _value(cell: str, where: str, column: str) -> float | None:
     """A response: None where the cell is empty."""
     try:
-        return float(cell) if cell else None
+        return number_in(cell) if cell else None
     except ValueError:
-        raise StudyError(
-            f"{where}: column {column!r} needs a number, got {cell!r}. Leave the cell empty for a failed run"
-        ) from None
+        cure = what_is_wrong(cell) or "Leave the cell empty for a failed run"
+        raise StudyError(f"{where}: column {column!r} needs a number, got {cell!r}. {cure}") from None
 
 
 def _check_rows(

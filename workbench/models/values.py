@@ -4,11 +4,14 @@ An integration that diverges leaves infinity, or stops short of it at 1e293: to 
 both say the same. Variances are squares, and the square of a number beyond 1e154 is infinite.
 """
 
+import re
 from collections.abc import Mapping
 from math import isfinite
 
-__all__ = ["LARGEST", "is_value", "why_no_values"]
+__all__ = ["LARGEST", "is_value", "number_in", "what_is_wrong", "why_no_values"]
 
+FORTRAN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)[dD][+-]?\d+")
+WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)\s*([^\W\d_].*|%|°.*)")
 LARGEST = 1e140  # below the 1e150 of the Kriging: the scales of a search stretch what they are given
 
 
@@ -19,6 +22,40 @@ def is_value(number: float) -> bool:
     (True, False, False)
     """
     return abs(number) <= LARGEST
+
+
+def number_in(cell: str) -> float:
+    """The number that a text is, the exponent of Fortran's double precision among them; else a ValueError.
+
+    >>> number_in("1.5D+00"), number_in(" 2e3 ")
+    (1.5, 2000.0)
+    """
+    text = cell.strip()
+    return float(re.sub("[dD]", "e", text) if FORTRAN.fullmatch(text) else text)
+
+
+def what_is_wrong(cell: str) -> str:
+    """Why a text that a person takes for a number is none, and what to write; "" for other texts.
+
+    >>> print(what_is_wrong("3.5 MPa"))
+    Write the number alone, 3.5; the unit 'MPa' belongs to the name of the column or into the study
+    >>> what_is_wrong("1,234.5"), what_is_wrong("diverged")
+    ('Write it without commas and with a decimal point, such as 1234.5', '')
+    """
+    found = WITH_UNIT.fullmatch(cell)
+    if found is not None:
+        return (
+            f"Write the number alone, {found[1]}; the unit {found[2]!r} belongs to the name of the column or "
+            "into the study"
+        )
+    if "," in cell and cell.count(".") < 2:
+        whole = cell.replace(",", "") if "." in cell or cell.count(",") > 1 else cell.replace(",", ".")
+        try:
+            float(whole)
+        except ValueError:
+            return ""
+        return f"Write it without commas and with a decimal point, such as {whole}"
+    return ""
 
 
 def why_no_values(outputs: Mapping[str, float]) -> str:

@@ -290,7 +290,12 @@ class Response:
 
 def check_name(what: str, name: Any) -> None:
     """Refuse a name that could not be a Python argument."""
-    if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
+    if keyword.iskeyword(name):
+        raise StudyError(
+            f"{what} name {name!r} is a word of Python's own, which no argument can be called; take another, "
+            f"such as '{name}_'"
+        )
+    if not isinstance(name, str) or not name.isidentifier():
         raise StudyError(
             f"{what} name {name!r} needs letters, digits and underscores, not starting with a digit"
         )

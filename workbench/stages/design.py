@@ -18,6 +18,7 @@ from workbench.report.lines.design import design_lines
 from workbench.sampling.change import DesignChange, design_change, growth_model
 from workbench.sampling.stored import ROWS, design_head, design_keys, design_points
 from workbench.stages.work import Work
+from workbench.study.messages import placed
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
@@ -96,7 +97,18 @@ def _planned_runs(study: Study, folder: Path) -> int | None:
     return max((count for count in counts if count is not None), default=None)
 
 
-WORK = Work(run=_run, inputs=_inputs, lines=design_lines, planned_runs=_planned_runs)
+def _check_file(study: Study) -> None:
+    """Refuse a design whose CSV is not there."""
+    table = study.design or {}
+    if table.get("kind") != "table" or study.model["kind"] == "table":
+        return
+    path = study.folder / table["file"]
+    with placed(study.text, study.where, ("design", "file")):
+        if not path.is_file():
+            raise StudyError(f"no table {path}: [design] file is looked up beside the study file")
+
+
+WORK = Work(run=_run, inputs=_inputs, lines=design_lines, planned_runs=_planned_runs, check=_check_file)
 
 
 def queue_design(campaign: CampaignRuns, document: Mapping[str, Any]) -> int:
@@ -181,8 +193,7 @@ def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple[
 
 def _design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
     """The design in a CSV of parameters."""
-    if "file" not in table:
-        raise StudyError("design kind 'table' needs file, a CSV with a column per parameter")
+    _check_file(campaign.study)
     space = campaign.study.space
     words = [p.name for p in space.parameters if not p.is_numeric]
     rows = read_table(campaign.study.folder / table["file"], space.names, (), words=words)

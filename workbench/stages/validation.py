@@ -12,6 +12,7 @@ from workbench.models.table import TableModel, table_digest
 from workbench.report.lines.tables import fitted
 from workbench.space.streams import stream
 from workbench.stages.table import asked_stages
+from workbench.study.messages import placed
 from workbench.study.record import Study
 
 __all__ = ["check_study", "verification_lines", "verify_runs"]
@@ -46,10 +47,13 @@ def check_study(study: Study) -> dict[str, Any]:
 def _check_table(study: Study) -> None:
     """The table of runs can be read, and offers as many rows as the design wants."""
     file = study.model["file"]
-    offered = len(TableModel.opened(study.spec(version=table_digest(study.folder / file))).rows)
+    with placed(study.text, study.where, ("model", "file")):
+        version = table_digest(study.folder / file)
+    offered = len(TableModel.opened(study.spec(version=version)).rows)
     runs = (study.design or {}).get("runs")
     if runs is not None and runs > offered:
-        raise StudyError(f"[design] runs = {runs}, but the table {file} offers {offered} rows")
+        with placed(study.text, study.where, ("design", "runs")):
+            raise StudyError(f"[design] runs = {runs}, but the table {file} offers {offered} rows")
 
 
 def _open_elsewhere(spec: ModelSpec) -> None:

@@ -276,6 +276,10 @@ def test_two_campaigns_join(sound, tmp_path):
         assert [a[2] for a in campaign.store.attempts(key)] == ["merged"]
         with pytest.raises(StudyError, match="is this campaign itself"):
             merged(campaign, ours / "s.holdfast")
+        with pytest.raises(StudyError, match=r"nowhere is no folder. Give the folder of the other campaign"):
+            merged(campaign, tmp_path / "nowhere")
+        with pytest.raises(StudyError, match=r"theirs holds no campaign: it has no runs.sqlite. Give"):
+            merged(campaign, theirs)
         damage(theirs, "bits", random.Random(1))
         with pytest.raises(HoldfastError, match=r"not sound, nothing was joined|is damaged"):
             merged(campaign, theirs / "s.holdfast")

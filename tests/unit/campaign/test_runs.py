@@ -185,7 +185,11 @@ def test_ask_and_tell_through_csv(tmp_path):
     [
         ("a,b\n1,2\n", "r.csv has no column 'y'; it has a, b"),
         ("a,y\n1,2\n", "has no column 'b'"),
-        ("a,b,y\n1,2,x\n", "r.csv, line 2: column 'y' needs a number, got 'x'; leave all responses empty"),
+        ("a,b,y\n1,2,x\n", "r.csv, line 2: column 'y' needs a number, got 'x'. Leave all responses empty"),
+        (
+            "a,b,y\n1,2,3.5 MPa\n",
+            r"column 'y' needs a number, got '3.5 MPa'. Write the number alone, 3.5; the",
+        ),
         ("a,b,y\n1,2\n", "line 2: 2 cells where the header has 3"),
         ("key,y\nabc,2\n", "line 2: no run 'abc' was asked for"),
         ("a,b,y\n1,99,2\n", "line 2: parameter 'b' lies between 0 and 10, got 99"),
@@ -198,6 +202,8 @@ def test_what_tell_refuses_leaves_nothing_behind(tmp_path, text, words):
     with Campaign.from_file(path) as campaign:
         with pytest.raises(StudyError, match=words):
             tell_csv(campaign, tmp_path / "r.csv")
+        with pytest.raises(StudyError, match=r"no table .*nope.csv; give the path of a CSV$"):
+            tell_csv(campaign, tmp_path / "nope.csv")
         assert campaign.runs() == []
 
 
@@ -278,8 +284,8 @@ def test_points_of_a_design_may_come_from_a_file(tmp_path):
     with Campaign.from_file(path) as campaign:
         assert run_stage(campaign, "design")["physical"] == [[2.0, 1.0], [2.0, 2.0]]
     path = study(tmp_path, 'kind = "ask"', '[design]\nkind = "table"')
-    with Campaign.from_file(path) as campaign, pytest.raises(StudyError, match="needs file, a CSV"):
-        run_stage(campaign, "design")
+    with pytest.raises(StudyError, match="needs file, a CSV"):
+        Campaign.from_file(path)
 
 
 def test_the_design_is_made_once(tmp_path):

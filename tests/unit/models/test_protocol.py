@@ -225,6 +225,18 @@ def test_a_table_is_read_by_name(tmp_path):
         ),
         ("a\tb\ty\n1\t2\t3\n", r"runs.csv separates its columns by '.t', a table does so by commas"),
         (HEADER + "1,two,3\n" + ROWS, "runs.csv, line 2: column 'b' needs a number, got 'two'"),
+        (
+            HEADER + ROWS + "4,3.5 MPa,3\n",
+            r"line 5: column 'b' needs a number, got '3.5 MPa'. Write the number alone, 3.5; the unit 'MPa' ",
+        ),
+        (
+            HEADER + ROWS + '4,3,"1,234.5"\n',
+            r"column 'y' needs a number, got '1,234.5'. Write it without commas and with a decimal point, su",
+        ),
+        (
+            HEADER + ROWS + '4,3,"0,25"\n',
+            r"got '0,25'. Write it without commas and with a decimal point, such as 0.25",
+        ),
         (HEADER + ROWS + "4,,3\n", "line 5: column 'b' needs a number, got an empty cell. Fill it in or rem"),
         (HEADER + "1,nan,3\n" + ROWS, "line 2: column 'b' needs a finite number, got nan. Remove the row"),
         (HEADER + "4,2,n/a\n" + ROWS, "line 2: column 'y' needs a number, got 'n/a'. Leave the cell empty"),
@@ -285,3 +297,8 @@ def test_a_table_runs_nothing_new(tmp_path):
     model = TableModel.opened(spec)
     assert call(model, spec, {"a": 2.0, "b": 2.0}).outputs == {"y": 4.0}
     assert "a table cannot run anything new" in call(model, spec, {"a": 2.5, "b": 2.0}).error
+
+
+def test_numbers_as_fortran_writes_them_stand_in_a_table(tmp_path):
+    rows = table(tmp_path, HEADER + ROWS + "4,1.5D+00,-.25d-1\n")
+    assert (rows[3]["b"], rows[3]["y"]) == (1.5, -0.025)

@@ -87,6 +87,9 @@ CHANGES = [
     ("baseline = 100.0\nfactor = [0.5, 2.0]", "lower = 5\nupper = 5",
      "line 9: parameter 'k' needs lower < upper, got lower=5 and upper=5 N/m"),
     ("baseline = 100.0", "baseline = nan", r"line 11: parameter\[1\].baseline needs"),
+    ('name = "road"', 'name = "lambda"', "line 15: parameter name 'lambda' is a word of Python's own, which "
+     "no argument can be called; take another, such as 'lambda_'"),
+    ('name = "road"', 'name = "2k"', "line 15: parameter name '2k' needs letters, digits and underscores, n"),
     ('name = "road"', 'name = "k"', "parameter 'k' is given twice"),
     ('unit = "N/m"', "unit = 3", r"line 13: parameter\[1\].unit needs a valid string, got 3"),
     ('unit = "m"\n', 'unt = "m"\n', r"line 22: unknown key response\[1\].unt. Did you mean 'unit'\?"),

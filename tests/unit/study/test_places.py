@@ -53,8 +53,8 @@ def test_a_function_is_refused_at_its_line(tmp_path, engine, model, words):
     ("tables", "words"),
     [
         (
-            '[screen]\nresponse = "y"\nmethod = "foward"',
-            "s.toml, line 18: screening method needs one of default, forward, welch, got 'foward'",
+            '[screen]\nresponse = "y"\nmethod = "welsh"',
+            "s.toml, line 18: screening method needs one of default, forward, welch, got 'welsh'",
         ),
         (
             '[worst_case]\nresponse = "y"\nenclosure = "m.py"',
@@ -80,3 +80,28 @@ def test_what_a_stage_is_made_of_is_refused_at_its_line_before_any_run(tmp_path,
     (tmp_path / "s.toml").write_text(text)
     with pytest.raises(StudyError, match=words):
         check_study(load_study(tmp_path / "s.toml"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            'kind = "python"\nfunction = "m.py:f"',
+            'kind = "table"\nfile = "gone.csv"',
+            r"s.toml, line 7: no table .*gone.csv: \[model\] file is looked up beside the study file",
+        ),
+        (
+            "runs = 4",
+            'kind = "table"\nfile = "gone.csv"',
+            r"s.toml, line 5: no table .*gone.csv: \[design\] file is looked up beside the study file",
+        ),
+    ],
+)
+def test_a_table_that_is_not_there_is_refused_at_its_line(tmp_path, old, new, words):
+    (tmp_path / "m.py").write_text("def f(a): return a\n")
+    text = STUDY.format(model='function = "m.py:f"', engine="inline")
+    (tmp_path / "s.toml").write_text(text.replace(old, new))
+    with pytest.raises(StudyError, match=words):
+        check_study(load_study(tmp_path / "s.toml"))
+    with pytest.raises(StudyError, match=words), Campaign.from_file(tmp_path / "s.toml") as campaign:
+        campaign.run()

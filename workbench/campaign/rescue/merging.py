@@ -42,9 +42,13 @@ def merged(campaign: CampaignRuns, other: Path) -> Merging:
     """Take the answers of the campaign in the folder `other` over, with their files; it is left as it is.
 
     Raises:
-        StudyError: its runs were made by another model or another state of it, or it is this campaign.
+        StudyError: its runs were made by another model or another state of it, it is this campaign, or it
+            is none.
         StoreError: its database is damaged or of another schema.
     """
+    if not other.is_dir() or not any(other.glob("*runs.sqlite*")):
+        found = "is no folder" if not other.is_dir() else "holds no campaign: it has no runs.sqlite"
+        raise StudyError(f"{other} {found}. Give the folder of the other campaign, such as b.holdfast")
     path = other / "runs.sqlite"
     if path.resolve() == campaign.store.path.resolve():
         raise StudyError(f"{other} is this campaign itself; name the folder of another")
