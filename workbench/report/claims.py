@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.errors import Contradiction
+from workbench.report.lines.tables import unit_suffix
 from workbench.report.recounts import against_rounds, against_search, against_summary
 from workbench.search.evidence.attack.share import counted_share
 from workbench.search.evidence.grade import ARRIVED
@@ -221,7 +222,7 @@ def refuse_contradictions(claim: Claim, known: Iterable[tuple[str, float]]) -> N
     Raises:
         Contradiction: the first that is found, with both values.
     """
-    said = f"{claim.subject}, {claim.value:.6g} {claim.unit} by a {claim.kind},"
+    said = f"{claim.subject}, {claim.value:.6g}{unit_suffix(claim.unit)} by a {claim.kind},"
     if claim.against:
         raise Contradiction(f"{said} is not written: {claim.against[0]}")
     if claim.bound is not None and claim.beyond(claim.bound) < -2 * ROUNDING * abs(claim.value):
@@ -233,6 +234,6 @@ def refuse_contradictions(claim: Claim, known: Iterable[tuple[str, float]]) -> N
     worst = max(known, key=lambda run: claim.beyond(run[1]), default=None)
     if worst is not None and claim.beyond(worst[1]) > 0:
         raise Contradiction(
-            f"{said} is not written: the known run {worst[0]} gave {worst[1]:.6g} {claim.unit}. Please "
-            "report this with the campaign's folder"
+            f"{said} is not written: the known run {worst[0]} gave {worst[1]:.6g}{unit_suffix(claim.unit)}. "
+            "Please report this with the campaign's folder"
         )

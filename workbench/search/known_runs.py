@@ -8,12 +8,12 @@ anew from a Kriging that has seen it.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
 
 import numpy as np
 
 from workbench.errors import StudyError
 from workbench.models.evaluator import Outcome, Reading
+from workbench.models.values import is_value
 from workbench.search.arguments import Arguments
 from workbench.search.conclusion import concluded
 from workbench.search.evidence.gap_history import GapHistory
@@ -53,7 +53,7 @@ def worst_beyond(space: Space, known: Iterable[Outcome], stated: Sequence[Stated
                 continue
             sign = 1.0 if one.sense == "max" else -1.0
             value = sign * one.read(run.outputs)
-            if not isfinite(value) or value <= sign * one.value or value < worst[k]:
+            if not is_value(value) or value <= sign * one.value or value < worst[k]:
                 continue
             if _is_inside(space, run):
                 found[k], worst[k] = [run], value

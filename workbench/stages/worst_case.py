@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +22,7 @@ from workbench.models.evaluator import Outcome, response_reader
 from workbench.models.python import load_function
 from workbench.models.stored.evaluation import Evaluation
 from workbench.models.table import TableModel
+from workbench.models.values import is_value
 from workbench.report.claims import refuse_contradictions, worst_case_claims
 from workbench.report.lines.statements import regime_name, regime_of
 from workbench.report.lines.worst_case import worst_case_lines
@@ -107,7 +107,7 @@ def _rows_of_table(campaign: CampaignRuns) -> list[Outcome]:
             inputs = space.canonical({name: row[name] for name in space.names})
         except StudyError:  # outside the bounds
             continue
-        values = {n: v for n, v in row.items() if n not in space.names and v is not None and isfinite(v)}
+        values = {n: v for n, v in row.items() if n not in space.names and v is not None and is_value(v)}
         found.append(Outcome(parameters=inputs, status="ok", outputs=values, key=campaign.key(inputs)))
     return found
 

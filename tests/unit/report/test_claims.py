@@ -47,6 +47,13 @@ def test_a_known_run_beyond_the_worst_case_is_refused(sense, beyond):
         refuse_contradictions(said, [("a", 2.0), ("c", beyond)])
 
 
+def test_a_value_without_a_unit_is_told_without_one():
+    with pytest.raises(
+        Contradiction, match=r"y, 2 by a run, is not written: the known run c gave 3\. Please"
+    ):
+        refuse_contradictions(claim(unit="1"), [("c", 3.0)])
+
+
 @pytest.mark.parametrize(("sense", "wrong"), [("max", 1.9), ("min", 2.1)])
 def test_a_bound_on_the_wrong_side_is_refused(sense, wrong):
     refuse_contradictions(claim(sense=sense, gap={"upper": 2.0}), [])
