@@ -10,7 +10,7 @@ import pytest
 
 import studies
 from studies.adams_loop import solver
-from workbench.campaign.results.failures import failure_document
+from workbench.campaign.results.failures import failure_document, failure_lines
 from workbench.errors import StudyError
 from workbench.models.opening import open_model
 from workbench.models.template import compiled
@@ -287,5 +287,34 @@ def test_failures_are_told_by_the_solvers_own_words(tmp_path):
             assert len(row.log) < 6000
     assert list(document["errors"].values()) == [2, 1]
     first, second = document["errors"]
-    assert re.fullmatch(r"python\S* ended with exit code 3: \*\*\* ERROR: step 7.0 did not converge", first)
+    assert re.fullmatch(r"python\S* ended with exit code 3: \*\*\* ERROR: step … did not converge", first)
     assert second.startswith("no answer within 1 s: *** ERROR: step 63.0")
+    assert rows[1].as_outcome().error.endswith("exit code 3: *** ERROR: step 14.0 did not converge")
+
+
+CRASHES = """
+import sys
+a = float(sys.argv[1])
+print("contact of the wheels is solved by Lemke's method, which takes its time and prints very long lines")
+if a < 2: raise ValueError(f"negative load {a}")
+print("licence is used up")
+sys.exit(9)
+"""
+
+
+def test_a_missing_or_broken_script_is_told_by_its_last_telling_line(tmp_path):
+    with open_study(tmp_path, ["{python}", "{study}/solve.py", "{a}"], solver=CRASHES) as campaign:
+        campaign.evaluate([{"a": float(k)} for k in range(3)])
+        document = failure_document(campaign.runs(), campaign.study.space)
+        lines = failure_lines(document)
+        key = campaign.runs()[0].key
+    assert list(document["errors"].values()) == [2, 1]
+    crashed, refused = document["errors"]
+    assert crashed.endswith("ended with exit code 1: ValueError: negative load …")
+    assert refused.endswith("ended with exit code 9: licence is used up")
+    assert f"    kept in work/{key}" in lines
+    (tmp_path / "s").mkdir()
+    with open_study(tmp_path / "s", ["{python}", "{study}/nobody.py", "{a}"]) as campaign:
+        campaign.evaluate([{"a": 0.0}])
+        (cause,) = failure_document(campaign.runs(), campaign.study.space)["errors"]
+    assert re.search(r"exit code 2: .*can't open file .*nobody.py.*No such file or directory$", cause)

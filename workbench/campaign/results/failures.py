@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.models.stored.evaluation import FAILED, Evaluation, alike, cause_of
+from workbench.models.stored.causes import cause_of, kept_in
+from workbench.models.stored.evaluation import FAILED, Evaluation, alike
 from workbench.space.box import Space
 
 __all__ = ["Cut", "failure_document", "failure_lines", "what_is_missing", "where_runs_fail"]
@@ -99,6 +100,8 @@ def failure_lines(document: Mapping[str, Any]) -> list[str]:
             f"run {run['id']} ({run['key'][:10]}) {run['status']}: {cause_of(run['error'], run['log'])}"
         )
         lines.append(f"    {values}")
+        if place := kept_in(run["error"]):
+            lines.append(f"    kept in {place}")
     if len(bad) > SHOWN:
         lines.append(f"... and {len(bad) - SHOWN} more (--json has all)")
     clear = [c["text"] for c in document["where"] if c["score"] >= CLEAR]

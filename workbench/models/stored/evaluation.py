@@ -1,24 +1,22 @@
-"""A run as it is stored (a row of `evaluation` that campaign and report read alike), and why it failed."""
+"""A run as it is stored, a row of `evaluation` that campaign and report read alike; failed ones by cause."""
 
 import json
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from sys import intern
 from typing import Any
 
 from workbench.models.evaluator import Outcome
+from workbench.models.stored.causes import cause_of, shared_words, without_numbers
 
 __all__ = [
     "COLUMNS",
     "FAILED",
-    "KEPT_IN",
     "UNFINISHED",
     "Evaluation",
     "alike",
-    "cause_of",
     "evaluation_of",
-    "without_numbers",
 ]
 
 NOTHING: Mapping[str, Any] = {}  # one object for the many rows that have none
@@ -30,16 +28,6 @@ COLUMNS = (
     "id", "key", "status", "attempt", "batch", "inputs", "outputs", "error", "log",
     "created", "started", "finished", "wall", "cpu", "host", "seed",
 )  # fmt: skip
-
-LONGEST = 120  # characters of a cause
-KEPT_IN = " (kept in "  # what the failure of a command ends with
-NUMBER = re.compile(r"0x[0-9a-f]+|(?<![A-Za-z])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?", re.IGNORECASE)
-COMPLAINT = re.compile(
-    r"\b(?:error|fatal|fail|failed|failure|cannot|could not|abort(?:ed|ing)?|exception|"
-    r"diverge[sd]?|divergence|singular|no(?:t)? converge\w*|no convergence|panic|segmentation fault|"
-    r"illegal|invalid)\b",
-    re.IGNORECASE,
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,15 +52,20 @@ class Evaluation:
     host: str | None
     seed: int | None
 
+    @property
+    def cause(self) -> str:
+        """Why the run failed, in a line; "" where nothing was said."""
+        return cause_of(self.error, self.log) if self.error else ""
+
     def as_outcome(self) -> Outcome:
-        """The run in the terms of a screening or a search."""
+        """The run in the terms of a screening or a search, with its error in the words of its solver."""
         return Outcome(
             parameters=self.inputs,
             status=self.status,
             outputs=self.outputs,
             gradients=self.gradients,
             key=self.key,
-            error=self.error,
+            error=self.error if self.status == "ok" else self.cause,
         )
 
 
@@ -107,37 +100,10 @@ def _named(text: str) -> dict[str, Any]:
 
 
 def alike(runs: Sequence[Evaluation]) -> list[tuple[str, list[Evaluation]]]:
-    """Runs by why they failed, most first: causes that differ in their numbers alone are one, told by one."""
-    groups: dict[str, list[Evaluation]] = {}
+    """Runs by why they failed, most first: causes that differ in their numbers alone are one."""
+    groups: dict[str, list[tuple[str, Evaluation]]] = {}
     for run in runs:
-        groups.setdefault(without_numbers(cause_of(run.error, run.log)), []).append(run)
+        cause = cause_of(run.error, run.log)
+        groups.setdefault(without_numbers(cause), []).append((cause, run))
     several = sorted(groups.values(), key=len, reverse=True)
-    return [(cause_of(group[0].error, group[0].log), group) for group in several]
-
-
-def without_numbers(cause: str) -> str:
-    """What causes that differ in their numbers alone have in common.
-
-    >>> without_numbers("no root below 3.5e-2")
-    'no root below #'
-    """
-    return NUMBER.sub("#", cause)
-
-
-def cause_of(error: str, log: str) -> str:
-    """Why a run failed, in a line: of a command the last line of its log that speaks of an error.
-
-    >>> log = "step 1\\n*** ERROR: no convergence\\nbye"
-    >>> cause_of("solver ended with exit code 3 (kept in work/3fa9)", log)
-    'solver ended with exit code 3: *** ERROR: no convergence'
-    >>> cause_of("ValueError: negative load", "Traceback ...")
-    'ValueError: negative load'
-    """
-    first = _first_line(error)
-    plain, kept, _ = first.partition(KEPT_IN)
-    lines = [line.strip() for line in log.splitlines() if COMPLAINT.search(line)] if kept else []
-    return f"{plain}: {lines[-1]}"[:LONGEST] if lines else plain
-
-
-def _first_line(text: str) -> str:
-    return text.splitlines()[0][:LONGEST] if text else "no message"
+    return [(reduce(shared_words, (c for c, _ in group)), [run for _, run in group]) for group in several]

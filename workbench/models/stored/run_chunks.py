@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.errors import StoreError
-from workbench.models.stored.evaluation import COLUMNS, KEPT_IN, Evaluation, evaluation_of
+from workbench.models.stored.causes import KEPT_IN
+from workbench.models.stored.evaluation import COLUMNS, Evaluation, evaluation_of
 from workbench.system.collecting import without_collecting
 
 __all__ = ["RunChunk", "numbered_runs", "run_chunks"]
@@ -27,7 +28,7 @@ READ = (
 class RunChunk:
     """Some stored runs of a model, in the order asked for: one entry per run in each column. Times in s.
 
-    logs: only of runs whose cause stands there (`workbench.models.stored.evaluation.cause_of`).
+    logs: only of runs whose cause stands there (`workbench.models.stored.causes.cause_of`).
     """
 
     ids: Sequence[int]

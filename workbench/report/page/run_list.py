@@ -12,7 +12,8 @@ from typing import Any, final
 
 import numpy as np
 
-from workbench.models.stored.evaluation import FAILED, UNFINISHED, Evaluation, cause_of, without_numbers
+from workbench.models.stored.causes import cause_of, shared_words, without_numbers
+from workbench.models.stored.evaluation import FAILED, UNFINISHED, Evaluation
 from workbench.models.stored.run_chunks import RunChunk, numbered_runs
 from workbench.system.database import explained, opened_for_reading
 
@@ -23,7 +24,8 @@ AT_ONCE = 5_000  # records that are held while all are walked through
 
 @dataclass(slots=True, kw_only=True)
 class Failure:
-    """Runs that failed for causes that differ in their numbers alone: how many, and the first of them."""
+    """Runs that failed for causes that differ in their numbers alone: how many, and the number of the
+    first. `cause`: what they share."""
 
     status: str
     cause: str
@@ -70,7 +72,9 @@ class RunList:
             if status in FAILED:
                 cause = cause_of(error, log)
                 kind = (status, without_numbers(cause))
-                self._failures.setdefault(kind, Failure(status=status, cause=cause, first=number)).count += 1
+                known = self._failures.setdefault(kind, Failure(status=status, cause=cause, first=number))
+                known.cause = shared_words(known.cause, cause)
+                known.count += 1
 
     def __len__(self) -> int:
         return len(self._column("ids"))

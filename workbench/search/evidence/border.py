@@ -12,14 +12,15 @@ classifier learns from all runs, most of them near the border, and calls too muc
 share is stated only where no even run was made. A run that `within` excludes is no failure.
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from surrogates.analysis.success import SuccessChance
+from workbench.models.stored.causes import cause_of, shared_words, without_numbers
 from workbench.search.evidence.attack.share import Share, at_least, at_most, counted_share
 from workbench.search.runs.given_runs import Run
 from workbench.search.runs.ledger import Ledger, distinct
@@ -39,7 +40,7 @@ EVEN = (
     "even",
     "attack: interior",
 )  # they fill the box
-MOST_WORDS = 160
+MOST_KINDS = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,8 +48,9 @@ class Border:
     """Failures of a search, and where its worst run lies to them.
 
     `borders`: whether the worst run does; `grows`: whether the Kriging expects more beyond the border.
-    `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words ->
-    runs. `near`: other runs within a tenth of the box of the worst case in every input.
+    `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words,
+    without the numbers that differ, -> runs. `near`: other runs within a tenth of the box of the worst case
+    in every input.
     `chance`: share of the even runs that failed, by the classifier where there is none; `counted`: its
     interval. `is_answer`: a failed run counts as worse than any value, by `failures="worst"`.
     """
@@ -154,7 +156,7 @@ def border_of(
         words=_words(nearest),
         parameters=dict(nearest.parameters),
         run_key=nearest.key,
-        kinds=dict(Counter(_words(run) for run in lost).most_common(5)),
+        kinds=_kinds(lost),
         near=int(_is_near(others, worst).sum()),
         chance=counted.hits / counted.draws if even else _failing(where, success, rng),
         counted=counted,
@@ -182,7 +184,15 @@ def _is_near(points: np.ndarray, worst: np.ndarray) -> np.ndarray:
     return near
 
 
+def _kinds(lost: Sequence[Run]) -> dict[str, int]:
+    """The most frequent words of failed runs: those that differ in their numbers alone are one kind."""
+    kinds: dict[str, list[str]] = {}
+    for words in map(_words, lost):
+        kinds.setdefault(without_numbers(words), []).append(words)
+    most = sorted(kinds.values(), key=len, reverse=True)[:MOST_KINDS]
+    return {reduce(shared_words, words): len(words) for words in most}
+
+
 def _words(run: Run) -> str:
     """What the solver said, in a line; the status of a run that said nothing."""
-    line = next((part.strip() for part in run.error.splitlines() if part.strip()), "") or run.status
-    return line if len(line) <= MOST_WORDS else f"{line[: MOST_WORDS - 3]}..."
+    return cause_of(run.error, "") if run.error.strip() else run.status

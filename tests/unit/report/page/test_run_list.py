@@ -59,7 +59,7 @@ def test_failures_are_grouped_as_those_of_the_records(stored, runs):
     assert [(f.cause, f.first, f.count) for f in runs.failures] == [
         (cause, some[0].id, len(some)) for cause, some in groups
     ]
-    assert [f.cause for f in runs.failures] == ["no root below 3", "it tore"]
+    assert [f.cause for f in runs.failures] == ["no root below …", "it tore"]
 
 
 def test_a_failed_command_that_wrote_nothing_has_no_log(tmp_path):

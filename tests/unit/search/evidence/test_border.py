@@ -6,6 +6,7 @@ import pytest
 from studies.failure_border import MODELS
 from surrogates.analysis.success import SuccessChance
 from workbench.errors import StudyError
+from workbench.models.stored.evaluation import Evaluation
 from workbench.search.evidence.border import border_of
 from workbench.search.record import Status
 from workbench.search.runs.ledger import Ledger
@@ -53,6 +54,25 @@ def test_a_border_across_the_slope_is_told_in_ten_inputs(seed):
     at = np.array(list(found.parameters.values()))
     assert model.margin(np.minimum(at + 0.1, 1.0)) < 0 < model.margin(at)
     assert found.border.borders
+
+
+def test_failures_that_differ_in_their_numbers_are_of_one_kind():
+    """The folder that a failed command left bears the run's key, its solver's words the number of a step."""
+
+    def failed(k):
+        return Evaluation(
+            id=k, key=f"{k:032x}", status="failed", attempt=1, batch="design",
+            inputs={"a": 0.8 + 0.05 * k, "b": 0.3 * k}, outputs={}, gradients={},
+            error=f"solver ended with exit code 3 (kept in work/{k:032x})",
+            log=f"reading\nERROR 4711: did not converge in step {97 * k}\nbye",
+            created=0.0, started=None, finished=None, wall=None, cpu=None, host=None, seed=None,
+        )  # fmt: skip
+
+    start = [{"a": a, "b": b, "y": a} for a in (0.1, 0.4, 0.7) for b in (0.1, 0.9)]
+    border = worst_case(lambda a, b: a, BOX, budget=4, start=[*start, *map(failed, range(1, 4))]).border
+    words = "solver ended with exit code 3: ERROR 4711: did not converge in step"
+    assert border.kinds == {f"{words} …": 3}
+    assert border.words in {f"{words} {97 * k}" for k in range(1, 4)}
 
 
 def test_failures_far_from_the_worst_case_are_told_apart():
