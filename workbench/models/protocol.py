@@ -18,6 +18,7 @@ from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.gradients import checked_gradients, parted
 from workbench.models.histories import History, Reduction
 from workbench.models.values import why_no_values
+from workbench.system.processor_time import processor_time
 
 __all__ = ["Answer", "Model", "ModelSpec", "call", "settle", "told_answer"]
 
@@ -31,7 +32,8 @@ class Answer:
 
     `gradients`: response -> parameter -> derivative, where the model gives them.
     `kept`: finite numbers that the model returned beside its responses, from which others may be read later;
-    a number returned without a name stands under "". `host`: where it was made, when that is known.
+    a number returned without a name stands under "". `wall`, `cpu`: s, with the children that the run waited
+    for. `host`: where it was made, when that is known.
     """
 
     status: str
@@ -110,7 +112,7 @@ class Model(Protocol):
 
 def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path | None = None) -> Answer:
     """Run the model on one row; every way to fail becomes an `Answer`. KeyboardInterrupt passes through."""
-    wall, cpu = time.perf_counter(), time.process_time()
+    wall, cpu = time.perf_counter(), processor_time()
     try:
         raw = model.run(row, workdir)
         answer = raw if isinstance(raw, Answer) else _settled(raw, spec)
@@ -122,7 +124,7 @@ def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path
         text = f"{type(exc).__name__}: {exc}"[:LONGEST_ERROR]
         trace = "".join(traceback.format_exception(exc)[-6:])
         answer = Answer(status="failed", error=text, log=trace[-LONGEST_ERROR:])
-    return replace(answer, wall=time.perf_counter() - wall, cpu=answer.cpu or time.process_time() - cpu)
+    return replace(answer, wall=time.perf_counter() - wall, cpu=answer.cpu or processor_time() - cpu)
 
 
 def _settled(raw: Any, spec: ModelSpec) -> Answer:

@@ -31,6 +31,7 @@ class WorkerProcess:
 
     inbox: tasks are written here    outbox: answers are read here    task: None while it is idle
     workdir: the folder of the run, where a command keeps its log
+    cpu: processor seconds of before its run, of opening the model and of the runs that it answered
     """
 
     process: subprocess.Popen[bytes]
@@ -44,6 +45,7 @@ class WorkerProcess:
     workdir: Path | None = None
     begun: float = 0.0
     runs: int = 0
+    cpu: float = 0.0
     deadline: float = float("inf")
     buffer: bytearray = field(default_factory=bytearray)
 

@@ -22,6 +22,7 @@ from workbench.errors import StoreError, StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.system.log_ends import ends_of
 from workbench.system.process_tree import Watchdog, end_group, end_marked
+from workbench.system.processor_time import time_of_tree
 from workbench.workers.child_process import WorkerProcess, start_process
 from workbench.workers.messages import answer_from_dict
 
@@ -185,7 +186,7 @@ class ProcessPool:
                 self._end(worker)
                 raise StudyError(message["refused"])
             if "ready" in message:
-                worker.ready = True
+                worker.ready, worker.cpu = True, time_of_tree(worker.process.pid)
             else:
                 self._answer(worker, answer_from_dict(message["answer"]))
 
@@ -195,6 +196,7 @@ class ProcessPool:
         self._answered.append((worker.task, answer))
         worker.task, worker.deadline = None, float("inf")
         worker.runs += 1
+        worker.cpu += answer.cpu
         if worker.runs == self._recycle:
             self._end(worker)
 
@@ -215,10 +217,11 @@ class ProcessPool:
     def _bury(self, worker: WorkerProcess, answer: Answer | None) -> None:
         """End the worker and answer its run: as given, or by how the process ended."""
         task = worker.task
+        taken = max(time_of_tree(worker.process.pid) - worker.cpu, 0.0)  # its end takes the account with it
         self._end(worker)
         if task is not None:
             answer = answer or Answer(status="killed", error=f"the worker process {worker.ending}")
-            answer = replace(answer, wall=time.monotonic() - worker.begun)
+            answer = replace(answer, wall=time.monotonic() - worker.begun, cpu=taken)
             if worker.workdir is not None and worker.workdir.is_dir():
                 place = f"{worker.workdir.parent.name}/{worker.workdir.name}"
                 answer = replace(answer, error=f"{answer.error} (kept in {place})")
