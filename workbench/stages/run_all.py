@@ -12,7 +12,8 @@ from workbench.campaign.results.exports import write_all
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
-from workbench.sampling.stored import MOST_ROWS, ROWS, design_head
+from workbench.models.stored.evaluation import UNFINISHED
+from workbench.sampling.stored import MOST_ROWS, ROWS, design_head, design_keys
 from workbench.stages.design import design_table, evaluate
 from workbench.stages.table import STAGES, Stage, asked_stages, stage_named
 from workbench.stages.up_to_date import (
@@ -23,7 +24,7 @@ from workbench.stages.up_to_date import (
     settled,
 )
 
-__all__ = ["report", "run_all", "run_lines", "run_stage", "stage_digest"]
+__all__ = ["report", "run_all", "run_lines", "run_stage", "stage_digest", "take_table"]
 
 
 def run_all(campaign: CampaignRuns) -> dict[str, Any]:
@@ -62,12 +63,29 @@ def run_stage(campaign: CampaignRuns, name: str) -> dict[str, Any]:
         StudyError: the study has no table for it, or the table does not fit the study.
     """
     stage = stage_named(name)
+    if name != "design":
+        _table(campaign, stage)
+        take_table(campaign)
     digest = stage_digest(campaign, stage)
     if name == "design":
         stored = current_document(campaign, stage, digest, read=design_head)
         if stored is not None:
             return stored
     return _run(campaign, stage, digest)
+
+
+def take_table(campaign: CampaignRuns) -> None:
+    """Have the rows of a table of runs in the store, as `run_all` begins; of another model nothing is done.
+
+    Reading a table costs nothing, so no stage has to be preceded by another to know them.
+    """
+    if campaign.study.model["kind"] != "table":
+        return
+    run_stage(campaign, "design")
+    keys = design_keys(campaign.folder / "design.json") or []
+    known = campaign.store.statuses(keys)
+    if len(known) < len(set(keys)) or not set(UNFINISHED).isdisjoint(known.values()):
+        evaluate(campaign)
 
 
 def run_lines(found: Mapping[str, Any]) -> list[str]:

@@ -27,7 +27,7 @@ def screening_document(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[s
     study = campaign.study
     response = study.target(table["response"])
     stored = screening_columns(campaign, {response.name: response_reader(response.name)})
-    refuse_without_values(response.name, stored.values[response.name][stored.is_ok], stored.counts)
+    refuse_without_values(campaign, response.name, stored.values[response.name][stored.is_ok], stored.counts)
     runs = stored.at(thinned(campaign, stored, response.name, most=MOST_RUNS))
     used = sum(row.status == "ok" for row in runs)
     campaign.progress.stage("screen", f"{response.name} on {used} of {len(runs)} runs")

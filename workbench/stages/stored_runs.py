@@ -12,7 +12,7 @@ from workbench.campaign.results.columns import RunColumns, run_columns
 from workbench.campaign.results.failures import what_is_missing
 from workbench.campaign.results.functionals import has_functionals, with_functionals
 from workbench.campaign.results.thinning import spread_runs
-from workbench.campaign.view import StoredRuns
+from workbench.campaign.view import StoredRuns, as_of
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.evaluator import Reading
 from workbench.models.stored.evaluation import UNFINISHED, Evaluation
@@ -67,19 +67,24 @@ def runs_as_text(campaign: StoredRuns) -> Iterator[str]:
     yield "]"
 
 
-def refuse_without_values(response: str, values: np.ndarray, counts: Mapping[str, int]) -> None:
+def refuse_without_values(
+    campaign: StoredRuns, response: str, values: np.ndarray, counts: Mapping[str, int]
+) -> None:
     """A refusal when the values (of the runs that have one) cannot tell anything.
 
-    counts: all runs by status.
+    counts: all runs that have an answer, by status.
 
     Raises:
         NotEnoughRuns: there are fewer than 3.
         StudyError: all are the same.
     """
     if len(values) < FEWEST_RUNS:
+        waiting = sum(status in UNFINISHED for status in campaign.statuses().values())
+        is_held = as_of(campaign.store).holder is not None
+        why = what_is_missing(counts, waiting=waiting, under_way=is_held)
         raise NotEnoughRuns(
-            f"{len(values)} of {sum(counts.values())} runs gave a value, {FEWEST_RUNS} are needed: "
-            f"{what_is_missing(counts)}"
+            f"{len(values)} of {sum(counts.values()) + waiting} runs gave a value, {FEWEST_RUNS} are needed: "
+            f"{why}"
         )
     if values.min() == values.max():
         raise StudyError(

@@ -54,7 +54,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         counts = Counter(run.status for run in runs)
         for name in reads:
             values = np.array([run.outputs[name] for run in runs if run.status == "ok"])
-            refuse_without_values(name, values, counts)
+            refuse_without_values(campaign, name, values, counts)
     sought = ", ".join(f"{target.sense} {target.name}" for target in wanted)
     campaign.progress.stage("worst_case", f"{sought} from {len(runs)} runs")
     given = _rows_of_table(campaign) if is_table else []

@@ -40,9 +40,13 @@ def viewed_campaign(study: Path, folder: Path | None) -> Iterator["CampaignView"
             except HoldfastError as exc:
                 refused = str(exc)
         with CampaignView.opened(read, folder=folder, progress=progress) as view:
-            if refused:
-                progress.note(f"shown as stored: {refused}")
-            progress.note(view.as_of.sentence)
+            holder = view.as_of.holder
+            if refused and holder is not None and holder.sentence in refused:
+                progress.note(f"{view.as_of.sentence}; shown as stored")
+            else:
+                if refused:
+                    progress.note(f"shown as stored: {refused}")
+                progress.note(view.as_of.sentence)
             yield view
     finally:
         progress.finished()

@@ -182,8 +182,10 @@ def screen(
         _screen(study, folder, as_json=json_)
         return
     from workbench.stages.other_screenings import other_screening
+    from workbench.stages.run_all import take_table
 
     with opened_campaign(study, folder) as campaign:
+        take_table(campaign)
         other = other_screening(campaign, method, response=response, trajectories=trajectories)
     finish(other, other_screening_lines(other), as_json=json_)
 

@@ -144,6 +144,7 @@ def test_every_verb_looks_at_a_running_campaign(tmp_path):
         run.wait(60)
     for verb in ("failures", "export", "report", "screen"):
         assert f"running: process {run.pid} on " in found[verb][2], verb
+        assert found[verb][2].count(f"process {run.pid}") == 1, verb
         assert "as of 20" in found[verb][2]
     for verb in ("failures", "plan", "watch", "show", "report"):
         looks = json.loads(found[verb][1])["as_of"]

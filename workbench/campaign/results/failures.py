@@ -112,23 +112,37 @@ def failure_lines(document: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def what_is_missing(counts: Mapping[str, int]) -> str:
+def what_is_missing(counts: Mapping[str, int], *, waiting: int = 0, under_way: bool = False) -> str:
     """Why so few runs have a value, by status, and what to do.
+
+    waiting: runs that are asked for and not counted, as they have no answer.    under_way: whether another
+    process is at them.
 
     >>> print(what_is_missing({"ok": 1, "failed": 58, "timeout": 1}))
     58 failed, 1 ran out of time. `holdfast failures` shows which, why and where;
     `holdfast run --retry-failed` tries them again
     >>> print(what_is_missing({}))
     nothing has been run yet. Run the study with `holdfast run`, or hand in results with `holdfast tell`
+    >>> print(what_is_missing({"ok": 1}, waiting=5))
+    5 runs wait for their answers. Make them with `holdfast run`, or hand in results with `holdfast tell`
+    >>> print(what_is_missing({"ok": 1}, waiting=5, under_way=True))
+    5 runs have no answer yet and are being made. Look again when more have ended
     """
+    if waiting and under_way:
+        runs = "1 run has" if waiting == 1 else f"{waiting} runs have"
+        are = "is" if waiting == 1 else "are"
+        return f"{runs} no answer yet and {are} being made. Look again when more have ended"
     bad = [f"{counts[status]} {words}" for status, words in WORDS.items() if counts.get(status)]
     if bad:
         return (
             f"{', '.join(bad)}. `holdfast failures` shows which, why and where; "
             "`holdfast run --retry-failed` tries them again"
         )
+    told = "hand in results with `holdfast tell`"
+    if waiting:
+        runs = "1 run waits for its answer" if waiting == 1 else f"{waiting} runs wait for their answers"
+        return f"{runs}. Make {'it' if waiting == 1 else 'them'} with `holdfast run`, or {told}"
     if not counts:
-        told = "hand in results with `holdfast tell`"
         return f"nothing has been run yet. Run the study with `holdfast run`, or {told}"
     return "add runs"
 
