@@ -28,6 +28,7 @@ from workbench.report.lines.tables import unit_suffix
 from workbench.report.recounts import against_rounds, against_search, against_summary
 from workbench.search.evidence.attack.share import counted_share
 from workbench.search.evidence.grade import ARRIVED
+from workbench.space.units import significant, told_apart
 
 __all__ = [
     "Claim",
@@ -222,18 +223,22 @@ def refuse_contradictions(claim: Claim, known: Iterable[tuple[str, float]]) -> N
     Raises:
         Contradiction: the first that is found, with both values.
     """
-    said = f"{claim.subject}, {claim.value:.6g}{unit_suffix(claim.unit)} by a {claim.kind},"
+    unit = unit_suffix(claim.unit)
+
+    def said(value: str) -> str:
+        return f"{claim.subject}, {value}{unit} by a {claim.kind}, is not written:"
+
     if claim.against:
-        raise Contradiction(f"{said} is not written: {claim.against[0]}")
+        raise Contradiction(f"{said(significant(claim.value))} {claim.against[0]}")
     if claim.bound is not None and claim.beyond(claim.bound) < -2 * ROUNDING * abs(claim.value):
-        raise Contradiction(
-            f"{said} is not written: its bound {claim.bound:.6g} lies on the wrong side of it"
-        )
+        value, bound = told_apart(claim.value, claim.bound)
+        raise Contradiction(f"{said(value)} its bound {bound} lies on the wrong side of it")
     if claim.kind == "mean":
         return
     worst = max(known, key=lambda run: claim.beyond(run[1]), default=None)
     if worst is not None and claim.beyond(worst[1]) > 0:
+        value, known_value = told_apart(claim.value, worst[1])
         raise Contradiction(
-            f"{said} is not written: the known run {worst[0]} gave {worst[1]:.6g}{unit_suffix(claim.unit)}. "
-            "Please report this with the campaign's folder"
+            f"{said(value)} the known run {worst[0]} gave {known_value}{unit}. Please report this with the "
+            "campaign's folder"
         )

@@ -23,6 +23,10 @@ from workbench.search.surrogate.scale import UsedScale
 __all__ = ["Status", "WorstCase", "profile_of"]
 
 PROFILE_POINTS = 41
+UNSEARCHED = (
+    "Not searched: without a model to run, all that is known are the runs given and what a Kriging of them "
+    "predicts."
+)
 
 
 class Status(Enum):
@@ -103,6 +107,8 @@ class WorstCase:
     @property
     def grade_sentence(self) -> str:
         """The grade in words, with the numbers of the attack where there was one."""
+        if self.status in (Status.SURROGATE, Status.KNOWN_RUN):
+            return UNSEARCHED
         said = self.grade.value if self.attack is None else self.attack.sentence
         missing = (
             f" The attack of {self.not_attacked} runs was not made: the runs have noise, and an adversary "

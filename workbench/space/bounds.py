@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import StudyError
+from workbench.space.units import told_apart
 
 __all__ = ["Distribution", "finite", "settle_bounds", "settle_levels", "settle_step", "suffix"]
 
@@ -95,7 +96,8 @@ def settle_bounds(
         raise StudyError(f"parameter {name!r} has no {missing}; give lower and upper, or baseline and factor")
     lower, upper = float(finite(name, "lower", lower)), float(finite(name, "upper", upper))
     if not lower < upper:
-        came = f"lower={lower:g} and upper={upper:g}{suffix(unit)}"
+        low, high = told_apart(lower, upper)
+        came = f"lower={low} and upper={high}{suffix(unit)}"
         raise StudyError(f"parameter {name!r} needs lower < upper, got {came}")
     if not math.isfinite(upper - lower):
         raise StudyError(f"parameter {name!r}: the range from {lower:g} to {upper:g} is too wide for a float")

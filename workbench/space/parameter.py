@@ -25,6 +25,7 @@ from workbench.space.bounds import (
     settle_step,
     suffix,
 )
+from workbench.space.units import told_apart
 
 __all__ = ["KINDS", "SCALES", "Distribution", "Parameter", "Response"]
 
@@ -165,8 +166,10 @@ class Parameter:
         slack = SLACK * (self._high - self._low)
         outside = ~((p >= self._low - slack) & (p <= self._high + slack))
         if outside.any():
-            between = f"{self._low:g} and {self._high:g}{suffix(self.unit)}"
-            raise StudyError(f"parameter {self.name!r} lies between {between}, got {p[outside][0]:g}")
+            low, high, came = told_apart(self._low, self._high, p[outside][0])
+            raise StudyError(
+                f"parameter {self.name!r} lies between {low} and {high}{suffix(self.unit)}, got {came}"
+            )
         return np.asarray(np.clip(p, self._low, self._high))
 
     def to_dict(self) -> dict[str, Any]:

@@ -2,11 +2,14 @@
 
 import math
 import re
+from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import Any
 
-__all__ = ["DIGITS", "number", "raised"]
+__all__ = ["DIGITS", "digits_apart", "number", "raised", "significant", "told_apart"]
 
 DIGITS = 6  # significant, where nothing else is said
+ALL_DIGITS = 17  # a float has no more
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -41,3 +44,39 @@ def number(value: Any, digits: int = DIGITS) -> str:
         return f"{value:.{digits - 1}g}"
     text = f"{value:.{max(digits - 1 - exponent, 0)}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def significant(value: float, digits: int = DIGITS) -> str:
+    """A value with so many significant digits, in the way of `format`."""
+    return f"{value:.{digits}g}"
+
+
+def digits_apart(
+    values: Iterable[float | None],
+    *,
+    least: int = DIGITS,
+    show: Callable[[float, int], str] = significant,
+) -> int:
+    """How many digits tell values apart that are shown beside one another; `least` where so many do.
+
+    Where more are needed one is added, so that their difference has a digit that is not rounded. Equal
+    values, and what is None or not finite, ask for nothing.
+
+    >>> digits_apart([2.95, 3.358586]), digits_apart([999999999.046, 999999999.489])
+    (6, 11)
+    """
+    told = sorted({float(value) for value in values if value is not None and math.isfinite(value)})
+    for digits in range(least, ALL_DIGITS):
+        if all(show(a, digits) != show(b, digits) for a, b in pairwise(told)):
+            return digits if digits == least else digits + 1
+    return ALL_DIGITS if len(told) > 1 else least
+
+
+def told_apart(*values: float, least: int = DIGITS) -> list[str]:
+    """Values that a sentence puts beside one another, with as many digits as tell them apart.
+
+    >>> told_apart(-1e6, -999999.9, -1000000.3)
+    ['-1000000', '-999999.9', '-1000000.3']
+    """
+    digits = digits_apart(values, least=least)
+    return [significant(value, digits) for value in values]

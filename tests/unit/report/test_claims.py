@@ -54,6 +54,12 @@ def test_a_value_without_a_unit_is_told_without_one():
         refuse_contradictions(claim(unit="1"), [("c", 3.0)])
 
 
+def test_values_that_differ_little_are_told_apart():
+    said = Claim(subject="the worst case of y", value=1e9, unit="m", sense="max", kind="run")
+    with pytest.raises(Contradiction, match=r"y, 1000000000 m by a run, .* run c gave 1000000001.5 m"):
+        refuse_contradictions(said, [("c", 1e9 + 1.5)])
+
+
 @pytest.mark.parametrize(("sense", "wrong"), [("max", 1.9), ("min", 2.1)])
 def test_a_bound_on_the_wrong_side_is_refused(sense, wrong):
     refuse_contradictions(claim(sense=sense, gap={"upper": 2.0}), [])

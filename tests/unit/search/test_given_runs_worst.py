@@ -33,6 +33,10 @@ def test_where_nothing_worse_is_predicted_the_worst_run_is_the_answer():
     assert found.confirmed
     assert found.value == 0.0
     assert dict(found.parameters) == {"a": 0.5, "b": 0.5}
+    assert found.grade_sentence == (
+        "Not searched: without a model to run, all that is known are the runs given and what a Kriging of "
+        "them predicts."
+    )
 
 
 @pytest.mark.parametrize("sense", ["max", "min"])

@@ -228,3 +228,11 @@ def test_constraints_are_conditions_and_nothing_else(text, words):
 def test_conditions_follow_arithmetic(text, holds):
     space = Space([Parameter("a", lower=0, upper=5), Parameter("b", lower=0, upper=5)], constraints=[text])
     assert (space.violated({"a": 2.0, "b": 3.0}) is None) is holds
+
+
+def test_a_value_just_outside_is_told_from_bounds_that_lie_close():
+    narrow = Space([Parameter("a", lower=-1e6, upper=-999999.9, unit="mm")])
+    with pytest.raises(StudyError, match=r"between -1000000 and -999999.9 mm, got -1000000.3"):
+        narrow.unit([{"a": -1000000.3}])
+    with pytest.raises(StudyError, match=r"lower < upper, got lower=1000000000.5 and upper=1000000000 mm"):
+        Parameter("a", lower=1e9 + 0.5, upper=1e9, unit="mm")

@@ -1,9 +1,10 @@
 """Statements on a screening and a worst case that the terminal and the page make in the same words."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from workbench.report.lines.tables import format_number, unit_suffix
+from workbench.space.units import digits_apart, significant
 
 __all__ = [
     "border_text",
@@ -21,6 +22,7 @@ __all__ = [
     "sentence",
     "state_text",
     "variance_text",
+    "worst_digits",
 ]
 
 
@@ -48,7 +50,22 @@ def known_text(worst: Mapping[str, Any]) -> str:
     if worst.get("confirmed", True) or given is None:
         return ""
     unit = unit_suffix(str(worst.get("unit") or "1"))
-    return f"the worst of the {given['runs']} runs given is {format_number(given['value'], 6)}{unit}"
+    runs = given["runs"] - given.get("failed", 0)
+    which = f"the {runs} runs given" if runs == given["runs"] else f"the {runs} runs given that have a value"
+    return f"the worst of {which} is {format_number(given['value'], worst_digits(worst))}{unit}"
+
+
+def worst_digits(worst: Mapping[str, Any], *, show: Callable[[float, int], str] = significant) -> int:
+    """How many digits tell a worst case from the worst run given and from the mildest run that is known.
+
+    >>> given = {"the runs given": {"runs": 36, "value": 999999999.489, "run_key": "c3"}}
+    >>> worst_digits({"value": 999999999.046, "baselines": given}), worst_digits({"value": 3.5})
+    (11, 6)
+    """
+    known = [run["value"] for run in worst.get("history") or () if run["value"] is not None]
+    given = (worst.get("baselines") or {}).get("the runs given") or {}
+    ends = (min(known), max(known)) if known else ()
+    return digits_apart([worst.get("value"), given.get("value"), *ends], show=show)
 
 
 def failure_of(worst: Mapping[str, Any]) -> Mapping[str, Any] | None:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report.lines.statements import failure_of, known_text, limits_text, quantile_text
+from workbench.report.lines.statements import failure_of, known_text, limits_text, quantile_text, worst_digits
 from workbench.report.lines.tables import format_number, unit_suffix, wrapped
 
 __all__ = ["worst_case_lines"]
@@ -21,7 +21,7 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     unit = unit_suffix(document["unit"])
     word = {"max": "largest", "min": "smallest"}[document["sense"]]
     kind = f"{document['regime_name']}, " if document.get("regime_name") else ""
-    value = f"{format_number(document['value'], 6)}{unit}"
+    value = f"{format_number(document['value'], worst_digits(document))}{unit}"
     border, failure = document.get("border"), failure_of(document)
     found = kind + value if failure is None else "a run that failed"
     text = [f"Worst case ({word} {document['response']}): {found}"]
@@ -36,7 +36,8 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     if known := known_text(document):
         text.append(f"  {known}")
     if document.get("status"):
-        text += [f"  {line}" for line in wrapped(f"stopped because {document['status']}", 77)]
+        why = f"stopped because {document['status']}" if document["budget"] else document["status"]
+        text += [f"  {line}" for line in wrapped(why, 77)]
     if document.get("grade_sentence") and document.get("confirmed", True):  # else nothing was searched
         text += [f"  {line}" for line in wrapped(document["grade_sentence"], 77)]
     if document.get("gap"):

@@ -18,6 +18,7 @@ from workbench.report.lines.statements import (
     screening_state,
     sentence,
     state_text,
+    worst_digits,
 )
 from workbench.report.page.blocks import (
     Card,
@@ -146,7 +147,8 @@ def _worst(
         if worst.get("mean") is not None:
             how = f"{worst['label'][:1].upper()}{worst['label'][1:]}"
         later = worse_run(folder, worst)
-        detail = f"{how}, after {worst['evaluations']} runs of the search. {gap_sentence(worst, later)}"
+        after = f", after {worst['evaluations']} runs of the search" if worst.get("budget") else ""
+        detail = f"{how}{after}. {gap_sentence(worst, later)}"
         beyond = _beyond(folder, worst, loop, later)
         if border.get("borders") or border.get("is_answer"):
             detail = f"{border['sentence']} {detail}"
@@ -166,7 +168,7 @@ def _worst(
         detail += f" {sentence(known)}" if known else ""
         level = "fair"
     kind = str(worst.get("regime_name") or "")
-    value = f"{response} = {quantity(worst['value'], unit)}"
+    value = f"{response} = {quantity(worst['value'], unit, worst_digits(worst, show=number))}"
     answer = f"{kind[0].upper()}{kind[1:]}: {value}" if kind else value
     failure = failure_of(worst)
     if failure is not None:

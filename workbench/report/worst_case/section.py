@@ -4,12 +4,20 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from workbench.report.lines.statements import failure_of, known_text, limits_text, quantile_text, sentence
+from workbench.report.lines.statements import (
+    failure_of,
+    known_text,
+    limits_text,
+    quantile_text,
+    sentence,
+    worst_digits,
+)
 from workbench.report.page.blocks import (
     Block,
     Figure,
     Note,
     Section,
+    number,
     quantity,
     typeset,
 )
@@ -123,9 +131,10 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
     if failure is not None:
         lost = folder.run_name(failure["run_key"])
         sentences.append(f"The worst case is {lost}, which failed; the table shows where it lies.")
+    digits = worst_digits(worst, show=number)
     of = "" if failure is None else " of the runs that gave a value"
     sentences.append(
-        f"The {side} {response}{of} is {quantity(worst['value'], unit)}, {worst['label']}"
+        f"The {side} {response}{of} is {quantity(worst['value'], unit, digits)}, {worst['label']}"
         + (f": {folder.run_name(worst.get('run_key'))}." if confirmed and not is_mean else ".")
     )
     if known := known_text(worst):
@@ -155,7 +164,8 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
         said = quantile_text(worst["quantile"])
         sentences.append(sentence(said))
     if worst.get("status"):
-        sentences.append(f"Why the search ended: {str(worst['status']).rstrip('.')}.")
+        why = str(worst["status"]).rstrip(".")
+        sentences.append(f"Why the search ended: {why}." if worst.get("budget") else sentence(why))
     failures = {k: n for k, n in (worst.get("failures") or {}).items() if n}
     if failures:
         sentences.append(

@@ -23,11 +23,12 @@ WAYS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Baseline:
-    """The worst of the `runs` of a plain way, failed ones counted, and the key of the run that gave it."""
+    """The worst of the `runs` of a plain way, of which `failed` gave no value, and the key of its run."""
 
     runs: int
     value: float
     run_key: str
+    failed: int = 0
 
     def to_dict(self) -> dict[str, float | int | str]:
         """For the JSON document."""
@@ -46,5 +47,6 @@ def measured_baselines(runs: Sequence[Run], *, sign: float) -> dict[str, Baselin
         if values:
             worst = made[-max(values)[1]]
             assert worst.value is not None  # it is among the values
-            found[name] = Baseline(runs=len(made), value=worst.value, run_key=worst.key)
+            lost = len(made) - len(values)
+            found[name] = Baseline(runs=len(made), value=worst.value, run_key=worst.key, failed=lost)
     return found

@@ -128,6 +128,24 @@ def test_a_predicted_worst_case_stands_beside_the_worst_run_that_exists():
     assert worst_case_lines({**document, "confirmed": True})[2] != text[2]
 
 
+def test_a_worst_case_and_the_worst_run_are_told_apart_and_runs_without_a_value_left_out():
+    document = {
+        "response": "y", "unit": "MPa", "sense": "min", "value": 999999999.046, "confirmed": False,
+        "label": "surrogate only, unconfirmed", "evaluations": 0, "budget": 0, "parameters": {"k": 2.0},
+        "baselines": {"the runs given": {"runs": 65, "failed": 8, "value": 999999999.489, "run_key": "c3"}},
+        "status": "no model to run: the extreme of the surrogate, unconfirmed",
+    }  # fmt: skip
+    text = worst_case_lines(document)
+    assert text[0] == "Worst case (smallest y): 999999999.05 MPa"
+    assert text[2] == "  the worst of the 57 runs given that have a value is 999999999.49 MPa"
+    assert text[3] == "  no model to run: the extreme of the surrogate, unconfirmed"
+    searched = {**document, "budget": 9, "confirmed": True, "value": 1e9, "history": [{"value": 1e9 - 4e-4}]}
+    assert worst_case_lines(searched)[0] == "Worst case (smallest y): 1000000000 MPa"
+    swings = [{"value": 1e9 - 4e-4}, {"value": 1e9}]
+    told = worst_case_lines({**searched, "value": 1e9 - 4e-4, "history": swings})[0]
+    assert told == "Worst case (smallest y): 999999999.9996 MPa"
+
+
 def test_numbers_are_short():
     assert [format_number(x) for x in (13.3125, -1e-9, 123456.7, 0.0)] == [
         "13.312",

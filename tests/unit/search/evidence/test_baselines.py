@@ -21,7 +21,7 @@ def test_each_way_has_its_worst_run_and_all_its_runs():
         run("e", "attack: corner", 4.0), run("f", "attack: change", 8.0), run("g", "start", None),
     ]  # fmt: skip
     assert measured_baselines(runs, sign=1.0) == {
-        "the runs given": Baseline(runs=3, value=3.0, run_key="b"),
+        "the runs given": Baseline(runs=3, value=3.0, run_key="b", failed=1),
         "random corners": Baseline(runs=1, value=4.0, run_key="e"),
     }
     assert measured_baselines(runs, sign=-1.0)["the runs given"].run_key == "a"

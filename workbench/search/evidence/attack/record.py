@@ -10,6 +10,7 @@ import numpy as np
 from workbench.models.evaluator import Outcome
 from workbench.search.evidence.attack.ascents import NEAR
 from workbench.search.evidence.attack.share import Share, at_most, counted_share
+from workbench.space.units import digits_apart, significant
 
 __all__ = ["Attack", "Attempt", "attackers"]
 
@@ -150,19 +151,27 @@ class Attack:
     def sentence(self) -> str:
         """What the attack says about the claim."""
         runs = attackers(self.runs, self.scouts)
+        told = [self.value, self.raised_from, self._mildest, *([self.largest] if self.is_beaten else [])]
+        digits = digits_apart(told)
+        value = significant(self.value, digits)
         if self.raised_from is not None:
             last = (
                 f", and the last {self.since} of them" if self.since < self.runs else " in small steps, and"
             )
-            runs += f" raised the worst from {self.raised_from:.6g}{last}"
-        if self.is_beaten:
-            return (
-                f"{runs} found {self.largest:.6g}, beyond {self.value:.6g}{self._share_words}{self._failed}"
-            )
-        found = "every run failed" if self.largest is None else f"found nothing beyond {self.value:.6g}"
+            runs += f" raised the worst from {significant(self.raised_from, digits)}{last}"
+        if self.largest is not None and self.is_beaten:
+            found = f"found {significant(self.largest, digits)}, beyond {value}"
+            return f"{runs} {found}{self._share_words}{self._failed}"
+        found = "every run failed" if self.largest is None else f"found nothing beyond {value}"
         if self.is_exhaustive and not self.failures:
             return f"{runs}, all cases that there are, {found}"
         return f"{runs} {found}{self._share_words}{self._climb_words}{self._failed}"
+
+    @property
+    def _mildest(self) -> float | None:
+        """The value found that is least bad: how far values lie apart says how many digits tell them."""
+        found = [attempt.value for attempt in self.attempts if attempt.value is not None]
+        return (min if self.sense == "max" else max)(found, default=None)
 
     @property
     def _climb_words(self) -> str:

@@ -42,6 +42,15 @@ def test_a_true_claim_stands_and_the_share_is_the_rule_of_three():
     assert "found nothing beyond 4; none of 20 independent cases lie beyond" in found.sentence
 
 
+def test_a_value_beside_a_large_offset_is_told_with_the_digits_that_move():
+    def offset(**x):
+        return 1e9 + 1e-3 * sum(x.values())
+
+    assert "found nothing beyond 1000000000.004; none" in _attack(offset, value=offset(x=4.0)).sentence
+    beaten = _attack(offset, value=offset(x=3.5)).sentence
+    assert "found 1000000000.004, beyond 1000000000.0035; " in beaten
+
+
 def test_small_is_bad_where_the_sense_says_so():
     found = _attack(value=0.5, sense="min")
     assert found.largest == 0.0
