@@ -97,7 +97,7 @@ def concluded(
         attack=attack,
         gap_history=tuple(gaps.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
-        audit=audit_runs(ledger, model, worst=reported, unseen=unseen, rng=stream(seed, "audit")),
+        audit=audit_runs(ledger, model, gap=gap, worst=reported, unseen=unseen, rng=stream(seed, "audit")),
         border=border_of(
             ledger,
             model,

@@ -52,7 +52,7 @@ def concluded_by_mean(
         ),
         gap_history=tuple(gaps.looks),
         gap=replace(gap, upper=ledger.sign * gap.upper),
-        audit=audit_runs(means, model, rng=stream(seed, "audit")),
+        audit=audit_runs(means, model, gap=gap, rng=stream(seed, "audit")),
         profile=profile_of(ledger, model, where.unit([dict(first.parameters)])[0]),
         repeated=stated,
         not_attacked=asked.attack or 0,

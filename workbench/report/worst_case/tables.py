@@ -173,11 +173,14 @@ def audit_blocks(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[Block
         )
     if audit.get("combinations"):
         keys = list(dict.fromkeys(key for c in audit["combinations"] for key in c))
+        unit = str(worst.get("unit", "1"))
         blocks.append(
             Table(
                 id="combinations",
                 title="Discrete combinations",
-                columns=tuple(Column(name=key) for key in keys),
+                columns=tuple(
+                    Column(name=key, unit=unit if key in ("worst", "bound") else "1") for key in keys
+                ),
                 rows=tuple(tuple(_flat(c.get(key)) for key in keys) for c in audit["combinations"]),
             )
         )

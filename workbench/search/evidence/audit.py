@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from workbench.search.evidence.certificates import failed_points
-from workbench.search.evidence.gap import BOUND_FACTOR
+from workbench.search.evidence.combinations import combinations_tried
+from workbench.search.evidence.gap import BOUND_FACTOR, Gap
 from workbench.search.runs.ledger import Ledger, Run, distinct
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.model import SearchModel
@@ -118,14 +119,15 @@ def audit_runs(
     ledger: Ledger,
     model: SearchModel | None,
     *,
+    gap: Gap,
     worst: np.ndarray | None = None,
     unseen: Sequence[Run] = (),
     rng: np.random.Generator,
 ) -> Audit:
     """Audit the runs of a search; `model` is None where too few gave a value for a Kriging.
 
-    `worst`: the point (d,) that is reported, where it is not that of the worst run. `unseen`: runs of an
-    attack that the ledger does not hold.
+    `gap`: what is stated of the whole space, in the sign of the ledger. `worst`: the point (d,) that is
+    reported, where it is not that of the worst run. `unseen`: runs of an attack, not in the ledger.
     """
     where, runs = ledger.where, _Made.of(ledger, unseen)
     incumbent = ledger.incumbent if worst is None else worst
@@ -152,7 +154,9 @@ def audit_runs(
         is_corner=_is_corner(where, incumbent),
         monotone=monotone,
         monotone_share=share,
-        combinations=_combinations(ledger, runs, model, rng=rng),
+        combinations=()
+        if model is None
+        else combinations_tried(ledger, model, gap, u=runs.u, v=runs.v, excluded=runs.excluded, rng=rng),
         corner_consistent=consistent,
         gradient_signs=_gradient_signs(where, slopes * ledger.sign) if len(slopes) else {},
         gradient_runs=len(slopes),
@@ -209,48 +213,3 @@ def _monotonicity(
         words[name] = word
         signs.append({"rising": 1, "falling": -1, "mixed": 0}[word])
     return words, shares, signs
-
-
-def _combinations(
-    ledger: Ledger, runs: _Made, model: SearchModel | None, *, rng: np.random.Generator
-) -> tuple[dict[str, Any], ...]:
-    """Per discrete combination that the constraints allow: runs, worst value run, and whether its upper bound
-    exceeds the worst run. Where every factor is discrete, a combination that was run is known."""
-    where, u, v = ledger.where, runs.u, runs.v
-    table = where.combinations()
-    if table is None or model is None:
-        return ()
-    discrete = list(where.discrete)
-    sample = rng.random((500 if ledger.points is None else 1, where.dimension))
-    names = [where.space.names[j] for j in discrete]
-    judge = model.cautious or model
-    out = []
-    for combination in table:
-        points = sample.copy()
-        points[:, discrete] = combination
-        points = points[where.allowed(points)]
-        if not len(points):
-            continue
-        mine = _among(u, discrete, combination)
-        is_known = where.is_finite and (mine.any() or _among(runs.excluded, discrete, combination).any())
-        worst = float(v[mine].max()) if mine.any() else None
-        bound = float(judge.bound(where.features(points), BOUND_FACTOR).max())
-        if where.is_finite and worst is not None:
-            bound = worst
-        values = where.rows(points[:1])[0]
-        out.append(
-            {
-                "combination": {name: values[name] for name in names},
-                "runs": int(mine.sum()),
-                "worst": None if worst is None else ledger.sign * worst,
-                "bound": ledger.sign * bound,
-                "open": bool(not is_known and bound > v.max()),
-            }
-        )
-    return tuple(out)
-
-
-def _among(u: np.ndarray, discrete: list[int], combination: np.ndarray) -> np.ndarray:
-    """Which of the points (n, d) have the combination (k,) of discrete coordinates."""
-    same: np.ndarray = np.all(np.abs(u[:, discrete] - combination) < 1e-9, axis=1)
-    return same

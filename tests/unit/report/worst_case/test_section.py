@@ -12,6 +12,7 @@ from workbench.report.page.run_list import RunList
 from workbench.report.worst_case.figures import baseline_figures
 from workbench.report.worst_case.gap_figure import gap_figure
 from workbench.report.worst_case.section import gap_sentence, worst_case_section
+from workbench.report.worst_case.tables import audit_blocks
 from workbench.search.worst_case import worst_case
 from workbench.space.box import Parameter, Space
 from workbench.stages.campaign import Campaign
@@ -257,3 +258,11 @@ def test_parallel_axes_stay_when_one_parameter_was_selected(mixed):
     section = worst_case_section(folder)
     (figure,) = (b for b in section.blocks if isinstance(b, Figure) and b.id == "parallel")
     assert [c.name for c in figure.table.columns][2:4] == ["belt", "mass"]
+
+
+def test_bounds_of_discrete_combinations_are_shown_with_the_unit_of_the_response(folder):
+    space = Space([Parameter("a", lower=0.0, upper=1.0), Parameter("on", kind="binary")])
+    document = worst_case(lambda a, on: a * (1 + on), space, budget=12, seed=0).to_dict()
+    tables = {b.id: b for b in audit_blocks(folder, {**document, "unit": "mm"}) if isinstance(b, Table)}
+    heads = [column.heading for column in tables["combinations"].columns]
+    assert {"worst [mm]", "bound [mm]", "runs", "open"} <= set(heads)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from workbench.search.evidence.audit import audit_runs
+from workbench.search.evidence.gap import Gap
 from workbench.search.runs.given_runs import Run
 from workbench.search.runs.ledger import Ledger
 from workbench.space.box import Parameter, Space
@@ -11,6 +12,9 @@ BOX = Space([
     Parameter("a", lower=0.0, upper=1.0), Parameter("b", lower=0.0, upper=1.0),
     Parameter("kind", kind="categorical", levels=["x", "y"]),
 ])  # fmt: skip
+
+
+NONE = Gap(upper=2.0, width=0.0, coverage=0.95, kind="model-based")
 
 
 def attack_run(a, b, kind, value, status="ok"):
@@ -31,15 +35,17 @@ def test_corners_of_an_attack_are_counted_once_and_failed_ones_apart():
         attack_run(0.0, 1.0, "x", 1.0), attack_run(0.0, 1.0, "x", 1.0), attack_run(1.0, 1.0, "x", 2.0),
         attack_run(1.0, 0.0, "y", None, "failed"), attack_run(0.0, 0.0, "y", None, "excluded"),
     )  # fmt: skip
-    alone = audit_runs(opened(), None, rng=np.random.default_rng(0))
+    alone = audit_runs(opened(), None, gap=NONE, rng=np.random.default_rng(0))
     assert (alone.corners, alone.corners_run, alone.corners_failed) == (8, 1, 0)
-    told = audit_runs(opened(), None, unseen=unseen, rng=np.random.default_rng(0))
+    told = audit_runs(opened(), None, gap=NONE, unseen=unseen, rng=np.random.default_rng(0))
     assert (told.corners, told.corners_run, told.corners_failed) == (8, 2, 1)
     assert "2 of 8 corners were run" in told.sentences[0]
     assert "1 more failed and may be worse" in told.sentences[0]
 
 
 def test_the_point_that_is_reported_says_whether_it_is_a_corner():
-    assert audit_runs(opened(), None, rng=np.random.default_rng(0)).is_corner
-    inside = audit_runs(opened(), None, worst=np.array([0.5, 1.0, 0.0]), rng=np.random.default_rng(0))
+    assert audit_runs(opened(), None, gap=NONE, rng=np.random.default_rng(0)).is_corner
+    inside = audit_runs(
+        opened(), None, gap=NONE, worst=np.array([0.5, 1.0, 0.0]), rng=np.random.default_rng(0)
+    )
     assert not inside.is_corner
