@@ -23,6 +23,7 @@ from workbench.report.claims import (
     robust_layout_claims,
 )
 from workbench.report.lines.robust_layout import robust_layout_lines
+from workbench.report.lines.statements import screening_state
 from workbench.robust.re_evaluation import ReEvaluation, re_evaluate
 from workbench.robust_layout.bill import robust_bill, write_bill
 from workbench.robust_layout.loop import find_robust_layout
@@ -222,6 +223,8 @@ def _screened(
         "after": new,
         "gained": [name for name in new if name not in old],
         "lost": [name for name in old if name not in new],
+        "state_before": screening_state(before),
+        "state": after["state"],
         "verdict": after["verdict"],
         "q2": (after["leave_one_out"] or {}).get("q2"),
     }

@@ -30,6 +30,8 @@ from workbench.report.page.folder import CampaignFolder
 
 __all__ = ["after_text", "case_text", "findings_section", "was_resolved"]
 
+UNSETTLED_BEFORE = "the runs without restraints do not settle"
+
 
 def findings_section(folder: CampaignFolder) -> Section | None:
     """None without `robust_layout.json`."""
@@ -219,9 +221,11 @@ def _samples(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> list
     ]
 
 
-def was_resolved(found: Mapping[str, Any]) -> bool:
-    """Whether the screening with the layout saw all that matters: what it did not select is out then."""
-    return str(found.get("verdict") or "").startswith("resolved")
+def was_resolved(found: Mapping[str, Any], *, before: bool = False) -> bool:
+    """Whether the screening with the layout, or the one `before` it, saw all that matters: what it did not
+    select is out then. A document of old, without a state, does not say so.
+    """
+    return bool(found.get("state_before" if before else "state") == "resolved")
 
 
 def after_text(loop: Mapping[str, Any]) -> list[str]:
@@ -237,10 +241,11 @@ def after_text(loop: Mapping[str, Any]) -> list[str]:
         return [f"With the layout in, none of the parameters stands out from noise on the same runs{open_}."]
     verb = "drives" if len(found["after"]) == 1 else "drive"
     said = f"With the layout in, {names_of(found['after'], at_most=8)} {verb} it"
+    gained = "new:" if was_resolved(found, before=True) else f"seen only now, which {UNSETTLED_BEFORE}:"
     lost = "no longer" if is_resolved else "not seen any more, which these runs do not settle:"
     changes = [
         f"{word} {names_of(found[key], at_most=8)}"
-        for key, word in (("gained", "new:"), ("lost", lost))
+        for key, word in (("gained", gained), ("lost", lost))
         if found[key]
     ]
     return [f"{said}; {'; '.join(changes)}." if changes else f"{said}, as before."]

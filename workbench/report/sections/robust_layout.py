@@ -17,7 +17,7 @@ from workbench.report.page.blocks import (
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.findings import case_text, was_resolved
 
-__all__ = ["robust_layout_section"]
+__all__ = ["robust_layout_section", "screenings_table"]
 
 
 def robust_layout_section(folder: CampaignFolder) -> Section | None:
@@ -39,7 +39,7 @@ def robust_layout_section(folder: CampaignFolder) -> Section | None:
     if loop["variants"]:
         blocks += [_variants(loop, unit), *_prices(loop, unit)]
     if loop.get("screening") and loop["screening"]["after"] is not None:
-        blocks.append(_screenings(loop))
+        blocks.append(screenings_table(loop))
     return Section(
         id="robust-layout",
         title="Layout and worst case in turn",
@@ -142,16 +142,18 @@ def _prices(loop: Mapping[str, Any], unit: str) -> list[Table]:
     ]  # fmt: skip
 
 
-def _screenings(loop: Mapping[str, Any]) -> Table:
+def screenings_table(loop: Mapping[str, Any]) -> Table:
+    """Which parameters were seen to matter without the layout and with it, and which stay open."""
     found = loop["screening"]
     names = list(dict.fromkeys([*found["before"], *found["after"]]))
-    unseen = "–" if was_resolved(found) else "open"  # what noise hides may drive it all the same
+    # what noise hides may drive it all the same
+    before, after = ("–" if was_resolved(found, before=is_before) else "open" for is_before in (True, False))
     return Table(
         id="loop-screening",
         title="Which parameters matter, before and with the layout",
         columns=(Column(name="parameter"), Column(name="without restraints"), Column(name="with the layout")),
         rows=tuple(
-            (n, "yes" if n in found["before"] else "–", "yes" if n in found["after"] else unseen)
+            (n, "yes" if n in found["before"] else before, "yes" if n in found["after"] else after)
             for n in names
         ),
     )

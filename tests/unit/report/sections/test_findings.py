@@ -3,19 +3,18 @@
 import pytest
 
 from workbench.report.sections.findings import after_text, was_resolved
+from workbench.report.sections.robust_layout import screenings_table
 
-NOISE = "not resolved: no input explains the response better than noise does"
 
-
-def screened(after, before, verdict):
+def screened(after, before, state, state_before="resolved"):
     return {
-        "before": before, "after": after, "verdict": verdict,
+        "before": before, "after": after, "state": state, "state_before": state_before,
         "gained": [n for n in after if n not in before], "lost": [n for n in before if n not in after],
     }  # fmt: skip
 
 
 def test_a_screening_that_saw_nothing_does_not_say_that_nothing_drives_it():
-    (said,) = after_text({"screening": screened([], ["peak", "pulse"], NOISE)})
+    (said,) = after_text({"screening": screened([], ["peak", "pulse"], "not resolved")})
     assert said == (
         "With the layout in, none of the parameters stands out from noise on the same runs: whether peak and "
         "pulse still do is open."
@@ -23,19 +22,41 @@ def test_a_screening_that_saw_nothing_does_not_say_that_nothing_drives_it():
 
 
 @pytest.mark.parametrize(
-    ("verdict", "word"),
+    ("state", "word"),
     [
-        ("resolved: what is not selected explains less than 1 %", "no longer pulse"),
-        ("partly resolved: 9 % may hide", "not seen any more, which these runs do not settle: pulse"),
+        ("resolved", "no longer pulse"),
+        ("partly resolved", "not seen any more, which these runs do not settle: pulse"),
     ],
 )
-def test_what_is_lost_is_gone_only_where_the_screening_is_resolved(verdict, word):
-    found = screened(["peak", "mass"], ["peak", "pulse"], verdict)
+def test_what_is_lost_is_gone_only_where_the_screening_is_resolved(state, word):
+    found = screened(["peak", "mass"], ["peak", "pulse"], state)
     (said,) = after_text({"screening": found})
     assert said == f"With the layout in, peak and mass drive it; new: mass; {word}."
-    assert was_resolved(found) is verdict.startswith("resolved")
+    assert was_resolved(found) is (state == "resolved")
+
+
+@pytest.mark.parametrize("state", ["partly resolved", "not resolved", ""])
+def test_what_the_screening_before_could_not_see_is_not_called_new(state):
+    found = screened(["peak", "mass", "force"], ["peak"], "resolved", state)
+    (said,) = after_text({"screening": found})
+    assert said == (
+        "With the layout in, peak, mass and force drive it; seen only now, which the runs without restraints "
+        "do not settle: mass and force."
+    )
+
+
+@pytest.mark.parametrize(("state", "unseen"), [("resolved", "–"), ("not resolved", "open")])
+def test_the_table_says_of_both_screenings_what_they_left_open(state, unseen):
+    table = screenings_table({"screening": screened(["peak", "mass"], ["peak", "pulse"], state, state)})
+    assert table.rows == (("peak", "yes", "yes"), ("pulse", "yes", unseen), ("mass", unseen, "yes"))
+
+
+def test_a_document_that_tells_no_state_claims_nothing():
+    old = {"verdict": "resolved: all", "before": ["peak"], "after": ["peak"]}
+    assert not was_resolved(old)
+    assert not was_resolved(old, before=True)
 
 
 def test_the_same_parameters_as_before():
-    (said,) = after_text({"screening": screened(["peak"], ["peak"], "resolved: all")})
+    (said,) = after_text({"screening": screened(["peak"], ["peak"], "resolved")})
     assert said == "With the layout in, peak drives it, as before."
