@@ -17,6 +17,7 @@ from .partitions.canonical import CanonicalRuns
 from .partitions.landscape import PACKED_RUNS, landscape_of
 from .partitions.optimum import Landscape, Optimum, left_out_errors
 from .sets.anova import AnovaSets, anova_sets
+from .sets.joint_effect_of_the_rest import rest_gain
 from .sets.methods import Found, find_sets
 from .sets.rival_sets import CLEAR_MARGIN, Rivals
 from .sets.rules import Rules
@@ -190,6 +191,10 @@ def examined(
         )
         confirmed += (unit,)
         errors, share = _unexplained(ground, end, runs)
+    if confirmed:
+        at = found.accepted
+        rest = rest_gain(ground, found.sets[at], found.optima[at].phi, rules.nugget)
+        found = replace(found, rest_gain=rest)  # of those that are still not selected, if any
     if testify and share.upper > RESOLVED_SHARE:
         regression = quadratic_witness(runs, rng=rng).inputs
         disputed = tuple(dict.fromkeys((*disputed, *regression)))

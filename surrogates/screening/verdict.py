@@ -12,7 +12,8 @@ as x is, from that set.
 
 Of a response screened by its ranks x, y and all shares are of the variance of the ranks, and every sentence
 says so; what left-out runs leave unexplained of the response itself is said beside them, and keeps it from
-being resolved. Where all inputs are selected nothing is left to hide, whatever stays unexplained.
+being resolved. Where all inputs are selected nothing is left to hide, whatever stays unexplained, and no
+sentence says what is missing.
 
 A second witness (`surrogates.screening.witness`) that names an input which the likelihood does not confirm,
 or one that only both together show, keeps a screening from being resolved.
@@ -174,6 +175,8 @@ def judge(
     x = 1.0 - e.q2 if e.hidden_share is None else e.hidden_share
     doubts = _doubts(e, x, name)
     missing = f"no input above {percent(x)} of {e.whole} is missing"
+    if e.lists_all:
+        missing = "every input is selected or listed apart" if e.minor else "all inputs are selected"
     where = _where(e.rough_side, name, place or (lambda column, bound: f"{bound:.3g}"))
     known = ""
     if e.repeated:
@@ -197,7 +200,7 @@ def judge(
         return Judgement(state="resolved", verdict=verdict, advice=known)
     hide = f"{percent(x)} of {e.whole} may hide further inputs" if x > RESOLVED_SHARE else missing
     if e.lists_all and x > RESOLVED_SHARE:
-        hide = f"all inputs are selected, and up to {percent(x)} of {e.whole} stays unexplained"
+        hide = f"{missing}, and up to {percent(x)} of {e.whole} stays unexplained"
     said = [
         hide,
         *([ANOVA_RUNS] if e.is_anova else [ROUGH_RUNS] if e.is_rough else []),

@@ -177,6 +177,14 @@ def test_where_all_inputs_are_selected_none_is_left_to_hide():
     for said in (found, opened, few):
         assert not any(word in said.verdict for word in ("hide", "missed"))
         assert "weaker" not in said.advice
+    sure = judge(evidence(n_selected=6, hidden_share=0.001))
+    assert sure.verdict.startswith("resolved: all inputs are selected; every set that misses")
+    apart = judge(evidence(n_selected=6, hidden_share=0.001, minor=(2,)))
+    assert apart.verdict.startswith("resolved: every input is selected or listed apart; ")
+    scarce = judge(evidence(n_selected=6, hidden_share=0.001, n_runs=12))
+    assert scarce.verdict == "not resolved: 12 runs are few for 6 inputs; all inputs are selected"
+    for said in (sure, apart, scarce):
+        assert "missing" not in said.verdict
     one_less = judge(evidence(n_selected=5, hidden_share=0.093))
     assert "9.3 % of the variance may hide further inputs" in one_less.verdict
     assert one_less.advice == "add about 30 runs to see weaker inputs"

@@ -46,8 +46,8 @@ def test_the_loop_finds_the_layout_that_makes_both_ends_equal(standard):
     )  # only what corners do not break is searched
     assert found["variants"][0]["worst"] > worst["robust"]
     assert set(found["screening"]["before"]) == {"u"}
-    assert found["screening"]["state_before"] == read_json(folder / "screening.json")["state"]
-    assert found["screening"]["state"] == read_json(folder / "screening_after.json")["state"]
+    assert found["screening"]["state_before"] == json.loads((folder / "screening.json").read_text())["state"]
+    assert found["screening"]["state"] == json.loads((folder / "screening_after.json").read_text())["state"]
     assert not found["broken_by_samples"]
 
 

@@ -220,12 +220,17 @@ def state_text(screening: Mapping[str, Any]) -> str:
     'not resolved'
     >>> state_text({"state": "partly resolved", "hidden_share": 0.09, "selected": ["a"], "ranking": ["a"]})
     'partly resolved, all parameters selected'
+    >>> state_text({"state": "resolved", "hidden_share": 0.01, "minor": ["a"], "ranking": ["a"]})
+    'resolved, every parameter selected or listed apart'
     """
     state, share = screening_state(screening), screening.get("hidden_share")
     if state not in ("resolved", "partly resolved") or share is None:
         return state
-    if state == "partly resolved" and lists_all(screening):
-        return f"{state}, all parameters selected"
+    if lists_all(screening):
+        apart = screening.get("minor")
+        return (
+            f"{state}, {'every parameter selected or listed apart' if apart else 'all parameters selected'}"
+        )
     return f"{state}, down to {max(100.0 * float(share), 0.1):.2g} % of {variance_text(screening)}"
 
 

@@ -266,5 +266,8 @@ def test_shares_of_ranks_are_said_to_be_theirs_wherever_they_are_told():
 def test_where_all_parameters_are_selected_no_share_is_told_down_to_which_they_are():
     screening = {"state": "partly resolved", "hidden_share": 0.093, "selected": ["grip"], "minor": ["tyre"]}
     every = screening | {"ranking": ["grip", "tyre", "road"], "diagnosis": {"constant": ["road"]}}
-    assert state_text(every) == "partly resolved, all parameters selected"
+    assert state_text(every) == "partly resolved, every parameter selected or listed apart"
+    selected = every | {"selected": ["grip", "tyre"], "minor": []}
+    for state in ("partly resolved", "resolved"):
+        assert state_text(selected | {"state": state}) == f"{state}, all parameters selected"
     assert "down to 9.3 %" in state_text(every | {"diagnosis": {}})

@@ -1,5 +1,7 @@
 """The second witness: slopes, squares and products by regression, and inputs in leave-one-out errors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,14 +83,17 @@ def test_a_named_input_joins_when_the_likelihood_confirms_it():
     found = Found(
         sets=[(), (first,)], optima=[none, alone], accepted=1, etas=[np.full(6, 2.0)] * 2, ranked=(first,)
     )
-    seen = examined(found, runs, RULES, testify=True, rng=np.random.default_rng(0))
+    stale = replace(found, rest_gain=5.0)  # of the rest that the confirmed one was still a part of
+    seen = examined(stale, runs, RULES, testify=True, rng=np.random.default_rng(0))
     assert given(runs, seen.confirmed) == {4}
+    assert seen.found.rest_gain < 1.5
     assert given(runs, seen.found.sets[seen.found.accepted]) == {2, 4}
     assert seen.found.optima[-1].value > alone.value + 1.92
     assert seen.disputed == ()
     assert seen.share.upper < 0.01
-    unasked = examined(found, runs, RULES, testify=False, rng=np.random.default_rng(0))
+    unasked = examined(stale, runs, RULES, testify=False, rng=np.random.default_rng(0))
     assert unasked.confirmed == ()
+    assert unasked.found.rest_gain == 5.0
     assert unasked.share.upper > 0.05
 
 
