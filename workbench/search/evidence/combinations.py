@@ -55,7 +55,7 @@ def combinations_tried(
     mine = [_among(u, discrete, combination) for combination in table]
     worst = [float(v[which].max()) if which.any() else None for which in mine]
     known = [
-        where.is_finite and (which.any() or _among(excluded, discrete, combination).any())
+        bool(where.is_finite and (which.any() or _among(excluded, discrete, combination).any()))
         for which, combination in zip(mine, table, strict=True)
     ]
     bounds = _bounds(ledger, model, pools, known)
