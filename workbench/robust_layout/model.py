@@ -17,6 +17,7 @@ cases, threads=...)` gives the responses, or the error, of many cases in one cal
 
 import importlib
 import sys
+import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import blake2b
@@ -37,6 +38,9 @@ Array = NDArray[np.float64]
 
 LAYOUT = "layout"  # the key beside the uncertain parameters that names the layout of a run
 NEEDED = ("title", "response", "unit", "members", "problem", "as_response", "responses")
+
+LIBRARIES = {"site-packages", "dist-packages", f"python{sys.version_info[0]}.{sys.version_info[1]}"}
+"""Folders whose code is not the user's."""
 
 
 class LayoutModel(Protocol):
@@ -83,19 +87,24 @@ def load_problem(
         raise StudyError(f"layout problem needs the form 'module:function', got '{reference}'")
     if folder is not None and str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
+    told, given = f"layout problem '{reference}'", dict(options or {})
     try:
-        function = getattr(importlib.import_module(module_name), function_name)
+        module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
         raise StudyError(
-            f"layout problem '{reference}': no module '{error.name}'. Put it beside the study file or "
-            "install it"
+            f"{told}: no module '{error.name}'. Put it beside the study file or install it"
         ) from error
-    except AttributeError as error:
-        raise StudyError(f"layout problem '{reference}': module has no '{function_name}'") from error
+    except Exception as error:
+        raise StudyError(f"{told}: importing {module_name} failed: {_told(error)}") from error
+    function = getattr(module, function_name, None)
+    if function is None:
+        raise StudyError(f"{told}: module has no '{function_name}'")
     try:
-        return function(**dict(options or {}))
-    except (TypeError, ValueError) as error:
-        raise StudyError(f"layout problem '{reference}' with {dict(options or {})}: {error}") from error
+        return function(**given)
+    except StudyError:
+        raise
+    except Exception as error:
+        raise StudyError(f"{told} with {given}: {_told(error)}") from error
 
 
 def load_layout_model(
@@ -103,16 +112,42 @@ def load_layout_model(
 ) -> LayoutModel:
     """Call "module:function" with the options; modules beside the study file are found.
 
-    Raises StudyError when it cannot be called or what it gives is no layout model.
+    Raises StudyError when it cannot be called, what it gives is no layout model, or that cannot say what it
+    is.
     """
     model = load_problem(reference, options, folder=folder)
-    missing = [name for name in NEEDED if not hasattr(model, name)]
+    missing = []
+    for name in NEEDED:
+        try:
+            getattr(model, name)
+        except Exception as error:
+            if isinstance(error, AttributeError) and not hasattr(type(model), name):
+                missing.append(name)
+                continue
+            raise StudyError(
+                f"layout model '{reference}' with {dict(options or {})} does not give its {name}: "
+                f"{_told(error)}"
+            ) from error
     if missing:
         raise StudyError(
             f"layout model '{reference}' gives a {type(model).__name__} without {', '.join(missing)}; "
             f"it needs {', '.join(NEEDED)}"
         )
     return model  # type: ignore[no-any-return]
+
+
+def _told(error: Exception) -> str:
+    """An error of the user's code: its kind, its words, and the line of theirs that it came from."""
+    said = f"{type(error).__name__}: {error}"
+    own = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename != __file__ and not LIBRARIES.intersection(Path(frame.filename).parts)
+        and not frame.filename.startswith("<")
+    ]  # fmt: skip
+    if not own:
+        return said
+    return f"{said} ({Path(own[-1].filename).name}, line {own[-1].lineno}, in {own[-1].name})"
 
 
 def layout_name(density: Array) -> str:

@@ -39,6 +39,8 @@ from workbench.robust_layout.model import LayoutModel, load_layout_model
 from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
+from workbench.search.evidence.grade import fewest_runs
+from workbench.search.runs.unit_space import SearchSpace
 from workbench.stages.work import Work
 from workbench.study.messages import placed
 from workbench.study.record import Study
@@ -55,8 +57,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     Raises StudyError for an unusable model or nominal case, Interrupted when the user stops it.
     """
     study = campaign.study
-    model = load_layout_model(table["model"], table["options"], folder=study.folder)
-    study.response(model.response)  # refuses a response that the study does not have
+    model = _model(study, table["options"])
     identity = _model_identity(campaign, table)
     settings = LoopSettings(
         scenarios=table["scenarios"], evaluations=table["evaluations"], budget=table["budget"],
@@ -257,7 +258,7 @@ def _variant(
     name, options = variant["name"], {**table["options"], **variant["options"]}
     campaign.progress.stage("robust_layout", f"layout '{name}'")
     document = variant_document(
-        load_layout_model(table["model"], options, folder=campaign.study.folder), found,
+        _model(campaign.study, options), found,
         folder=campaign.folder / "rounds", evaluations=table["evaluations"],
         identity=f"{identity} {json.dumps(options, sort_keys=True)}",
     )  # fmt: skip
@@ -287,13 +288,55 @@ def _planned_runs(study: Study, folder: Path) -> int:
     return int(runs + 3 * table["samples"])
 
 
+def _model(study: Study, options: Mapping[str, Any]) -> LayoutModel:
+    """The layout model with these options, for a response that the study has, in the study's unit.
+
+    Raises StudyError.
+    """
+    reference = (study.robust_layout or {})["model"]
+    model = load_layout_model(reference, options, folder=study.folder)
+    known = {response.name: response.unit for response in study.responses}
+    if model.response not in known:
+        raise StudyError(
+            f"the layout model '{reference}' is for the response {model.response!r}, which the study does "
+            f"not have; its responses are {', '.join(known)}"
+        )
+    theirs, ours = (_plain_unit(unit) for unit in (model.unit, known[model.response]))
+    if theirs != ours:
+        raise StudyError(
+            f"the layout model '{reference}' gives {model.response} in {model.unit!r}, the study's response "
+            f"{model.response} is in {known[model.response]!r}. Give both in one unit"
+        )
+    return model
+
+
+def _plain_unit(unit: str) -> str:
+    """A unit without what only its spelling has: m/s^2 and m/s2 are one."""
+    return unit.replace("^", "").replace(" ", "") or "1"
+
+
 def _check(study: Study) -> None:
     """The layout model and those of the variants can be made, for a response of the study."""
     table = study.robust_layout or {}
-    for options in (table["options"], *({**table["options"], **v["options"]} for v in table["variant"])):
-        with placed(study.text, study.where, ("robust_layout", "model")):
-            model = load_layout_model(table["model"], options, folder=study.folder)
-            study.response(model.response)
+    with placed(study.text, study.where, ("robust_layout", "model")):
+        _model(study, table["options"])
+    for k, variant in enumerate(table["variant"]):
+        with placed(study.text, study.where, ("robust_layout", "variant", k, "options")):
+            _model(study, {**table["options"], **variant["options"]})
 
 
-WORK = Work(run=_run, inputs=_inputs, lines=robust_layout_lines, planned_runs=_planned_runs, check=_check)
+def _notes(study: Study) -> list[str]:
+    """What is allowed and worth a word."""
+    budget, needed = (study.robust_layout or {})["budget"], fewest_runs(study.space.dimension)
+    if budget >= min(needed, SearchSpace.of(study.space).size):  # or runs all that there are
+        return []
+    return [
+        f"[robust_layout] budget = {budget} is too short an attack to call the loop closed: over "
+        f"{study.space.dimension} parameters it takes {needed} true runs"
+    ]
+
+
+WORK = Work(
+    run=_run, inputs=_inputs, lines=robust_layout_lines, planned_runs=_planned_runs, check=_check,
+    notes=_notes,
+)  # fmt: skip

@@ -35,13 +35,16 @@ def check_study(study: Study) -> dict[str, Any]:
         )
     if kind not in ("table", "ask"):
         _open_elsewhere(study.spec(version=study.model["version"]))
+    notes: list[str] = []
     for stage in stages:
         if stage.work.check is not None:
             stage.work.check(study)
+        if stage.work.notes is not None:
+            notes += stage.work.notes(study)
     names = ", ".join(stage.name for stage in stages)
     d = study.space.dimension
     summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {names}"
-    return {"valid": True, "summary": summary, **study.to_dict()}
+    return {"valid": True, "summary": summary, "notes": notes, **study.to_dict()}
 
 
 def _check_table(study: Study) -> None:

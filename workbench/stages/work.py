@@ -25,6 +25,7 @@ class Work:
     lines: the document for a terminal.
     planned_runs: how many runs it may make, None where nobody can tell; None itself for a stage without runs.
     check: what can be told without running anything; raises StudyError.
+    notes: what a checked table allows and is worth a word, in sentences without their full stops.
     """
 
     run: "Callable[[CampaignRuns, Table], dict[str, Any]]"
@@ -32,3 +33,4 @@ class Work:
     lines: Callable[[Document], list[str]]
     planned_runs: "Callable[[Study, Path], int | None] | None" = None
     check: "Callable[[Study], None] | None" = None
+    notes: "Callable[[Study], list[str]] | None" = None

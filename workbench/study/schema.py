@@ -42,7 +42,14 @@ def _open_side(limit: float) -> float | None:
     return None if isinf(limit) else limit
 
 
+def _share(tolerance: float) -> float:
+    if not tolerance < 1:
+        raise ValueError("a share below 1, such as 0.02 for 2 %")
+    return tolerance
+
+
 Limit = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_number), AfterValidator(_open_side)]
+Share = Annotated[Positive, AfterValidator(_share)]
 Limits = Annotated[list[Limit], Field(min_length=2, max_length=2)]
 
 
@@ -249,7 +256,7 @@ class WorstCaseTable(Table):
     quantile: Annotated[float, Field(ge=0.5, le=0.99)] | None = None
     quantile_budget: Runs | None = None
     batch: Annotated[int, Field(ge=1, le=1024)] = 1
-    tolerance: Positive | None = None
+    tolerance: Share | None = None
     lipschitz: Positive | None = None
     enclosure: Text | None = None
     enclosure_calls: Count = 2000
@@ -326,7 +333,7 @@ class RobustLayoutTable(Table):
     scouts: Annotated[int, Field(ge=0)] | None = None
     joining: Annotated[int, Field(ge=1, le=12)] = 6
     rounds: Annotated[int, Field(ge=1, le=100)] = 12
-    tolerance: Positive = 0.02
+    tolerance: Share = 0.02
     samples: Annotated[int, Field(ge=10, le=MOST_RUNS)] = 1000
     limit: float | None = None
     required: Annotated[dict[str, Limits], Field(min_length=1)] | None = None

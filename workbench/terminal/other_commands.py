@@ -23,6 +23,7 @@ def validate(
     json_: Json = False,
 ) -> None:
     """Check a study file and its model without running anything."""
+    from workbench.report.lines.tables import hanging
     from workbench.stages.validation import check_study
     from workbench.study.loading import json_schema, load_study
 
@@ -32,7 +33,8 @@ def validate(
     if study is None:
         raise typer.BadParameter("give a study file, or --schema")
     found = check_study(load_study(study))
-    finish(found, [f"{study.name} is valid: {found['summary']}"], as_json=json_)
+    notes = [line for said in found["notes"] for line in hanging("note: ", said, indent=2)]
+    finish(found, [f"{study.name} is valid: {found['summary']}", *notes], as_json=json_)
 
 
 @commands.command()

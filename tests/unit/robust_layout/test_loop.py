@@ -293,8 +293,6 @@ def test_plan_and_validate_know_the_stage(tmp_path):
     wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
     with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):
         check_study(study(tmp_path, wrong))
-    with pytest.raises(StudyError, match="no response 'push'"):
-        check_study(study(tmp_path, STUDY.replace('"push"', '"pull"')))
 
 
 def test_a_sample_that_breaks_the_bound_counts_where_another_layout_failed():

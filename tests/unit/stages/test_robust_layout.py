@@ -1,0 +1,106 @@
+"""What a check says of a `[robust_layout]` table before anything runs."""
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.sample_layout import STUDY, changed, study
+from workbench.errors import StudyError
+from workbench.robust_layout.model import load_layout_model, load_problem
+from workbench.stages.validation import check_study
+from workbench.terminal.cli import app
+
+MODEL_LINE = STUDY.splitlines().index('model = "tests.sample_layout:two_members"') + 1
+
+
+def test_another_unit_than_the_layout_models_is_refused_with_both(tmp_path):
+    said = (
+        rf"two.toml, line {MODEL_LINE}: the layout model 'tests.sample_layout:two_members' gives push in "
+        "'N', the study's response push is in 'kN'. Give both in one unit"
+    )
+    with pytest.raises(StudyError, match=said):
+        check_study(study(tmp_path, changed('unit = "N"', 'unit = "kN"')))
+
+
+def test_a_unit_may_be_spelt_in_two_ways(tmp_path, monkeypatch):
+    monkeypatch.setattr("tests.sample_layout.TwoMembers.unit", "m/s^2")
+    check_study(study(tmp_path, changed('unit = "N"', 'unit = "m/s2"')))
+    monkeypatch.setattr("tests.sample_layout.TwoMembers.unit", "")
+    check_study(study(tmp_path, changed('unit = "N"', 'unit = "1"')))
+
+
+def test_a_response_that_the_layout_model_alone_has_is_said_to_be_its(tmp_path):
+    said = (
+        rf"two.toml, line {MODEL_LINE}: the layout model 'tests.sample_layout:two_members' is for the "
+        "response 'push', which the study does not have; its responses are pull"
+    )
+    with pytest.raises(StudyError, match=said):
+        check_study(study(tmp_path, STUDY.replace('"push"', '"pull"')))
+
+
+def test_a_variant_is_refused_on_its_own_line(tmp_path):
+    wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
+    line = len(wrong.splitlines())
+    with pytest.raises(StudyError, match=rf"two.toml, line {line}: .*keyword argument 'colour'"):
+        check_study(study(tmp_path, wrong))
+
+
+BROKEN = """
+KINDS = {"box": "a box"}
+class Model:
+    response, unit, members = "push", "N", 2
+    problem = as_response = responses = None
+    def __init__(self, kind):
+        self.kind = kind
+    @property
+    def title(self):
+        return KINDS[self.kind]
+def model(kind):
+    return Model(kind)
+def hasty(kind):
+    return KINDS[kind]
+def vague(kind):
+    made = Model(kind)
+    made.kind = made.sort
+    return made
+"""
+
+
+def test_an_error_of_the_users_code_is_told_with_their_line(tmp_path):
+    (tmp_path / "broken_layouts.py").write_text(BROKEN)
+    with pytest.raises(
+        StudyError,
+        match=r"layout model 'broken_layouts:model' with \{'kind': 'boxx'\} does not give its title: "
+        r"KeyError: 'boxx' \(broken_layouts.py, line 10, in title\)",
+    ):
+        load_layout_model("broken_layouts:model", {"kind": "boxx"}, folder=tmp_path)
+    with pytest.raises(StudyError, match=r"KeyError: 'boxx' \(broken_layouts.py, line 14, in hasty\)"):
+        load_problem("broken_layouts:hasty", {"kind": "boxx"}, folder=tmp_path)
+    with pytest.raises(StudyError, match=r"no attribute 'sort' \(broken_layouts.py, line 17, in vague\)"):
+        load_problem("broken_layouts:vague", {"kind": "box"}, folder=tmp_path)
+    (tmp_path / "no_python.py").write_text("def f(:\n")
+    with pytest.raises(StudyError, match="'no_python:f': importing no_python failed: SyntaxError"):
+        load_problem("no_python:f", folder=tmp_path)
+
+
+@pytest.mark.parametrize("table", ["robust_layout", "worst_case"])
+def test_a_tolerance_is_a_share(tmp_path, table):
+    text = changed(f"[{table}]", f"[{table}]\ntolerance = 2")
+    said = rf"{table}.tolerance needs a share below 1, such as 0.02 for 2 %, got 2"
+    with pytest.raises(StudyError, match=said):
+        study(tmp_path, text)
+
+
+def test_an_attack_too_short_to_close_a_loop_is_worth_a_word(tmp_path):
+    said = (
+        "[robust_layout] budget = 45 is too short an attack to call the loop closed: over 2 parameters it "
+        "takes 50 true runs"
+    )
+    assert check_study(study(tmp_path, changed("budget = 60", "budget = 45")))["notes"] == [said]
+    shown = CliRunner().invoke(app, ["validate", str(tmp_path / "two.toml")]).output.splitlines()
+    assert " ".join(line.strip() for line in shown[1:]) == f"note: {said}"
+    assert max(map(len, shown[1:])) <= 80
+    assert check_study(study(tmp_path))["notes"] == []
+    few = 'kind = "discrete"\nlevels = [0, 0.9]'
+    both = changed("lower = -1\nupper = 1", few, changed("lower = 0\nupper = 1", few))
+    both = both.replace("v = 0.5", "v = 0.9").replace("budget = 60", "budget = 45")
+    assert check_study(study(tmp_path, both))["notes"] == []  # all four cases are run
