@@ -43,23 +43,34 @@ def runs_section(folder: CampaignFolder) -> Section | None:
     if not len(runs):
         return None
     counts, stages = runs.counts, runs.by_stage
+    of_layouts = _of_layouts(folder)
     sentence = "; ".join(f"{n} {STATUS_WORDS.get(status, status)}" for status, n in counts.items())
     sentences = [f"{len(runs)} runs: {sentence}."]
+    if of_layouts:
+        said = "; ".join(f"{n} {STATUS_WORDS.get(status, status)}" for status, n in of_layouts.items())
+        sentences.append(
+            f"The robust loop made {sum(of_layouts.values())} further true runs, of layouts, kept in "
+            f"layouts.sqlite: {said}."
+        )
     if folder.n_others:
         sentences.append(
             f"{folder.n_others} more are stored, of another model, version or set of parameters; they are no "
             "part of this."
         )
     if runs.wall > 0:
-        sentences.append(f"Together they took {number(runs.wall, 3)} s.")
+        which = "they" if not of_layouts else f"the {len(runs)} runs"
+        sentences.append(f"Together {which} took {number(runs.wall, 3)} s.")
+    statuses = list(dict.fromkeys([*counts, *of_layouts]))
+    rows = {STAGE_WORDS.get(stage, stage): of for stage, of in stages.items()}
+    if of_layouts:
+        rows["layouts of the robust loop"] = of_layouts
     blocks: list[Block] = [
         Table(
             id="run-counts",
             title="Runs by stage and status",
-            columns=(Column(name="stage"), *(Column(name=s) for s in counts), Column(name="all")),
+            columns=(Column(name="stage"), *(Column(name=s) for s in statuses), Column(name="all")),
             rows=tuple(
-                (STAGE_WORDS.get(stage, stage), *(of.get(s, 0) for s in counts), sum(of.values()))
-                for stage, of in stages.items()
+                (stage, *(of.get(s, 0) for s in statuses), sum(of.values())) for stage, of in rows.items()
             ),
         )
     ]
@@ -87,8 +98,15 @@ def runs_section(folder: CampaignFolder) -> Section | None:
             "runs": len(runs),
             "counts": counts,
             "by_stage": {stage: sum(of.values()) for stage, of in stages.items()},
+            "of_layouts": of_layouts,
         },
     )
+
+
+def _of_layouts(folder: CampaignFolder) -> dict[str, int]:
+    """True runs of the robust loop by status, which its own store holds; none without a loop."""
+    loop = folder.documents.get("robust_layout")
+    return {} if loop is None else {str(status): int(n) for status, n in loop["runs"].items() if n}
 
 
 def _responses(folder: CampaignFolder) -> Figure | None:

@@ -91,6 +91,23 @@ def test_a_sample_holds_small_stages_extremes_and_what_is_asked_for(runs):
     np.testing.assert_array_equal(design, np.linspace(0, 49, 10).astype(int))
 
 
+def test_the_runs_of_a_robust_loop_are_named_and_counted_apart(stored):
+    folder = CampaignFolder.opened(stored[0], documents=("design", "worst_case", "screening"))
+    folder.documents["robust_layout"] = None
+    assert "layouts" not in " ".join(runs_section(folder).sentences)
+    folder.documents["robust_layout"] = {"runs": {"ok": 7780, "timeout": 5}}
+    section = runs_section(folder)
+    assert section.sentences[1] == (
+        "The robust loop made 7785 further true runs, of layouts, kept in layouts.sqlite: 7780 gave a value; "
+        "5 took too long and were stopped."
+    )
+    table = section.blocks[0]
+    assert [column.name for column in table.columns] == ["stage", "failed", "ok", "queued", "timeout", "all"]
+    assert table.rows[-1] == ("layouts of the robust loop", 0, 7780, 0, 5, 7785)
+    assert table.rows[0][-2:] == (0, 50)
+    assert section.numbers["of_layouts"] == {"ok": 7780, "timeout": 5}
+
+
 def test_the_page_says_what_is_a_sample(stored, monkeypatch):
     folder = CampaignFolder.opened(stored[0], documents=("design", "worst_case", "screening"))
     assert "drawn and listed" not in str(runs_section(folder).blocks)
