@@ -23,6 +23,24 @@ class Distribution:
     name: str
     parameters: Mapping[str, float] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, given: Any, *, parameter: str) -> "Distribution":
+        """A distribution as it is, or of a mapping as a study file has it: `name` and keywords beside it.
+
+        Raises StudyError for anything else.
+
+        >>> Distribution.of({"name": "norm", "loc": 3.0}, parameter="grip")
+        Distribution(name='norm', parameters={'loc': 3.0})
+        """
+        if isinstance(given, cls):
+            return given
+        if not isinstance(given, Mapping) or not isinstance(given.get("name"), str):
+            raise StudyError(
+                f"parameter {parameter!r}: distribution needs a mapping with the name of a law, such as "
+                f"{{'name': 'norm', 'loc': 80.0, 'scale': 10.0}}, got {given!r}"
+            )
+        return cls(given["name"], {key: value for key, value in given.items() if key != "name"})
+
     def frozen(self) -> Any:
         """The scipy.stats distribution."""
         from scipy import stats
@@ -32,6 +50,12 @@ class Distribution:
             raise StudyError(
                 f"distribution {self.name!r} is no continuous one of scipy.stats, such as 'norm'"
             )
+        needed = [key.strip() for key in (family.shapes or "").split(",") if key.strip()]
+        known = [*needed, "loc", "scale"]
+        if not set(needed) <= set(self.parameters) <= set(known):
+            must = f" and needs {' and '.join(needed)}" if needed else ""
+            came = ", ".join(map(str, self.parameters)) or "none of them"
+            raise StudyError(f"distribution {self.name!r} takes {', '.join(known)}{must}, got {came}")
         try:
             law = family(**{key: float(value) for key, value in self.parameters.items()})
         except (TypeError, ValueError) as exc:

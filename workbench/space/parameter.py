@@ -39,8 +39,9 @@ class Parameter:
     """One uncertain input: name, bounds, unit and kind.
 
     Bounds come as `lower` and `upper`, as `baseline` with `factor` (two multipliers), or from the 0.1 % and
-    99.9 % quantiles of `distribution`. Discrete and categorical ones have `levels` instead; a continuous one
-    with `step` takes only the values lower, lower + step, ...
+    99.9 % quantiles of `distribution`, which may be a mapping as a study file has it. Discrete and
+    categorical ones have `levels` instead; a continuous one with `step` takes only the values lower,
+    lower + step, ...
 
     >>> Parameter("grip", lower=350, upper=700, unit="N", step=7).levels_count
     51
@@ -69,6 +70,9 @@ class Parameter:
             if getattr(self, key) not in allowed:
                 came = f"{key} is one of {', '.join(allowed)}, got {getattr(self, key)!r}"
                 raise StudyError(f"parameter {self.name!r}: {came}")
+        if self.distribution is not None:
+            law = Distribution.of(self.distribution, parameter=self.name)
+            object.__setattr__(self, "distribution", law)
         if self.kind in ("binary", "discrete", "categorical"):
             self._has_levels()
         else:
@@ -194,10 +198,6 @@ class Parameter:
         for name in ("levels", "factor"):
             if given.get(name) is not None:
                 given[name] = tuple(given[name])
-        law = given.get("distribution")
-        if isinstance(law, Mapping):
-            rest = {k: v for k, v in law.items() if k != "name"}
-            given["distribution"] = Distribution(str(law.get("name")), rest)
         try:
             return cls(**given)
         except TypeError as exc:

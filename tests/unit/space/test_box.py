@@ -73,6 +73,12 @@ def test_constraints_mark_unit_points():
     assert Space([Parameter("a", lower=0, upper=1)]).feasible(np.zeros((3, 1))).all()
 
 
+def test_a_distribution_may_be_a_mapping_as_in_a_study_file():
+    mapped = Parameter("m", distribution={"name": "norm", "loc": 80.0, "scale": 10.0})
+    assert mapped == Parameter("m", distribution=Distribution("norm", {"loc": 80.0, "scale": 10.0}))
+    assert mapped == Parameter.from_dict(mapped.to_dict())
+
+
 def test_a_distribution_sets_missing_bounds_and_quantiles():
     p = Parameter("m", unit="kg", distribution=Distribution("norm", {"loc": 80, "scale": 10}))
     assert (p.lower, p.upper) == pytest.approx((49.0977, 110.9023), abs=1e-3)  # 80 -+ 3.0902 sd
@@ -145,7 +151,15 @@ REFUSED = [
     ),
     ({"factor": (2, 0.5), "baseline": 3}, r"needs factor\[0\] < factor\[1\] and a baseline other than 0"),
     ({"distribution": Distribution("gauss")}, "no continuous one of scipy.stats"),
-    ({"distribution": Distribution("norm", {"mean": 3})}, "distribution 'norm'"),
+    ({"distribution": Distribution("norm", {"mean": 3})}, "distribution 'norm' takes loc, scale, got mean"),
+    ({"distribution": {"name": "norm", "mu": 3.0}}, "distribution 'norm' takes loc, scale, got mu"),
+    (
+        {"distribution": {"name": "beta", "a": 3.0}},
+        "distribution 'beta' takes a, b, loc, scale and needs a and b, got a",
+    ),
+    ({"distribution": {"name": "gamma"}}, "'gamma' takes a, loc, scale and needs a, got none of them"),
+    ({"distribution": {"loc": 3.0}}, r"parameter 'k': distribution needs a mapping with the name of a law"),
+    ({"distribution": "norm"}, r"such as {'name': 'norm', 'loc': 80.0, 'scale': 10.0}, got 'norm'"),
     ({"distribution": Distribution("norm", {"scale": -3})}, "has no median"),
     ({"distribution": Distribution("norm"), "kind": "integer"}, "goes with 'continuous' without step"),
 ]
