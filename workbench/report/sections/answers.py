@@ -47,10 +47,21 @@ def question(folder: CampaignFolder) -> str:
     if response is None:
         return f"What do {what} do?"
     asked = f"Which of {what} drive {response}"
+    if not _asks_which(folder):
+        if worst is None:
+            return f"What do {what} do to {response}?"
+        size = "large" if worst["sense"] == "max" else "small"
+        return f"How {size} can {worst['response']} get over {what}?"
     if worst is None:
         return f"{asked}?"
     what = "it" if worst["response"] == response else worst["response"]
     return f"{asked}, and how {'large' if worst['sense'] == 'max' else 'small'} can {what} get?"
+
+
+def _asks_which(folder: CampaignFolder) -> bool:
+    """Whether a screening was asked for, or made without being asked for in the study."""
+    made = any(folder.documents.get(name) is not None for name in ("screening", "sensitivity"))
+    return made or bool(folder.lock.get("resolved", {}).get("screen"))
 
 
 def answer_cards(folder: CampaignFolder) -> list[Card]:

@@ -33,6 +33,7 @@ def place_table(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> 
             )
         )
     rows.sort(key=lambda row: (not row[-1], selected.index(row[0]) if row[-1] else 0))
+    is_screened = folder["screening"] is not None
     return Table(
         id="worst-case",
         title="Where the worst case lies",
@@ -43,9 +44,9 @@ def place_table(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> 
             Column(name="lower"),
             Column(name="upper"),
             Column(name="place in its range"),
-            Column(name="selected by screening"),
+            *([Column(name="selected by screening")] if is_screened else []),
         ),
-        rows=tuple(rows),
+        rows=tuple(row if is_screened else row[:-1] for row in rows),
     )
 
 

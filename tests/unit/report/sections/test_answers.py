@@ -6,7 +6,7 @@ import pytest
 
 from tests.sample_campaign import write_loop, write_sample
 from workbench.report.page.folder import CampaignFolder
-from workbench.report.sections.answers import answer_cards
+from workbench.report.sections.answers import answer_cards, question
 from workbench.report.worst_case.section import worst_case_section
 from workbench.report.worst_case.worse_runs import worse_run
 
@@ -24,6 +24,27 @@ def cards_with(tmp_path, *, loop=None, **of_the_worst):
         (path / "robust_layout.json").write_text(json.dumps(kept))
     found = answer_cards(CampaignFolder.opened(path, documents=DOCUMENTS))
     return {card.section: card for card in found}, worst
+
+
+def test_a_study_without_a_screening_does_not_ask_which_parameters_drive_it(tmp_path):
+    path = write_sample(tmp_path / "sample.holdfast")
+    asked = CampaignFolder.opened(path, documents=DOCUMENTS)
+    assert question(asked).startswith("Which of the ")
+    assert "drive y, and how large can it get?" in question(asked)
+    (table,) = [b for b in worst_case_section(asked).blocks if getattr(b, "id", "") == "worst-case"]
+    assert table.columns[-1].name == "selected by screening"
+    (path / "screening.json").unlink()
+    plain = CampaignFolder.opened(path, documents=DOCUMENTS)
+    plain.lock.get("resolved", {}).pop("screen", None)
+    count = len(plain.parameters)
+    assert question(plain) == f"How large can y get over the {count} uncertain parameters?"
+    (table,) = [b for b in worst_case_section(plain).blocks if getattr(b, "id", "") == "worst-case"]
+    assert [column.name for column in table.columns][-1] == "place in its range"
+    assert all(len(row) == len(table.columns) for row in table.rows)
+    plain.documents["worst_case"] = None
+    assert question(plain) == f"What do the {count} uncertain parameters do to y?"
+    plain.lock.setdefault("resolved", {})["screen"] = {"response": "y"}
+    assert question(plain) == f"Which of the {count} uncertain parameters drive y?"
 
 
 def test_no_card_on_a_layout_is_green_over_an_open_loop(tmp_path):
