@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.engine.errors import EngineError
 from workbench.engine.layout.bound.binding import FEWEST, ByScenario
+from workbench.engine.layout.formulation.even_spread import even_spread
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.purify import purify
@@ -18,12 +19,17 @@ from workbench.robust_layout.document import check_gradient, layout_document
 from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["Optimised", "Search", "failing", "optimise_for_cases", "trivial_layouts"]
+__all__ = [
+    "GIVEN", "SAME", "TRIVIAL", "Optimised", "Search", "failing", "optimise_for_cases", "trivial_layouts",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 Search = Literal["all cases", "binding cases", "several starts"]
 
+GIVEN = "start as given"  # the start of the problem, judged as it is
+TRIVIAL = ("none", "uniform", GIVEN, "nominal only")  # shown under these names whatever they are worth
+SAME = 1e-9  # of the bounds' width: layouts that are no further apart differ by rounding
 MORE = 2  # times the evaluations, for a search from several starts
 
 
@@ -36,11 +42,12 @@ class Optimised:
 
 
 def trivial_layouts(problem: LayoutProblem) -> dict[str, Array]:
-    """uniform: the same share of every member, as much as the budgets allow; none."""
-    width = problem.upper - problem.lower
-    need, room = problem.costs @ width, problem.limits - problem.costs @ problem.lower
-    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
-    return {"uniform": problem.into_budgets(problem.lower + share * width), "none": problem.lower.copy()}
+    """uniform: every budget spread evenly; none; the start that the problem gives, where it is another."""
+    found = {"uniform": even_spread(problem), "none": problem.lower.copy()}
+    start, width = problem.into_budgets(problem.start), problem.upper - problem.lower
+    if all(np.abs(start - other).max() > SAME * width.max() for other in found.values()):
+        found[GIVEN] = start
+    return found
 
 
 def failing(model: LayoutModel, cases: Sequence[Case]) -> list[int]:

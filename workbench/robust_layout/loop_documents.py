@@ -9,6 +9,7 @@ from workbench.engine.layout.outcome.purify import fractional_members
 from workbench.models.evaluator import Outcome
 from workbench.motion.frames import Motion, side_by_side
 from workbench.robust.re_evaluation import ReEvaluation
+from workbench.robust_layout.cases import TRIVIAL
 from workbench.robust_layout.document import finite
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.record import FIRST_ORDER, RobustLayout, excess, promise_of
@@ -23,7 +24,6 @@ __all__ = [
 NOTICED = 1e-3  # of the value: a smaller rise by later cases is not worth a sentence
 OF_THE_SEARCH = "What follows is of the search over the cases known then."
 COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would squeeze every figure
-TRIVIAL = ("none", "uniform", "nominal only")
 SHOWN = ("the worst case of the robust layout", "its second worst", "its third worst")
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
+from workbench.engine.layout.formulation.even_spread import even_spread
 from workbench.engine.layout.formulation.problem import InvalidLayout, LayoutProblem
 from workbench.engine.layout.optimise import METHODS, RUNS_ONLY, as_layout_problem, optimise_layout
 from workbench.engine.layout.outcome.purify import purify
@@ -148,13 +149,10 @@ class _Kept:
 
 def _baselines(problem: LayoutProblem) -> tuple[dict[str, float], dict[str, float]]:
     """Values of the trivial layouts uniform, all and none: those within the budgets, and those beyond."""
-    width = problem.upper - problem.lower
-    need, room = problem.costs @ width, problem.limits - problem.costs @ problem.lower
-    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
     within: dict[str, float] = {}
     beyond: dict[str, float] = {}
     for name, density in (
-        ("uniform", problem.lower + share * width),
+        ("uniform", even_spread(problem)),
         ("all", problem.upper),
         ("none", problem.lower),
     ):

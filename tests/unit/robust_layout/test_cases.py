@@ -7,7 +7,7 @@ import pytest
 
 from tests.sample_layout import TwoMembers
 from workbench.robust_layout import cases as cases_of
-from workbench.robust_layout.cases import Optimised, optimise_for_cases
+from workbench.robust_layout.cases import GIVEN, Optimised, optimise_for_cases, trivial_layouts
 
 
 def test_a_layout_is_found_again_whatever_the_order_of_a_cases_parameters(tmp_path, monkeypatch):
@@ -29,6 +29,18 @@ def test_a_layout_is_found_again_whatever_the_order_of_a_cases_parameters(tmp_pa
     assert len(made) == 1
     layout({"u": 1.0, "v": 0.1}, {"u": -1.0, "v": 0.5})
     assert len(made) == 2
+
+
+def test_the_start_of_the_problem_is_a_trivial_layout_of_its_own_where_it_is_another():
+    problem = TwoMembers().problem([{"u": 0.0, "v": 0.0}])
+    assert list(trivial_layouts(problem)) == ["uniform", "none"]
+    for start, expected in (([0.2, 0.6], [0.2, 0.6]), ([0.5, 1.5], [1 / 3, 2 / 3])):
+        found = trivial_layouts(replace(problem, start=np.array(start)))
+        assert list(found) == ["uniform", "none", GIVEN]
+        np.testing.assert_allclose(found[GIVEN], expected, rtol=1e-12)  # brought within bounds and budgets
+        assert problem.excess(found[GIVEN]) <= 1e-12
+    nearly = replace(problem, start=problem.start * (1 - 1e-12))
+    assert list(trivial_layouts(nearly)) == ["uniform", "none"]
 
 
 @dataclass

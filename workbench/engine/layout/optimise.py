@@ -26,6 +26,7 @@ from .bound.linear_steps import linear_steps
 from .bound.min_max import min_max
 from .bound.probing import probes_by_default
 from .formulation.aggregate import aggregated
+from .formulation.even_spread import even_spread
 from .formulation.law_variables import values_at
 from .formulation.problem import FAILURES, Evaluation, InvalidLayout, LayoutProblem
 from .formulation.remembered import remembering
@@ -71,6 +72,7 @@ RUNS_ONLY = tuple(VARIANTS)  # methods that a problem without runs of moving sys
 _SETTLED = 1e-5  # first-order error below which a run at its limit of evaluations has converged
 _MANY = 10  # further constraints from which as many as members are active, as like as not
 _BLIND = 1e-13  # of the value: what all densities together may change in a row that does not see them
+_SAME = 1e-9  # of the bounds' width: designs that are no further apart differ by rounding
 
 
 def as_layout_problem(record: Any) -> LayoutProblem:
@@ -313,15 +315,13 @@ def _elsewhere(
 
 
 def _trivial(problem: LayoutProblem, start: Array, max_evaluations: int) -> dict[str, Array]:
-    """Feasible layouts that need no thought: the same share of every member, none, all."""
+    """Feasible layouts that need no thought: every budget spread evenly, none, all."""
     width = problem.upper - problem.lower
-    need, room = problem.costs @ width, problem.limits - problem.costs @ problem.lower
-    share = min(1.0, float((room[need > 0] / need[need > 0]).min(initial=1.0)))
-    found = {"uniform": problem.into_budgets(problem.lower + share * width), "none": problem.lower.copy()}
-    if share >= 1.0:
+    found = {"uniform": even_spread(problem), "none": problem.lower.copy()}
+    if np.abs(found["uniform"] - problem.upper).max() <= _SAME * width.max():
         found["all"] = problem.upper.copy()
         del found["uniform"]
-    found = {name: a for name, a in found.items() if np.abs(a - start).max() > 1e-9 * width.max()}
+    found = {name: a for name, a in found.items() if np.abs(a - start).max() > _SAME * width.max()}
     return found if max_evaluations >= len(found) + 3 else {}
 
 

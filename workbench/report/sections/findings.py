@@ -184,7 +184,7 @@ def _layout(loop: Mapping[str, Any], unit: str) -> list[str]:
 def _beside(kept: Mapping[str, Any], others: Mapping[str, Any], unit: str) -> str:
     words = {
         "nominal only": "the layout made for the nominal case alone",
-        "uniform": "the same amount spread evenly",
+        "uniform": "the same budgets spread evenly",
     }
     found = []
     for name, what in words.items():

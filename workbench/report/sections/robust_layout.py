@@ -19,6 +19,8 @@ from workbench.report.sections.findings import case_text, was_resolved
 
 __all__ = ["robust_layout_section", "screenings_table"]
 
+PLAIN = ("none", "uniform", "start as given", "nominal only")  # layouts that the loop is compared with
+
 
 def robust_layout_section(folder: CampaignFolder) -> Section | None:
     """None without `robust_layout.json`."""
@@ -83,7 +85,7 @@ def _rounds(
 
 
 def _cases(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) -> Table:
-    shown = [name for name in loop["layouts"] if name in ("none", "uniform", "nominal only", loop["robust"])]
+    shown = [name for name in loop["layouts"] if name in (*PLAIN, loop["robust"])]
     names = sorted(shown, key=lambda name: -loop["layouts"][name]["worst"])
     return Table(
         id="loop-cases",
