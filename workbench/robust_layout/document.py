@@ -12,7 +12,7 @@ from workbench.engine.layout.outcome.purify import PurifiedLayout, fractional_me
 from workbench.engine.layout.outcome.result import LayoutResult
 from workbench.engine.layout.whole_members import WholeLayout
 
-__all__ = ["check_gradient", "finite", "layout_document"]
+__all__ = ["check_gradient", "finite", "layout_document", "layout_members"]
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def layout_document(
         "density": result.density.tolist(),
         "grayness": result.grayness,
         "fractional": fractional_members(problem, result.density),
-        "members": _members(problem, result.density),
+        "members": layout_members(problem, result.density),
         "history": history,
         "baselines": dict(baselines[0]),
         "beyond_budget": dict(baselines[1]),
@@ -111,7 +111,8 @@ def check_gradient(problem: LayoutProblem, *, seed: int = 0) -> dict[str, float]
     return {"central difference": abs(slope - difference) / max(abs(slope), abs(difference), 1e-300)}
 
 
-def _members(problem: LayoutProblem, density: Array) -> list[dict[str, Any]]:
+def layout_members(problem: LayoutProblem, density: Array) -> list[dict[str, Any]]:
+    """Name, kind, density and ends of every member, as `layout.json` lists them."""
     geometry = problem.geometry
     if geometry is None:
         return [{"name": f"{i}", "kind": "member", "density": float(a)} for i, a in enumerate(density)]

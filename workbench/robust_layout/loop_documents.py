@@ -10,7 +10,7 @@ from workbench.models.evaluator import Outcome
 from workbench.motion.frames import Motion, side_by_side
 from workbench.robust.re_evaluation import ReEvaluation
 from workbench.robust_layout.cases import TRIVIAL
-from workbench.robust_layout.document import finite
+from workbench.robust_layout.document import finite, layout_members
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.record import FIRST_ORDER, RobustLayout, excess, promise_of
 from workbench.search.evidence.attack.share import counted_share
@@ -18,13 +18,14 @@ from workbench.space.units import number
 
 __all__ = [
     "COMPARED", "best_layout_document", "loop_document", "over_all_cases", "requirement_documents",
-    "response_slope", "shown_cases", "shown_motion",
+    "response_slope", "shown_cases", "shown_motion", "shown_name",
 ]  # fmt: skip
 
 NOTICED = 1e-3  # of the value: a smaller rise by later cases is not worth a sentence
 OF_THE_SEARCH = "What follows is of the search over the cases known then."
 COMPARED = ("nominal only", "uniform")  # who is not restrained flies, and would squeeze every figure
-SHOWN = ("the worst case of the robust layout", "its second worst", "its third worst")
+RANKS = ("worst", "second worst", "third worst", "fourth worst")
+SHOWN = 3  # cases of the layout returned, at most
 
 
 def loop_document(
@@ -40,7 +41,7 @@ def loop_document(
         "title": model.title,
         "response": model.response,
         "unit": model.unit,
-        "robust": "robust" if found.robust not in TRIVIAL else found.robust,
+        "robust": shown_name(found),
         "made_as": found.robust,
         "closed": found.closed,
         "grade": found.grade,
@@ -141,18 +142,16 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
     """`layout.json`: the robust layout in the response's terms, judged by true runs in all cases found."""
     density, source = found.layouts[found.robust], dict(found.document)
     if not source:  # a trivial layout won
-        source = {"history": [], "members": [], "shadow_prices": {}, "verdicts": []}
+        source = {"history": [], "shadow_prices": {}, "verdicts": []}
     problem = model.problem(found.cases[:1])
     used = zip(problem.names, problem.limits, problem.costs @ density, strict=True)
     value = float(source.get("value", 0.0))
     slope = response_slope(model, value)
     counts: dict[str, int] = {}
     members = []
-    for member, there in zip(source["members"], density, strict=False):
+    for member in layout_members(problem, density):
         counts[member["kind"]] = counts.get(member["kind"], 0) + 1
-        members.append(
-            {**member, "density": float(there), "name": f"{member['kind']} {counts[member['kind']]}"}
-        )
+        members.append({**member, "name": f"{member['kind']} {counts[member['kind']]}"})
     drawing, places = getattr(model, "outlines", None), getattr(model, "places", None)
     purified = source.get("purified")
     optimum = model.as_response(value) if source["history"] else found.bound
@@ -162,6 +161,7 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
         "response": model.response,
         "unit": model.unit,
         "title": model.title,
+        "trivial": found.robust if found.robust in TRIVIAL else None,
         "value": found.bound,
         "start_value": model.as_response(float(source.get("start_value", 0.0))),
         "density": density.tolist(),
@@ -214,12 +214,15 @@ def response_slope(model: LayoutModel, value: float) -> float:
     return (model.as_response(value * 1.001) - model.as_response(value)) / (1e-3 * value)
 
 
+def shown_name(found: RobustLayout) -> str:
+    """What the layout returned is called wherever it is shown: "robust", or its name where it is trivial."""
+    return found.robust if found.robust in TRIVIAL else "robust"
+
+
 def _names(found: RobustLayout) -> dict[str, str]:
-    """Shown name -> name in the loop: the trivial layouts, every one that was made, the best as "robust"."""
+    """Shown name -> name in the loop: the trivial layouts, every one that was made, the one returned."""
     out = {name: name for name in found.layouts if name != found.robust or name in TRIVIAL}
-    if found.robust not in out:
-        out["robust"] = found.robust
-    return out
+    return {**out, shown_name(found): found.robust}
 
 
 def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any]:
@@ -235,10 +238,12 @@ def _plain(record: dict[str, Any]) -> dict[str, Any]:
 def shown_cases(found: RobustLayout) -> dict[str, dict[str, Any]]:
     """Cases by name: the worst of the nominal-only layout, the three worst of the robust one, the nominal."""
     cases = {"the worst case of 'nominal only'": dict(found.worst["nominal only"].case)}
-    worst = found.worst[found.robust]
-    known = [dict(worst.case), *(dict(other["case"]) for other in worst.others)]
-    fresh = [case for case in known if case not in cases.values()]
-    cases |= dict(zip(SHOWN, fresh, strict=False))
+    worst, shown = found.worst[found.robust], shown_name(found)
+    of = "the robust layout" if shown == "robust" else f"'{shown}'"
+    known = [worst.case, *(other["case"] for other in worst.others)]
+    ranked = [(rank, dict(case)) for rank, case in zip(RANKS, known, strict=False)]
+    fresh = [(rank, case) for rank, case in ranked if case not in cases.values()][:SHOWN]
+    cases |= {f"the {rank} case of {of}": case for rank, case in fresh}
     if dict(found.cases[0]) not in cases.values():
         cases["the nominal case"] = dict(found.cases[0])
     return cases
@@ -247,14 +252,15 @@ def shown_cases(found: RobustLayout) -> dict[str, dict[str, Any]]:
 def shown_motion(
     model: LayoutModel, found: RobustLayout, cases: Mapping[str, Mapping[str, Any]]
 ) -> Motion | None:
-    """No members, the nominal-only and the robust layout side by side in every case.
+    """No members, the nominal-only and the layout returned side by side in every case.
 
     None for a model that makes no motion. A case that cannot be run without members is shown with them alone.
     """
     make = getattr(model, "motion", None)
     if make is None:
         return None
-    held = {"nominal only": found.layouts["nominal only"], "robust": found.layouts[found.robust]}
+    held = {name: found.layouts[name] for name in ("nominal only", found.robust) if name != "none"}
+    held = {shown_name(found) if name == found.robust else name: a for name, a in held.items()}
 
     def motion(case: Mapping[str, Any]) -> Motion:
         try:

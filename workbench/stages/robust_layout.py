@@ -34,6 +34,7 @@ from workbench.robust_layout.loop_documents import (
     requirement_documents,
     shown_cases,
     shown_motion,
+    shown_name,
 )
 from workbench.robust_layout.model import LayoutModel, load_layout_model
 from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout
@@ -170,9 +171,10 @@ def _compared(
     campaign: CampaignRuns, table: Mapping[str, Any], model: LayoutModel, found: RobustLayout,
     runs: LayoutRuns, nominal: Mapping[str, Any],
 ) -> ReEvaluation:  # fmt: skip
-    """Baselines first, the robust layout last, all at the same points."""
+    """Baselines first, the layout returned last, all at the same points."""
     names = [name for name in COMPARED if name != found.robust]
-    layouts = {**{name: found.layouts[name] for name in names}, "robust": found.layouts[found.robust]}
+    layouts = {name: found.layouts[name] for name in names}
+    layouts[shown_name(found)] = found.layouts[found.robust]
     return re_evaluate(
         lambda design, u: None,
         {name: {} for name in layouts},
@@ -209,7 +211,7 @@ def _screened(
     from workbench.screening.kriging import screen
 
     rows = [dict(zip(study.space.names, point, strict=True)) for point in design["physical"]]
-    campaign.progress.stage("robust_layout", f"screening of the robust layout on {len(rows)} runs")
+    campaign.progress.stage("robust_layout", f"screening of the layout returned on {len(rows)} runs")
     try:
         after = screen(
             runs.of(found.layouts[found.robust])(rows, purpose="screening"), study.space,

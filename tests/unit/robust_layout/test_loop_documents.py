@@ -5,9 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from tests.sample_layout import TwoMembers
 from tests.sample_motion import sample_motion
-from workbench.robust_layout.loop_documents import shown_cases, shown_motion
+from workbench.engine.layout.formulation.problem import MemberGeometry
+from workbench.report.layout.section import improvement_sentence
+from workbench.robust_layout.loop_documents import (
+    best_layout_document,
+    shown_cases,
+    shown_motion,
+    shown_name,
+)
 from workbench.robust_layout.oracle import Found
+from workbench.stages import robust_layout as robust_layout_stage
 
 
 def found_with(*, robust, others=(), nominal_only):
@@ -38,8 +47,8 @@ def test_the_worst_of_either_layout_comes_first_and_the_nominal_case_last():
     assert list(cases.items()) == [
         ("the worst case of 'nominal only'", {"x": 9}),
         ("the worst case of the robust layout", {"x": 3}),
-        ("its second worst", {"x": 4}),
-        ("its third worst", {"x": 5}),
+        ("the second worst case of the robust layout", {"x": 4}),
+        ("the fourth worst case of the robust layout", {"x": 5}),  # its third is that of 'nominal only'
         ("the nominal case", {"x": 0}),
     ]
     assert list(shown_cases(found_with(robust=0, nominal_only=0))) == ["the worst case of 'nominal only'"]
@@ -55,3 +64,62 @@ def test_a_case_without_a_run_of_no_members_keeps_the_others():
         "the nominal case": ["without", "nominal only", "robust"],
     }
     assert shown_motion(object(), found, shown_cases(found)) is None
+
+
+def trivial(name, density):
+    """A loop whose best layout is one that nobody searched for."""
+    found = found_with(robust=3, others=(4,), nominal_only=9)
+    found.robust, found.bound, found.document = name, 4.0, {}
+    found.layouts[name], found.worst[name] = np.array(density), found.worst["round 2"]
+    found.cases, found.values = [{"u": 0.0, "v": 0.0}], {name: [4.0]}
+    return found
+
+
+class Tied(TwoMembers):
+    """Two members with ends."""
+
+    def problem(self, scenarios):
+        ends = {"body_a": np.zeros(2, int), "body_b": np.ones(2, int)}
+        points = {"point_a": np.zeros((2, 2)), "point_b": np.eye(2)}
+        geometry = MemberGeometry(**ends, **points, kind=("belt", "belt"))
+        return replace(super().problem(scenarios), geometry=geometry)
+
+
+def test_a_trivial_layout_that_is_returned_has_its_members_and_one_name():
+    found = trivial("uniform", [0.5, 0.25])
+    document = best_layout_document(Tied(), found)
+    assert [(m["kind"], m["density"]) for m in document["members"]] == [("belt", 0.5), ("belt", 0.25)]
+    assert document["trivial"] == "uniform"
+    assert improvement_sentence(document) == "It is the layout 'uniform' itself."
+    assert shown_name(found) == "uniform"
+    assert list(shown_cases(found)) == [
+        "the worst case of 'nominal only'",
+        "the worst case of 'uniform'",
+        "the second worst case of 'uniform'",
+        "the nominal case",
+    ]
+    found.robust = "round 2"
+    assert shown_name(found) == "robust"
+
+
+def test_samples_call_a_trivial_layout_what_it_is(monkeypatch):
+    monkeypatch.setattr(robust_layout_stage, "re_evaluate", lambda run, designs, *a, **others: list(designs))
+    campaign = SimpleNamespace(study=SimpleNamespace(space=None, seed=1))
+    runs, model = SimpleNamespace(of=lambda density: None), TwoMembers()
+    found = trivial("uniform", [0.5, 0.5])
+    compared = robust_layout_stage._compared(campaign, {"samples": 5}, model, found, runs, {})
+    assert compared == ["nominal only", "uniform"]
+    found.robust = "round 2"
+    compared = robust_layout_stage._compared(campaign, {"samples": 5}, model, found, runs, {})
+    assert compared == ["nominal only", "uniform", "robust"]
+
+
+def test_a_motion_calls_a_trivial_layout_what_it_is():
+    for name, density, labels in (
+        ("uniform", [0.5, 0.5], ["without", "nominal only", "uniform"]),
+        ("nominal only", [1.0, 1.0], ["without", "nominal only"]),
+        ("none", [0.0, 0.0], ["without", "nominal only"]),
+    ):
+        found = trivial(name, density)
+        motion = shown_motion(Moving(), found, {"some case": {"x": 1}})
+        assert [run.label for run in motion.runs] == labels

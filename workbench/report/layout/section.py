@@ -4,6 +4,7 @@
 
     response, unit, value          the objective of the layout, smaller is better
     baselines {name: value}        trivial layouts at the same budget (uniform, nominal-only, ...)
+    trivial                        the name of the one that this layout is, None or nothing for others
     status, strategy, verdicts     sentences
     history [{evaluation, value, best}]
     members [{name, kind, density, a, b}]         ends (x, y) or (x, y, z) in length_unit at the start
@@ -53,6 +54,8 @@ PURIFIED = {
 def improvement_sentence(layout: Mapping[str, Any]) -> str:
     """The layout beside the best trivial one."""
     baselines = layout.get("baselines") or {}
+    if layout.get("trivial"):
+        return f"It is the layout '{layout['trivial']}' itself."
     if not baselines:
         return "No trivial layout was computed to compare with."
     name = min(baselines, key=lambda n: baselines[n])

@@ -156,8 +156,9 @@ def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:
 def _layout(loop: Mapping[str, Any], unit: str) -> list[str]:
     name = loop["robust"]
     kept, layouts = loop["layouts"][name], loop["layouts"]
+    subject = "robust layout" if name == "robust" else f"layout '{name}'"
     said = [
-        f"The {'robust layout' if name == 'robust' else name + ' layout'} keeps it at or below "
+        f"The {subject} keeps it at or below "
         f"{quantity(kept['worst'], unit, 4)} in every case found: {_beside(kept, layouts, unit)}."
     ]
     if "nominal only" in layouts and name == "robust":

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.report.sections.findings import after_text, was_resolved
+from workbench.report.sections.findings import _layout, after_text, was_resolved
 from workbench.report.sections.robust_layout import screenings_table
 
 
@@ -60,3 +60,16 @@ def test_a_document_that_tells_no_state_claims_nothing():
 def test_the_same_parameters_as_before():
     (said,) = after_text({"screening": screened(["peak"], ["peak"], "resolved")})
     assert said == "With the layout in, peak drives it, as before."
+
+
+@pytest.mark.parametrize(
+    ("name", "subject"), [("robust", "The robust layout"), ("uniform", "The layout 'uniform'")]
+)
+def test_the_layout_returned_has_the_name_of_the_tables_and_is_held_beside_the_same_budgets(name, subject):
+    layouts = {
+        "uniform": {"worst": 2.0, "nominal": 1.0}, "nominal only": {"worst": 4.0, "nominal": 0.5},
+        "robust": {"worst": 1.0, "nominal": 0.75},
+    }  # fmt: skip
+    said = _layout({"robust": name, "layouts": layouts, "status": "Closed."}, "m")
+    assert said[0].startswith(f"{subject} keeps it at or below {layouts[name]['worst']:g} m in every case")
+    assert ("below the same budgets spread evenly (2 m)" in said[0]) == (name == "robust")
