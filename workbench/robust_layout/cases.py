@@ -25,12 +25,12 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
-Search = Literal["all cases", "binding cases", "several starts"]
+Search = Literal["all cases", "binding cases", "several starts", "one start"]
 
 GIVEN = "start as given"  # the start of the problem, judged as it is
 TRIVIAL = ("none", "uniform", GIVEN, "nominal only")  # shown under these names whatever they are worth
-SAME = 1e-9  # of the bounds' width: layouts that are no further apart differ by rounding
-MORE = 2  # times the evaluations, for a search from several starts
+SAME = 1e-6  # of the bounds' width: layouts that are no further apart are one to whoever builds them
+MORE = 2  # times the evaluations, for a first search from another start
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,8 +74,9 @@ def optimise_for_cases(
 ) -> Optimised | str:
     """The engine's layout for these cases, made once and kept in `folder`; a sentence when there is none.
 
-    search: with all cases at every step, or with those that bind; the latter also from several starts beside
-        the one that is given. Few cases, and those that cannot be run alone, are searched all at once.
+    search: with all cases at every step, or with those that bind; the latter with more evaluations from
+        several starts beside the one that is given, or from that one. Few cases, and those that cannot be
+        run alone, are searched all at once.
     """
     # by name: cases that an attack found come back from its file in another order of their parameters
     text = repr((identity, [sorted(case.items()) for case in cases], evaluations))
@@ -98,12 +99,12 @@ def _optimise(
     try:
         problem = model.problem(cases)
         given = problem if start is None else replace(problem, start=problem.into_budgets(start.copy()))
+        several, more = search == "several starts", search in ("several starts", "one start")
         if len(cases) < FEWEST or not isinstance(problem.evaluate, ByScenario):
-            search = "all cases"
-        several = search == "several starts"
+            search, several, more = "all cases", False, False
         # the loop judges the trivial layouts itself, and looks from other starts
         result = optimise_layout(
-            given, max_evaluations=MORE * evaluations if several else evaluations, compare=False, probes=0,
+            given, max_evaluations=MORE * evaluations if more else evaluations, compare=False, probes=0,
             multi_start=several or start is None, scenarios="all" if search == "all cases" else "binding",
         )  # fmt: skip
         clean = purify(problem, result.density) if problem.geometry is not None else None

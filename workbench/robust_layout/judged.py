@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.models.evaluator import Evaluator, Outcome
-from workbench.robust_layout.cases import Optimised
+from workbench.robust_layout.cases import SAME, Optimised
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import layout_name
 from workbench.robust_layout.record import FIRST_ORDER, excess, largest, promise_of, promise_over
@@ -64,6 +64,10 @@ class JudgedLayouts:
     def of(self, origin: str, *, others: bool = False) -> list[str]:
         """The names of the optimised layouts that descend from a start, or of all others."""
         return [name for name, start in self.origins.items() if (start == origin) != others]
+
+    def same_as(self, density: Array, names: Sequence[str]) -> str | None:
+        """The first of these layouts that is this one but for rounding; None without any."""
+        return next((n for n in names if np.abs(self.layouts[n] - density).max() <= SAME), None)
 
     def join(self, cases: Sequence[Case]) -> None:
         """Let further cases judge every layout."""

@@ -137,7 +137,7 @@ class _Loop:
         self.judged.origins["nominal only"] = ROUNDS
         self.begins_at = nominal.density
         random = random_densities(problem, seed=self.settings.seed)
-        starts: dict[str, Array | None] = {"third start": None, "fourth start": random}
+        starts = {"third start": problem.into_budgets(problem.start), "fourth start": random}
         alone = None
         if len(self.judged.cases) > 1:  # for the other case in which the layout of the nominal one is worst
             alone = self.optimised([self.judged.worst_of("nominal only", since=1)], None)
@@ -155,7 +155,7 @@ class _Loop:
                 others.agree()
                 robust = self.attacked_best()
             if self.holds(robust) or self.is_spent():
-                return self.result(robust, others.found())
+                return self.result(robust, others.found(robust))
 
     def until_it_holds(self) -> bool:
         """Rounds, until the best layout of all holds against an attack or they are spent; whether it does."""

@@ -6,6 +6,10 @@ from random densities, until one agrees with the best within the tolerance. One 
 evaluations first; one that is better becomes the best, and is attacked in its turn. A later call goes on from
 the layouts of the earlier ones, since cases have joined in between.
 
+The first of these searches is one from several starts, which begins at layouts of single cases, too, and
+mostly ends at what came of those, wherever it was told to begin. Another of that kind would repeat it, and
+agree with it by construction: the others search from their own start alone.
+
 Two layouts agree over the cases that were known when the one of the other start was made: there both were
 searched for. Cases that are found later break one and not the other by chance, and a layout for more cases is
 no better: where the best one stays within the tolerance of that value over all cases, too, the other start
@@ -13,7 +17,7 @@ promises no more than that.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +49,7 @@ class OtherStarts:
     starts: Mapping[str, Array | None]
     tolerance: float
     tell: Callable[[str], None]
+    _continued: dict[str, int] = field(default_factory=dict)  # times, by the title of the start
 
     def agree(self) -> bool:
         """Make or continue layouts until one agrees with the best of the others; whether one does."""
@@ -60,13 +65,17 @@ class OtherStarts:
         found = self.found()
         return found is not None and found.agrees
 
-    def found(self) -> OtherStartsFound | None:
-        """The layout of another start than that of the best one that is nearest to it; None without any."""
+    def found(self, beside: str | None = None) -> OtherStartsFound | None:
+        """The layout of another start than that of the best one that is nearest to it; None without any.
+
+        beside: the layout that they are held beside, instead of the best; a trivial one has no start, and
+            all are other ones.
+        """
         judged = self.judged
         if not judged.origins:
             return None
-        best = judged.best(list(judged.origins))
-        found = [self._beside(best, name) for name in judged.of(judged.origins[best], others=True)]
+        best = judged.best(list(judged.origins)) if beside is None else beside
+        found = [self._beside(best, name) for name in judged.of(judged.origins.get(best, ""), others=True)]
         return min((one for pair in found for one in pair), key=lambda one: one.apart, default=None)
 
     def _beside(self, best: str, other: str) -> list[OtherStartsFound]:
@@ -93,16 +102,27 @@ class OtherStarts:
                 return True
             start = judged.layouts[judged.best(mine)] if mine else self.starts[title]
             before = judged.worst(judged.best(mine)) if mine else float("inf")
-            self.tell(f"the layout from the {title}{f', continued {turn}' if turn else ''}")
-            made = self.optimised(judged.best(), start, "binding cases" if mine else "several starts")
+            number = self._continued[title] = self._continued.get(title, 0) + 1 if mine else 0
+            name = f"{title}, continued {number}" if number else title
+            self.tell(f"the layout from the {name}")
+            made = self.optimised(
+                judged.best(), start, "binding cases" if mine else self._first_search(title)
+            )
             if made is None:
                 return False
-            added = judged.add(f"{title}, continued {len(mine)}" if mine else title, made, origin=title)
+            if judged.same_as(made.density, mine):
+                self.tell(f"the {name}: the layout is the same as before")
+                break
+            added = judged.add(name, made, origin=title)
             now, turns_left = judged.worst(judged.best(added)), LONGER - turn
             best = judged.worst(judged.best())
             if now >= before or now - best > turns_left * (before - now) + self.tolerance * abs(best):
                 break  # it has ended elsewhere
         return self._near(title)
+
+    def _first_search(self, title: str) -> Search:
+        """Of a start: the wide one once, by the first of all."""
+        return "several starts" if title == next(iter(self.starts)) else "one start"
 
     def _near(self, title: str) -> bool:
         """Whether this start and the others agree on the best layout."""

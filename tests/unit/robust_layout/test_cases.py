@@ -68,7 +68,9 @@ class TwoMembersByCase(TwoMembers):
         (TwoMembersByCase(), 12, "all cases", ("all", False, 6)),
         (TwoMembersByCase(), 12, "binding cases", ("binding", False, 6)),
         (TwoMembersByCase(), 12, "several starts", ("binding", True, 12)),
+        (TwoMembersByCase(), 12, "one start", ("binding", False, 12)),
         (TwoMembersByCase(), 10, "several starts", ("all", False, 6)),
+        (TwoMembersByCase(), 10, "one start", ("all", False, 6)),
         (TwoMembers(), 12, "several starts", ("all", False, 6)),
     ],
 )

@@ -127,6 +127,59 @@ def test_the_first_search_of_a_start_is_the_wider_one():
     assert asked == ["several starts", "binding cases", "binding cases"]
 
 
+def test_one_start_has_the_wide_search_and_the_others_one_of_their_own():
+    layouts, asked = judged(), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [1.0, 1.1, 1.0, 1.1, 1.0, 1.1])
+    made = others.optimised
+    others.optimised = lambda best, start, search: asked.append(search) or made(best, start, search)
+    assert not others.agree()
+    assert asked == [
+        "several starts", "binding cases", "one start", "binding cases", "one start", "binding cases",
+    ]  # fmt: skip
+
+
+def test_a_layout_that_stays_the_same_is_kept_once_and_names_go_on_as_they_were_told():
+    layouts, said = judged(CASES[:1]), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others = starts(layouts, [2.4, 2.4 + 1e-9, 2.3, 2.05, None, None], said)
+    others.starts = {"second start": None}
+    assert not others.agree()
+    assert said[-1] == "the second start, continued 1: the layout is the same as before"
+    assert list(layouts.layouts) == ["round 1", "second start"]
+    assert others.agree()  # as where cases have joined
+    assert said[-2:] == [
+        "the layout from the second start, continued 2", "the layout from the second start, continued 3",
+    ]  # fmt: skip
+    assert list(layouts.layouts)[2:] == ["second start, continued 2", "second start, continued 3"]
+
+
+def test_purified_forms_are_not_counted_as_turns():
+    clean = {"accepted": True, "value": 8.4, "before": 8.4, "density": [2.42]}
+    layouts, said = judged(CASES[:1]), []
+    layouts.add("round 1", layout(2.0), origin=ROUNDS)
+    others, ends = starts(layouts, [], said), iter([2.4, 2.2, 2.1])
+    others.starts = {"second start": None}
+    others.optimised = lambda best, start, search: Optimised(
+        density=np.array([next(ends)]), document={"purified": clean}
+    )
+    assert others.agree()
+    assert said[-1] == "the layout from the second start, continued 2"
+    assert "second start, continued 2" in layouts.layouts
+    assert "second start, purified" in layouts.layouts
+
+
+def test_all_starts_are_other_ones_than_that_of_a_trivial_layout():
+    layouts = judged()
+    layouts.add("round 1", layout(2.5), origin=ROUNDS)
+    layouts.add("second start", layout(1.0), origin="second start")
+    layouts.layouts["uniform"] = layout(2.0).density
+    assert starts(layouts, []).found().worst == 10.0  # beside the best of those that were made
+    found = starts(layouts, []).found("uniform")
+    assert (found.worst, found.agrees) == (8.5, False)  # the nearest of all that were made
+    assert found.apart == pytest.approx(0.5 / 8)
+
+
 def test_a_better_one_needs_another_that_agrees_with_it():
     layouts = judged()
     layouts.add("round 1", layout(1.0), origin=ROUNDS)
@@ -149,7 +202,7 @@ def test_a_layout_that_cannot_be_made_is_no_witness():
 def test_one_start_is_made_when_the_rounds_are_spent():
     layouts, said = judged(), []
     layouts.add("round 1", layout(2.0), origin=ROUNDS)
-    others = starts(layouts, [1.0, 1.0], said)
+    others = starts(layouts, [1.0, 1.1], said)
     others.first()
     assert len(said) == 2
     others.first()
