@@ -293,7 +293,7 @@ class Response:
 
 def check_name(what: str, name: Any) -> None:
     """Refuse a name that could not be a Python argument."""
-    if keyword.iskeyword(name):
+    if isinstance(name, str) and keyword.iskeyword(name):
         raise StudyError(
             f"{what} name {name!r} is a word of Python's own, which no argument can be called; take another, "
             f"such as '{name}_'"

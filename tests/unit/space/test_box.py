@@ -171,12 +171,17 @@ def test_what_a_parameter_refuses(given, words):
         Parameter("k", **given)
 
 
-@pytest.mark.parametrize("name", ["", "a b", "1x", "for", "x-1", 7])
+@pytest.mark.parametrize("name", ["", "a b", "1x", "x-1", 7, ["a"]])
 def test_names_are_python_names(name):
     with pytest.raises(StudyError, match="needs letters, digits and underscores"):
         Parameter(name, lower=0, upper=1)
     with pytest.raises(StudyError, match="response name"):
         Response(name)
+
+
+def test_a_word_of_pythons_own_is_no_name():
+    with pytest.raises(StudyError, match="parameter name 'for' is a word of Python's own"):
+        Parameter("for", lower=0, upper=1)
 
 
 def test_what_a_space_refuses():

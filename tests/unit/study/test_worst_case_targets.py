@@ -90,7 +90,7 @@ def test_the_worst_of_a_weighted_sum(tmp_path):
     assert document["value"] == pytest.approx(a + 0.2 * b - 2 * (a * a - b))
     assert document["value"] == pytest.approx(2.325, abs=0.02)
     page = write_report(folder).read_text()
-    assert "how large can load - 2 travel get?" in page
+    assert "How large can load - 2 travel get?" in page
     assert 'id="figure-parallel"' in page
 
 
