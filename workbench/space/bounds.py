@@ -61,7 +61,9 @@ class Distribution:
         except (TypeError, ValueError) as exc:
             raise StudyError(f"distribution {self.name!r}: {exc}") from None
         if not math.isfinite(law.ppf(0.5)):
-            raise StudyError(f"distribution {self.name!r} has no median with {dict(self.parameters)}")
+            given = ", ".join(f"{key} = {value}" for key, value in self.parameters.items()) or "no numbers"
+            wrong = "a scale is > 0" if float(self.parameters.get("scale", 1.0)) <= 0 else "they do not fit"
+            raise StudyError(f"distribution {self.name!r} has no median with {given}: {wrong}")
         return law
 
 

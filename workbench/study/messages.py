@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from workbench.errors import StudyError
+from workbench.study.expectations import expected
 from workbench.study.toml_lines import find_line
 
 __all__ = ["key_path", "placed", "validated"]
@@ -34,16 +35,27 @@ def validated(data: Mapping[str, Any], text: str, where: str) -> Any:
     try:
         return StudySchema.model_validate(data)
     except ValidationError as exc:
-        lines = []
-        for error in exc.errors(include_url=False, include_context=True)[:MOST_ERRORS]:
+        needs: dict[tuple[str, str], dict[str, str]] = {}
+        for error in exc.errors(include_url=False, include_context=True):
             path = _path_in_file(error["loc"], data)
             of_kind = error["type"].startswith("union_tag")
             line = find_line(text, (*path, "kind") if of_kind else path)
             place = where if line is None else f"{where}, line {line}"
-            lines.append(f"{place}: {_words(error, path)}")
-        raise StudyError("\n".join(dict.fromkeys(lines))) from None
+            begin, need, end = _words(error, path)
+            needs.setdefault((f"{place}: {begin}", end), {})[need] = error["type"]
+        lines = [f"{begin}{_alternatives(words)}{end}" for (begin, end), words in needs.items()]
+        raise StudyError("\n".join(lines[:MOST_ERRORS])) from None
     except RecursionError:
         raise StudyError(f"{where} is nested too deeply") from None
+
+
+def _alternatives(needs: Mapping[str, str]) -> str:
+    """What one value had to be, by the types of the errors: text or a number.
+
+    Where it is of one of the types wanted and refused for another reason, only that is said.
+    """
+    of_type = [need for need, kind in needs.items() if not kind.endswith("_type")]
+    return " or ".join(of_type or needs)
 
 
 def _path_in_file(loc: Sequence[str | int], data: Mapping[str, Any]) -> tuple[str | int, ...]:
@@ -65,7 +77,8 @@ def _path_in_file(loc: Sequence[str | int], data: Mapping[str, Any]) -> tuple[st
     return tuple(path)
 
 
-def _words(error: Mapping[str, Any], path: Sequence[str | int]) -> str:
+def _words(error: Mapping[str, Any], path: Sequence[str | int]) -> tuple[str, str, str]:
+    """A refusal in three parts: what is refused, what was expected, and what came."""
     name = key_path(path)
     given = error.get("input")
     kind = error["type"]
@@ -73,20 +86,15 @@ def _words(error: Mapping[str, Any], path: Sequence[str | int]) -> str:
         known = _known_keys(path[:-1], error["loc"])
         close = get_close_matches(str(path[-1]), known, n=1)
         hint = f"Did you mean {close[0]!r}?" if close else f"Known keys here: {', '.join(known)}"
-        return f"unknown key {name}. {hint}"
+        return f"unknown key {name}. {hint}", "", ""
     if kind == "missing":
-        return f"{name} is missing"
+        return f"{name} is missing", "", ""
     if kind == "union_tag_not_found":
-        return f"{name}.kind is missing; it is one of {_tags()}"
+        return f"{name}.kind is missing; it is one of {_tags()}", "", ""
     if kind == "union_tag_invalid":
-        return f"{name}.kind is one of {_tags()}, got {error['ctx']['tag']!r}"
-    text = error["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
-    if kind == "string_pattern_mismatch":
-        from workbench.study.schema import PATTERNS
-
-        text = PATTERNS[error["ctx"]["pattern"]]
+        return f"{name}.kind is one of {_tags()}, got {error['ctx']['tag']!r}", "", ""
     shown = repr(given)
-    return f"{name} needs {text}, got {shown if len(shown) < 80 else shown[:77] + '...'}"
+    return f"{name} needs ", expected(error), f", got {shown if len(shown) < 80 else shown[:77] + '...'}"
 
 
 def key_path(path: Sequence[str | int]) -> str:

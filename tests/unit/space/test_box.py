@@ -160,7 +160,14 @@ REFUSED = [
     ({"distribution": {"name": "gamma"}}, "'gamma' takes a, loc, scale and needs a, got none of them"),
     ({"distribution": {"loc": 3.0}}, r"parameter 'k': distribution needs a mapping with the name of a law"),
     ({"distribution": "norm"}, r"such as {'name': 'norm', 'loc': 80.0, 'scale': 10.0}, got 'norm'"),
-    ({"distribution": Distribution("norm", {"scale": -3})}, "has no median"),
+    (
+        {"distribution": Distribution("norm", {"loc": 1, "scale": -3})},
+        "distribution 'norm' has no median with loc = 1, scale = -3: a scale is > 0",
+    ),
+    (
+        {"distribution": Distribution("beta", {"a": -1, "b": 2})},
+        "distribution 'beta' has no median with a = -1, b = 2: they do not fit",
+    ),
     ({"distribution": Distribution("norm"), "kind": "integer"}, "goes with 'continuous' without step"),
 ]
 

@@ -175,8 +175,8 @@ def test_the_price_of_robustness_is_read_at_the_nominal_scenario(tmp_path, nomin
             r"\[robust\] the nominal scenario is not in the uncertainty: parameter 'u' lies between",
         ),
         ("{ u = nan }", "robust.nominal.u needs a finite number, got nan"),
-        ("0.5", "robust.nominal needs a valid dictionary, got 0.5"),
-        ("{}", "robust.nominal needs .*at least 1 item"),
+        ("0.5", "robust.nominal needs a table such as { name = value }, got 0.5"),
+        ("{}", "robust.nominal needs at least 1 entry, got {}"),
     ],
 )
 def test_a_nominal_scenario_that_does_not_fit_is_refused(tmp_path, nominal, words):
