@@ -4,7 +4,7 @@ A stage whose table is absent from the study is skipped. `run_all` leaves a stag
 there and what went into it (its table, the space, the seed, the runs it read) is what it was.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from workbench.stages.up_to_date import (
     settled,
 )
 
-__all__ = ["report", "run_all", "run_lines", "run_stage", "stage_digest", "take_table"]
+__all__ = ["in_study_order", "report", "run_all", "run_lines", "run_stage", "stage_digest", "take_table"]
 
 
 def run_all(campaign: CampaignRuns) -> dict[str, Any]:
@@ -32,7 +32,8 @@ def run_all(campaign: CampaignRuns) -> dict[str, Any]:
     known = settled(campaign)
     if known is not None:
         campaign.progress.stage("report", "up to date, like every stage before it")
-        return known
+        names = campaign.study.space.names
+        return {part: in_study_order(found, names) for part, found in known.items()}
     found: dict[str, Any] = {}
     if campaign.study.has_points:
         found["design"] = _design(campaign)
@@ -118,13 +119,38 @@ def _unless_current(campaign: CampaignRuns, stage: Stage) -> dict[str, Any]:
     if stored is None:
         return _run(campaign, stage, digest)
     campaign.progress.stage(stage.name, "up to date")
-    return stored
+    document: dict[str, Any] = in_study_order(stored, campaign.study.space.names)
+    return document
 
 
 def _run(campaign: CampaignRuns, stage: Stage, digest: str) -> dict[str, Any]:
     document = stage.work.run(campaign, _table(campaign, stage))
     record_fingerprint(campaign, stage.name, digest)
-    return document
+    if stage.name == "design":  # rows in columns
+        return document
+    ordered: dict[str, Any] = in_study_order(document, campaign.study.space.names)
+    return ordered
+
+
+def in_study_order(found: Any, names: Sequence[str]) -> Any:
+    """A document with the values of its `parameters` in the order of the study, wherever they stand in it.
+
+    A file has them by the alphabet, and a run of the store as it was asked for.
+
+    >>> in_study_order({"worst": [{"parameters": {"airbag": 0, "speed": 15}}]}, ["speed", "airbag"])
+    {'worst': [{'parameters': {'speed': 15, 'airbag': 0}}]}
+    """
+    if isinstance(found, list | tuple):
+        if not found or not isinstance(found[0], Mapping):
+            return found
+        return [in_study_order(part, names) for part in found]
+    if not isinstance(found, Mapping):
+        return found
+    ordered = {key: in_study_order(part, names) for key, part in found.items()}
+    values = ordered.get("parameters")
+    if isinstance(values, dict):
+        ordered["parameters"] = {n: values[n] for n in names if n in values} | values
+    return ordered
 
 
 def stage_digest(campaign: StoredRuns, stage: Stage) -> str:

@@ -110,7 +110,7 @@ def test_answers_stand_first_in_plain_sentences(outline):
     assert "Confirmed by a true run: run 47 (002e002e00)" in first
     assert "4 of 20: x12, x4, x20 and x19" in first
     assert "It predicts well." in first
-    assert "48 runs, 3 failed" in first
+    assert "48 runs, 3 without a value" in first
 
 
 def test_every_figure_has_a_sentence_and_a_table(page):

@@ -160,3 +160,51 @@ def test_the_page_of_a_large_design_leaves_its_rows_unread(study, reports, monke
     found = CampaignFolder.opened(folder, documents=("design",))
     assert not {"unit", "physical", "run_keys", "run_ids"} & found["design"].keys()
     assert report_numbers(folder)["sections"]["runs"] == whole["sections"]["runs"]
+
+
+SEVERAL = """
+[study]
+name = "w"
+[model]
+kind = "python"
+function = "m.py:f"
+[[parameter]]
+name = "speed"
+lower = 0
+upper = 1
+[[parameter]]
+name = "airbag"
+kind = "binary"
+[[parameter]]
+name = "mass"
+lower = 50
+upper = 100
+[[response]]
+name = "y"
+[design]
+runs = 9
+[evaluate]
+engine = "inline"
+[worst_case]
+response = "y"
+budget = 12
+"""
+
+
+def test_parameters_keep_the_order_of_the_study_when_nothing_is_left_to_do(tmp_path):
+    (tmp_path / "m.py").write_text(
+        "def f(speed, airbag, mass):\n"
+        "    if mass > 95: raise ValueError('too heavy')\n"
+        "    if speed < 0.1: return float('nan')\n"
+        "    return speed - airbag + mass\n"
+    )
+    (tmp_path / "w.toml").write_text(SEVERAL)
+    told, stages = [], tmp_path / "w.holdfast" / ".settled.json"
+    for is_settled in (False, True, False):
+        with Campaign.from_file(tmp_path / "w.toml") as campaign:
+            if not is_settled:
+                stages.unlink(missing_ok=True)
+            told.append(run_all.run_lines(campaign.run()))
+    assert told[0] == told[1] == told[2]
+    text = "\n".join(told[0])
+    assert text.index("speed  = ") < text.index("airbag = ") < text.index("mass   = ")

@@ -52,7 +52,9 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
         text += [f"  {line}" for line in wrapped(document["scale"]["reason"], 77)]
     failures = document.get("failures") or {}
     if failures:
-        text.append("  runs without a value: " + ", ".join(f"{n} {status}" for status, n in failures.items()))
+        text.append(
+            "  runs without a value: " + ", ".join(f"{n} {status}" for status, n in sorted(failures.items()))
+        )
     parameters = (failure or document)["parameters"]
     width = max(len(name) for name in parameters)
     text += [f"  {name:<{width}} = {_value(value)}" for name, value in parameters.items()]

@@ -249,7 +249,8 @@ def _screening(screening: Mapping[str, Any]) -> Card:
     left = total - len(selected) - len(screening.get("minor") or [])
     said = state_text(screening)
     state = sentence(said)
-    rest = f"The other {left} were not selected." if left else "None was left out."
+    others = "The other one was" if left == 1 else f"The other {left} were"
+    rest = f"{others} not selected." if left else "None was left out."
     unknown = not selected and screening_state(screening) == "not resolved"
     if unknown:
         rest = "That is no sign that none acts."
@@ -301,7 +302,10 @@ def _runs(folder: CampaignFolder) -> Card:
     finished = len(folder.runs.finished)
     bad = len(folder.runs.with_status(*FAILED))
     waiting = len(folder.runs) - finished
-    detail = "All of them gave a value." if not bad else f"{bad} gave none; see where they lie."
+    detail = "All of them gave a value."
+    if bad:
+        lie = "it lies" if bad == 1 else "they lie"
+        detail = f'The section "What ran" says why {bad} gave no value, and where {lie} in the box.'
     if waiting:
         detail += f" {waiting} more are not finished."
     design = folder["design"] or {}
@@ -310,7 +314,7 @@ def _runs(folder: CampaignFolder) -> Card:
         detail += f" {sentence(said)}"
     return Card(
         question="What ran?",
-        answer=f"{finished} run{'' if finished == 1 else 's'}" + (f", {bad} failed" if bad else ""),
+        answer=f"{finished} run{'' if finished == 1 else 's'}" + (f", {bad} without a value" if bad else ""),
         detail=detail + f" CPU time {number(folder.runs.cpu, 3)} s.",
         section="runs",
         level="good" if not bad else "poor" if bad > 0.2 * finished else "fair",

@@ -200,3 +200,23 @@ def test_a_bound_that_a_later_run_broke_is_not_said(tmp_path, upper, holds):
     for said in (" ".join(section), card_of(folder, "worst-case").detail):
         assert ("At most so much worse." in said) == holds
         assert ("stated by the search, does not hold." in said) != holds
+
+
+@pytest.mark.parametrize(("failures", "said"), [(3, "3 gave no value, and where they lie"), (1, "1 gave no")])
+def test_the_card_of_the_runs_says_how_many_gave_no_value_and_where_that_is_told(tmp_path, failures, said):
+    path = write_sample(tmp_path / "sample.holdfast", failures=failures)
+    (card,) = [
+        c for c in answer_cards(CampaignFolder.opened(path, documents=DOCUMENTS)) if c.section == "runs"
+    ]
+    assert card.answer == f"48 runs, {failures} without a value"
+    assert card.detail.startswith(f'The section "What ran" says why {said}')
+
+
+@pytest.mark.parametrize(("selected", "said"), [(19, "The other one was not"), (18, "The other 2 were not")])
+def test_what_was_not_selected_is_counted_in_a_sentence(tmp_path, selected, said):
+    path = write_sample(tmp_path / "sample.holdfast", q2=0.95)
+    screening = json.loads((path / "screening.json").read_text())
+    screening |= {"selected": screening["ranking"][:selected], "minor": []}
+    (path / "screening.json").write_text(json.dumps(screening))
+    cards = answer_cards(CampaignFolder.opened(path, documents=DOCUMENTS))
+    assert any(f"{said} selected." in card.detail for card in cards)
