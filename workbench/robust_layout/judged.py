@@ -1,7 +1,7 @@
 """Every layout that a robust loop has made, and what it gives by true runs in all cases found."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cases import SAME, Optimised
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import layout_name
+from workbench.robust_layout.oracle import Found
 from workbench.robust_layout.record import FIRST_ORDER, excess, largest, promise_of, promise_over
 
 __all__ = ["ROUNDS", "JudgedLayouts"]
@@ -18,6 +19,7 @@ __all__ = ["ROUNDS", "JudgedLayouts"]
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
 
+JUDGED = "judged in the cases of the others alone"
 ROUNDS = "rounds"  # where the layouts of the loop itself come from
 
 
@@ -93,8 +95,9 @@ class JudgedLayouts:
         values = [-np.inf if v is None else v for v in self.values(name)]
         return since + int(np.argmax(values[since:]))
 
-    def beyond(self, limit: float, name: str, cases: Sequence[Case]) -> list[Case]:
-        """Those of other cases in which a layout is worse than the limit."""
+    def beyond(self, limit: float, name: str, found: Found) -> list[Case]:
+        """Those of the cases found for another layout in which this one is worse than the limit."""
+        cases = [found.case, *(other["case"] for other in found.others)]
         values = self.read(self.evaluator(self.layouts[name])(cases, purpose="cases"))
         return [case for case, v in zip(cases, values, strict=True) if v is not None and v > limit]
 
@@ -111,6 +114,15 @@ class JudgedLayouts:
             min((worst for name, worst in known.items() if name not in self.known), default=np.inf),
         )
         return min(known, key=lambda name: (name not in rather or known[name] > enough, known[name]))
+
+    def with_all_cases(self, worst: Mapping[str, Found]) -> dict[str, Found]:
+        """Of every layout the worst true run known: what was found against it, or a case of the others."""
+        found = {}
+        for name in self.layouts:
+            before = worst.get(name, Found(value=-np.inf, case={}, runs=0, status=JUDGED))
+            known, case = self.worst(name), self.cases[self.worst_of(name)]
+            found[name] = replace(before, value=known, case=case) if known > before.value else before
+        return found
 
     def is_unsettled(self, name: str) -> bool:
         """Whether the optimiser stopped at its limit where the first-order condition does not hold."""

@@ -7,23 +7,20 @@
                        first-order condition holds, and send the adversary
              stop within the tolerance of the bound, or where rounds gain nothing; else S <- S + what broke it
     look at the layouts it is compared with, and optimise from other starts until one agrees with the best
-    (`workbench.robust_layout.other_starts`); go on when they change it
+    (`workbench.robust_layout.other_starts`); go on when they change it, or a sample goes beyond it
 
 (cutting sets with a pessimising oracle, Mutapcic and Boyd 2009; the stratified set is the sample approach of
 Calafiore and Campi 2006; the oracle is `workbench.robust_layout.oracle`). Of the cases that broke the bound
 several join, far from each other (`workbench.robust_layout.cuts`).
 
-A layout is judged by true runs alone. At the end every layout that was ever made, the trivial ones included,
-is judged over all cases found for any of them, and the best is the result: it cannot lose to what it is
-compared with. The lower end is that of a local optimiser, the upper end that of an adversary: both are stated
-as found, not proven.
-
-The loop is a function of the study and of the runs' answers. Runs are kept by `LayoutRuns`, optimised layouts
-and ended attacks in `rounds/`, so after a kill the same call goes on: it repeats at most one optimisation.
+True runs alone judge. At the end every layout ever made, the trivial ones included, is judged over all cases
+found for any of them, and the best is the result. The lower end is that of a local optimiser, the upper end
+that of an adversary: as found, not proven. Runs are kept by `LayoutRuns`, optimised layouts and ended attacks
+in `rounds/`: after a kill the same call goes on, and repeats at most one optimisation.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +34,7 @@ from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.judged import ROUNDS, JudgedLayouts
 from workbench.robust_layout.model import LayoutModel
 from workbench.robust_layout.oracle import Found, LayoutOracle, is_settled
-from workbench.robust_layout.other_starts import OtherStarts, random_densities
+from workbench.robust_layout.other_starts import OtherStarts, starts_of
 from workbench.robust_layout.record import (
     LoopSettings,
     OtherStartsFound,
@@ -65,8 +62,7 @@ LONGER = 2  # optimisations more, at most, of a layout that is not settled
 LAST = 3  # layouts at least that may be attacked one after the other when the rounds are spent
 SETTLED = 2  # best layouts that get more evaluations after the rounds, at most
 GAIN = 1e-3  # relative improvement that is worth another one
-STANDS = "none is made, the best is as good in all cases as what the last round was made for"
-JUDGED = "judged in the cases of the others alone"
+RESTARTS = 2  # times that a sample beyond the bound sends the loop back
 
 
 def find_robust_layout(
@@ -80,6 +76,7 @@ def find_robust_layout(
     identity: str,
     tell: Callable[[str], None] = lambda text: None,
     coarse: Callable[[Array], Evaluator] | None = None,
+    broken: Callable[[RobustLayout], Case | None] = lambda found: None,
 ) -> RobustLayout:
     """Run the loop from the cases in `start`, the nominal one first, and a stratified set.
 
@@ -87,6 +84,7 @@ def find_robust_layout(
         evaluator: density -> evaluator of its true runs.    folder: where `rounds/` is kept.
         identity: changes when the model changes, so that stored layouts are not taken for current.
         coarse: density -> evaluator of its runs at a longer step, for scouts; None: no scouts are sent.
+        broken: result -> a case beyond it, None without any. One sends the loop back, with all that it has.
 
     Raises:
         StudyError: the nominal case cannot be run, by the optimiser or at all.
@@ -94,17 +92,19 @@ def find_robust_layout(
     """
     oracle = LayoutOracle(
         model=model, space=space, evaluator=evaluator, folder=folder / "rounds", identity=identity,
-        budget=settings.budget, corners=settings.corners, seed=settings.seed,
-        going_on=settings.going_on, coarse=coarse,
-        scouts=SCOUTS * settings.budget if settings.scouts is None else settings.scouts,
+        budget=settings.budget, corners=settings.corners, seed=settings.seed, going_on=settings.going_on,
+        coarse=coarse, scouts=SCOUTS * settings.budget if settings.scouts is None else settings.scouts,
     )  # fmt: skip
     drawn = stratified_cases(space, settings.scenarios, seed=settings.seed)
     cases = distinct([space.canonical(case) for case in [*start, *drawn]])
-    judged = JudgedLayouts(evaluator=evaluator, response=model.response, cases=cases)
-    return _Loop(
+    loop = _Loop(
         model=model, oracle=oracle, folder=folder, settings=settings, identity=identity, tell=tell,
-        judged=judged,
-    ).run()  # fmt: skip
+        judged=JudgedLayouts(evaluator=evaluator, response=model.response, cases=cases),
+    )  # fmt: skip
+    found, left = loop.run(), RESTARTS
+    while (case := broken(found)) is not None and left:
+        found, left = loop.again(case), left - 1
+    return found
 
 
 @dataclass(slots=True, kw_only=True)
@@ -126,6 +126,10 @@ class _Loop:
     gained: dict[str, float | None] = field(default_factory=dict)  # too little, by evaluations at the end
     compared: bool = False  # with the layouts that are looked at once
     begins_at: Array | None = None  # the first round
+    others: OtherStarts = field(init=False)
+    earlier: int = 0  # rounds, before a sample sent the loop back
+    searched: int = 0  # layouts that had got more evaluations by then
+    as_they_are: set[str] = field(default_factory=set)  # those attacked again since
 
     def run(self) -> RobustLayout:
         nominal = self.optimised([0], None)
@@ -136,26 +140,35 @@ class _Loop:
         self.judged.documents["nominal only"] = nominal.document
         self.judged.origins["nominal only"] = ROUNDS
         self.begins_at = nominal.density
-        random = random_densities(problem, seed=self.settings.seed)
-        starts = {"third start": problem.into_budgets(problem.start), "fourth start": random}
         alone = None
         if len(self.judged.cases) > 1:  # for the other case in which the layout of the nominal one is worst
             alone = self.optimised([self.judged.worst_of("nominal only", since=1)], None)
-        others = OtherStarts(
+        self.others = OtherStarts(
             judged=self.judged,
             optimised=lambda best, start, search: self.optimised(self.active(best), start, search),
-            starts=starts if alone is None else {"second start": alone.density, **starts},
+            starts=starts_of(problem, None if alone is None else alone.density, seed=self.settings.seed),
             tolerance=self.settings.tolerance, tell=self.tell,
         )  # fmt: skip
+        return self.to_the_end()
+
+    def again(self, case: Case) -> RobustLayout:
+        """Go on with every layout and case, and as many rounds more, from a case that breaks the result."""
+        self.fresh = 0  # those near the bound were not enough
+        self.judged.join([case])
+        self.earlier, self.searched, self.as_they_are = len(self.rounds), len(self.gained), set()
+        return self.to_the_end()
+
+    def to_the_end(self) -> RobustLayout:
+        """Rounds, other starts and last attacks, until the best layout holds or nothing is left."""
         while True:
-            agreed = self.until_it_holds() and others.agree()
-            others.first()
+            agreed = self.until_it_holds() and self.others.agree()
+            self.others.first()
             robust = self.attacked_best()
-            if agreed and self.holds(robust) and not others.agrees():  # what was found since parts them
-                others.agree()
+            if agreed and self.holds(robust) and not self.others.agrees():  # what was found since parts them
+                self.others.agree()
                 robust = self.attacked_best()
             if self.holds(robust) or self.is_spent():
-                return self.result(robust, others.found(robust))
+                return self.result(robust, self.others.found(robust))
 
     def until_it_holds(self) -> bool:
         """Rounds, until the best layout of all holds against an attack or they are spent; whether it does."""
@@ -171,7 +184,7 @@ class _Loop:
 
     def is_spent(self) -> bool:
         """Whether no round is left, or the last ones gained nothing."""
-        return rounds_are_spent(self.rounds, self.judged.worst, self.settings)
+        return rounds_are_spent(self.rounds[self.earlier :], self.judged.worst, self.settings)
 
     def limit(self, bound: float) -> float:
         """What a worst case may reach without breaking a bound."""
@@ -192,13 +205,13 @@ class _Loop:
     def round(self, number: int) -> bool:
         """One layout, looked at and perhaps attacked; True when nothing breaks the bound.
 
-        One that is as good as what a round could make is attacked at once, and so are all where scouts climb,
-        which tell the next round more than corners do.
+        One as good as what a round could make is attacked at once, and so are all where scouts climb.
         """
         chosen, looked = self.judged.best(), None
         worst = self.judged.worst(chosen)
         if chosen not in self.bounds and is_as_good(worst, self.rounds, self.settings):
-            count, optimiser, note = 0, "", STANDS
+            count, optimiser = 0, ""
+            note = "none is made, the best is as good in all cases as what the last round was made for"
             self.tell(f"round {number}: {note}")
         else:
             count, optimiser, note = self.improved(number)
@@ -208,14 +221,11 @@ class _Loop:
         bound = self.judged.worst(chosen)
         broken = looked if looked is not None and looked.value > self.limit(bound) else None
         found = broken or self.attack(chosen, number)
-        gap = excess(found.value, bound)
-        self.rounds.append(
-            Round(
-                number=number, cases=count, layout=chosen, bound=bound, worst=found.value,
-                case=found.case, gap=gap, runs=found.runs, attacked=broken is None,
-                optimiser=optimiser, note=note,
-            )
-        )  # fmt: skip
+        self.rounds.append(Round(
+            number=number, cases=count, layout=chosen, bound=bound, worst=found.value, case=found.case,
+            gap=excess(found.value, bound), runs=found.runs, attacked=broken is None, optimiser=optimiser,
+            note=note,
+        ))  # fmt: skip
         if found.value <= self.limit(bound):
             return True
         self.tell(f"round {number}: broken, {found.value:.6g} {self.model.unit} instead of {bound:.6g}")
@@ -235,10 +245,8 @@ class _Loop:
         return name, found
 
     def improved(self, number: int) -> tuple[int, str, str]:
-        """Make the layout of a round, from the best one: for how many cases, how it ended, why there is none.
-
-        The first begins at the layout of the nominal case, whatever that is worth in the others.
-        """
+        """Make the layout of a round, from the best one, at first from the nominal one whatever it is worth:
+        for how many cases, how it ended, why there is none."""
         note = ""
         while True:
             best = self.judged.best()
@@ -290,9 +298,7 @@ class _Loop:
 
     def active(self, best: str) -> list[int]:
         """Cases for the optimiser: the new ones, and those near the bound for the layout it starts from or
-        for the one made last.
-
-        The others cost time and change nothing; every layout is judged in them all the same.
+        for the one made last. The others cost time and change nothing; they judge every layout all the same.
         """
         near = self.judged.near([best, self.judged.latest], share=NEAR, since=self.fresh)
         return [k for k in near if k not in self.unusable] or [0]
@@ -336,8 +342,7 @@ class _Loop:
         bound = self.judged.worst(best)
         for name in ("uniform", "nominal only"):
             found = self.look_at(name, turn)
-            rows = [found.case, *(other["case"] for other in found.others)]
-            broken = self.judged.beyond(self.limit(bound), best, rows)
+            broken = self.judged.beyond(self.limit(bound), best, found)
             if broken:
                 self.tell(f"broken by a case of the layout '{name}'")
                 self.fresh = min(self.fresh, len(self.judged.cases))
@@ -356,7 +361,7 @@ class _Loop:
         while True:
             self.judged.join([found.case for found in self.worst.values()])
             name = self.chosen()
-            searched_on = name in self.gained or len(self.gained) >= SETTLED
+            searched_on = name in self.gained or len(self.gained) - self.searched >= SETTLED
             if left != 0 and not searched_on and self.judged.is_unsettled(name):
                 name = self.searched_on(name)
             if name not in self.bounds:
@@ -364,7 +369,8 @@ class _Loop:
                     return name
                 left = None if left is None else left - 1
                 self.attack(name, turn)
-            elif is_spent and not self.holds(name) and name not in self.broke:
+            elif is_spent and not self.holds(name) and name not in self.as_they_are:
+                self.as_they_are.add(name)
                 self.broke[name] = self.bounds[name]
                 self.attack(name, turn + 1, to_the_end=True)
             else:
@@ -372,27 +378,23 @@ class _Loop:
 
     def result(self, robust: str, others: OtherStartsFound | None) -> RobustLayout:
         """Every layout judged over all cases found; `robust` is the best of them."""
-        values = {name: self.judged.values(name) for name in self.judged.layouts}
-        for name in values:
-            before = self.worst.get(name, Found(value=-np.inf, case={}, runs=0, status=JUDGED))
-            known, case = self.judged.worst(name), self.judged.cases[self.judged.worst_of(name)]
-            if known > before.value:
-                self.worst[name] = replace(before, value=known, case=case)
-        found, bound, holds = self.worst[robust], self.bounds.get(robust), self.holds(robust)
+        worst = self.judged.with_all_cases(self.worst)
+        found, bound, holds = worst[robust], self.bounds.get(robust), self.holds(robust)
         needed = self.oracle.missing(found) if holds else 0
         closed = holds and not needed and found.attack is not None and is_settled(found.attack)
         broke, gained = self.broke.get(robust), self.gained.get(robust)
         document = self.judged.told(robust, self.model.as_response)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
-        breaks = [excess(self.worst[name].value, before) for name, before in attacked.items()]
-        idle = len(self.rounds) < self.settings.rounds
+        breaks = [excess(worst[name].value, before) for name, before in attacked.items()]
+        idle = len(self.rounds) - self.earlier < self.settings.rounds
         status = loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke, idle=idle)
         status += passed_over(self.judged.best(), self.judged.worst, robust)
         off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds)
         return RobustLayout(
             robust=robust, closed=closed, may_exceed=off, status=status,
-            layouts=self.judged.layouts, worst=self.worst, cases=self.judged.cases, values=values,
-            rounds=self.rounds, failures=self.failures, other_starts=others,
+            layouts=dict(self.judged.layouts), worst=worst, cases=self.judged.cases,
+            values={name: self.judged.values(name) for name in self.judged.layouts},
+            rounds=list(self.rounds), failures=self.failures, other_starts=others,
             reasons=reasons_against_green(found, document, others, closed=closed, gained=gained),
             document=document or {},
         )  # fmt: skip

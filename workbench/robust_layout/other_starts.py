@@ -23,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.engine.layout.formulation.problem import LayoutProblem
-from workbench.robust_layout.cases import Optimised, Search
+from workbench.robust_layout.cases import SAME, Optimised, Search
 from workbench.robust_layout.judged import JudgedLayouts
 from workbench.robust_layout.record import OtherStartsFound, excess
 from workbench.space.streams import stream
 
-__all__ = ["OtherStarts", "random_densities"]
+__all__ = ["OtherStarts", "random_densities", "starts_of"]
 
 Array = NDArray[np.float64]
 
@@ -133,6 +133,19 @@ class OtherStarts:
         best = judged.best([*mine, *others])
         witnesses = others if best in mine else mine
         return any(one.agrees for name in witnesses for one in self._beside(best, name))
+
+
+def starts_of(problem: LayoutProblem, alone: Array | None, *, seed: int) -> dict[str, Array]:
+    """Title -> densities of the other starts, where these are others.
+
+    alone: the layout of the case in which that of the nominal one is worst, None where there is none.
+    """
+    given, random = problem.into_budgets(problem.start), random_densities(problem, seed=seed)
+    found: dict[str, Array] = {} if alone is None else {"second start": alone}
+    for title, density in (("third start", given), ("fourth start", random)):
+        if all(np.abs(density - other).max() > SAME for other in found.values()):
+            found[title] = density
+    return found
 
 
 def random_densities(problem: LayoutProblem, *, seed: int) -> Array:

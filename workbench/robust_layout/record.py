@@ -227,9 +227,7 @@ def loop_status(
     scouts = 0 if found.attack is None else found.attack.get("scouts", 0)  # none in attacks kept from before
     raised = ""
     if broke is not None:
-        raised = (
-            f"The bound is what an attack found, {100 * excess(bound, broke):.3g} % above the one before. "
-        )
+        raised = f"The bound is what broke the one before, {100 * excess(bound, broke):.3g} % above it. "
     said = f"{raised}{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
     if closed:
         return f"{said}: the loop is closed."

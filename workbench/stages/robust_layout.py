@@ -49,8 +49,6 @@ from workbench.system.atomic import read_json, write_json
 
 __all__ = ["WORK"]
 
-RESTARTS = 2  # times that a sample beyond the bound sends the loop back
-
 
 def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
     """Run the loop of `[robust_layout]`; returns `robust_layout.json`. Run again to continue.
@@ -80,22 +78,21 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         memory=study.memory_bytes,
         retries=options.get("retries", 0),
     ) as runs:
-        found, rounds = None, []
-        for _ in range(1 + RESTARTS):
-            found = find_robust_layout(
-                model, study.space, evaluator=runs.of, folder=campaign.folder, start=start, settings=settings,
-                identity=identity, tell=lambda text: campaign.progress.stage("robust_layout", text),
-                coarse=runs.coarse,
-            )  # fmt: skip
-            rounds += found.rounds
+        compared, broken = None, None
+
+        def sampled(found: RobustLayout) -> Mapping[str, Any] | None:
+            nonlocal compared, broken
             campaign.progress.stage("robust_layout", f"{table['samples']} samples of the uncertainty")
             compared = _compared(campaign, table, model, found, runs, nominal)
             broken = _broken(compared, found, settings.tolerance)
-            if broken is None:
-                break
-            start = [*found.cases, broken]
-        assert found is not None
-        found.rounds = rounds
+            return broken
+
+        found = find_robust_layout(
+            model, study.space, evaluator=runs.of, folder=campaign.folder, start=start, settings=settings,
+            identity=identity, tell=lambda text: campaign.progress.stage("robust_layout", text),
+            coarse=runs.coarse, broken=sampled,
+        )  # fmt: skip
+        assert compared is not None
         if broken is not None:
             found.broken_by(compared.summaries[-1].worst_run)
         bill = robust_bill(model, found.cases, found.layouts[found.robust])

@@ -95,7 +95,7 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rounds", "raised"), [(1, ""), (2, "The bound is what an attack found, ")])
+@pytest.mark.parametrize(("rounds", "raised"), [(1, ""), (2, "The bound is what broke the one before, ")])
 def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds, raised):
     """The layout of the last round breaks; the best over the cases of all layouts is another one."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
@@ -140,13 +140,13 @@ def test_what_an_open_loop_says_rests_on_the_whole_budget(tmp_path, monkeypatch,
 @pytest.mark.slow
 def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
     apart = OtherStartsFound(worst=9.0, cases=99, apart=0.3, agrees=False, starts=("rounds", "second start"))
-    monkeypatch.setattr(OtherStarts, "found", lambda self: apart)
+    monkeypatch.setattr(OtherStarts, "found", lambda self, beside=None: apart)
     found, folder = run(tmp_path)
     assert found["closed"]
     assert found["verdict"] == "amber"
     assert found["reasons"] == ["layouts from other starts came no nearer to this one than 30 %"]
     assert "it does not agree within 2 %" in (folder / "report.md").read_text()
-    monkeypatch.setattr(OtherStarts, "found", lambda self: None)
+    monkeypatch.setattr(OtherStarts, "found", lambda self, beside=None: None)
     (tmp_path / "none").mkdir()
     found, folder = run(tmp_path / "none")
     assert found["reasons"] == [
