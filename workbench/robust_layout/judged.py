@@ -44,12 +44,14 @@ class JudgedLayouts:
     _answers: dict[str, dict[str, float | None]] = field(default_factory=dict)  # of layouts, by case
 
     def add(self, name: str, made: Optimised, *, origin: str) -> list[str]:
-        """Judge an optimised layout from now on, and its purified form where that is no worse."""
+        """Judge an optimised layout from now on, and its purified form where that is another and no worse."""
         self.latest = name
         self.layouts[name], self.documents[name] = made.density, made.document
         self.origins[name], self.known[name] = origin, len(self.cases)
         clean = made.document.get("purified")
         if not clean or not clean["accepted"] or clean["value"] > clean["before"]:
+            return [name]
+        if self.same_as(np.array(clean["density"]), [name]):
             return [name]
         pure = f"{name}, purified"
         self.layouts[pure], self.documents[pure] = np.array(clean["density"]), made.document
@@ -123,6 +125,11 @@ class JudgedLayouts:
             known, case = self.worst(name), self.cases[self.worst_of(name)]
             found[name] = replace(before, value=known, case=case) if known > before.value else before
         return found
+
+    def best_beside(self, name: str) -> str:
+        """The best layout of all; this one, where that is the same but for rounding."""
+        best = self.best()
+        return name if self.same_as(self.layouts[name], [best]) else best
 
     def is_unsettled(self, name: str) -> bool:
         """Whether the optimiser stopped at its limit where the first-order condition does not hold."""

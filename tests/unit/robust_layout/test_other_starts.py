@@ -237,6 +237,21 @@ def test_no_layout_is_left_worse_than_one_that_nobody_searched():
     assert layouts.best(rather=["round 1"], within=0.01) == "uniform"
 
 
+def test_a_purified_form_that_is_the_layout_again_is_no_other_layout():
+    layouts = judged()
+
+    def made(place, pure):
+        clean = {"accepted": True, "value": 8.0, "before": 8.0, "density": [pure]}
+        return Optimised(density=np.array([place]), document={"purified": clean})
+
+    assert layouts.add("round 1", made(2.0 + 4e-9, 2.0), origin=ROUNDS) == ["round 1"]
+    assert layouts.add("round 2", made(2.1, 2.0), origin=ROUNDS) == ["round 2", "round 2, purified"]
+    assert layouts.best() == "round 2, purified"
+    assert layouts.best_beside("round 1") == "round 1"  # by 4e-9 the worse one, and the same
+    assert passed_over(layouts.best_beside("round 1"), layouts.worst, "round 1") == ""
+    assert layouts.best_beside("round 2") == "round 2, purified"
+
+
 def test_a_layout_that_is_passed_over_is_told():
     worst = {"round 1": 2.0, "round 2": 1.99}.__getitem__
     assert passed_over("round 2", worst, "round 1") == (
