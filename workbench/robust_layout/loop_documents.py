@@ -182,7 +182,7 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
         "shadow_prices": {name: price * slope for name, price in source["shadow_prices"].items()},
         "baselines": {name: found.worst[name].value for name in COMPARED if name in found.worst},
         "scenarios": [
-            {"name": f"case {k + 1}", "value": value, "parameters": _apart(case, found.cases[0])}
+            {"name": f"case {k + 1}", "value": value, "parameters": dict(case)}
             for k, (case, value) in enumerate(zip(found.cases, found.values[found.robust], strict=True))
         ],
         "purified": None if purified is None else {
@@ -223,12 +223,6 @@ def _names(found: RobustLayout) -> dict[str, str]:
     """Shown name -> name in the loop: the trivial layouts, every one that was made, the one returned."""
     out = {name: name for name in found.layouts if name != found.robust or name in TRIVIAL}
     return {**out, shown_name(found): found.robust}
-
-
-def _apart(case: Mapping[str, Any], nominal: Mapping[str, Any]) -> dict[str, Any]:
-    """Where a case differs from the nominal one; all of the nominal one itself."""
-    apart = {name: value for name, value in case.items() if value != nominal[name]}
-    return apart or dict(case)
 
 
 def _plain(record: dict[str, Any]) -> dict[str, Any]:

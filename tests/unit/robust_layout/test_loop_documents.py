@@ -71,7 +71,7 @@ def trivial(name, density):
     found = found_with(robust=3, others=(4,), nominal_only=9)
     found.robust, found.bound, found.document = name, 4.0, {}
     found.layouts[name], found.worst[name] = np.array(density), found.worst["round 2"]
-    found.cases, found.values = [{"u": 0.0, "v": 0.0}], {name: [4.0]}
+    found.cases, found.values = [{"u": 0.0, "v": 0.0}, {"u": 0.0, "v": 1.0}], {name: [3.0, 4.0]}
     return found
 
 
@@ -90,6 +90,7 @@ def test_a_trivial_layout_that_is_returned_has_its_members_and_one_name():
     document = best_layout_document(Tied(), found)
     assert [(m["kind"], m["density"]) for m in document["members"]] == [("belt", 0.5), ("belt", 0.25)]
     assert document["trivial"] == "uniform"
+    assert [s["parameters"] for s in document["scenarios"]] == found.cases  # with what is nominal in them
     assert improvement_sentence(document) == "It is the layout 'uniform' itself."
     assert shown_name(found) == "uniform"
     assert list(shown_cases(found)) == [

@@ -33,6 +33,9 @@ __all__ = ["after_text", "case_text", "findings_section", "was_resolved"]
 UNSETTLED_BEFORE = "the runs without restraints do not settle"
 
 
+REST = "the rest nominal"  # of a case that is told by what differs from the nominal one
+
+
 def findings_section(folder: CampaignFolder) -> Section | None:
     """None without `robust_layout.json`."""
     loop = folder["robust_layout"]
@@ -80,7 +83,8 @@ def _verdict(loop: Mapping[str, Any]) -> list[Block]:
 def case_text(
     folder: CampaignFolder, case: Mapping[str, Any], nominal: Mapping[str, Any] | None = None
 ) -> str:
-    """A case as a person reads it: what differs from the nominal one, in the order of the study.
+    """A case as a person reads it: what differs from the nominal one, in the order of the study, and that the
+    rest does not; all of the nominal one itself, or without one.
 
     What the screening did not select goes last: it differs, but hardly matters.
     """
@@ -88,11 +92,12 @@ def case_text(
     chosen = (folder["screening"] or {}).get("selected") or []
     names.sort(key=lambda name: name not in chosen)
     apart = [name for name in names if nominal is None or case[name] != nominal[name]]
-    return ", ".join(
+    said = ", ".join(
         f"{name} = {number(case[name], 4)}"
         + ("" if folder.unit_of(name) == "1" else f" {folder.unit_of(name)}")
         for name in (apart or names)
     )
+    return f"{said}, {REST}" if 0 < len(apart) < len(names) else said
 
 
 def _listed(findings: list[str]) -> Html:

@@ -56,12 +56,16 @@ def _rounds(
 ) -> Figure:
     label = str(loop["response"])
     said = ", ".join(format_share(r["gap"]) for r in rounds)
+    nominal = (
+        f" The nominal case is {case_text(folder, loop['cases'][0])}; robust_layout.json has all digits."
+    )
     stood = "" if all(r["cases"] for r in rounds) else f" {NONE} in the table: {STOOD}."
+    more = stood + nominal
     return Figure(
         id="loop-rounds",
         title="Bound and worst case, round by round",
         alt=f"Bound of the known cases and worst case found over {len(rounds)} rounds; excess {said}.",
-        read_off="The loop is closed when an attack finds nothing noticeably above the bound." + stood,
+        read_off=f"The loop is closed when an attack finds nothing noticeably above the bound.{more}",
         panels=(
             Panel(draw=lambda ax: plot_rounds(rounds, label=label, unit=unit, ax=ax), width=5.6, height=2.8),
         ),

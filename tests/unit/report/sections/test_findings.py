@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.report.sections.findings import _layout, after_text, was_resolved
+from workbench.report.sections.findings import _layout, after_text, case_text, was_resolved
 from workbench.report.sections.robust_layout import screenings_table
 
 
@@ -73,3 +73,23 @@ def test_the_layout_returned_has_the_name_of_the_tables_and_is_held_beside_the_s
     said = _layout({"robust": name, "layouts": layouts, "status": "Closed."}, "m")
     assert said[0].startswith(f"{subject} keeps it at or below {layouts[name]['worst']:g} m in every case")
     assert ("below the same budgets spread evenly (2 m)" in said[0]) == (name == "robust")
+
+
+class Folder(dict):
+    """As much of a campaign's folder as a case takes to be told."""
+
+    parameters = ("force", "payload", "struck")
+
+    def unit_of(self, name):
+        return {"force": "N", "payload": "kg"}.get(name, "1")
+
+
+def test_a_case_says_that_what_it_does_not_name_is_nominal():
+    """A worst case at the nominal payload named none, and could not be run again from the page."""
+    folder, nominal = Folder(screening=None), {"force": 60.0, "payload": 3.25, "struck": "tip"}
+    case = {**nominal, "force": 90.0}
+    assert case_text(folder, case, nominal) == "force = 90 N, the rest nominal"
+    whole = "force = 60 N, payload = 3.25 kg, struck = tip"
+    assert case_text(folder, nominal, nominal) == case_text(folder, nominal) == whole
+    other = {"force": 90.0, "payload": 6.0, "struck": "upper"}
+    assert case_text(folder, other, nominal) == "force = 90 N, payload = 6 kg, struck = upper"
