@@ -50,9 +50,8 @@ class Border:
     `borders`: whether the worst run does; `grows`: whether the Kriging expects more beyond the border.
     `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words,
     without the numbers that differ, -> runs. `near`: other runs within a tenth of the box of the worst case
-    in every input.
-    `chance`: share of the even runs that failed, by the classifier where there is none; `counted`: its
-    interval. `is_answer`: a failed run counts as worse than any value, by `failures="worst"`.
+    in every input. `chance`: share of the even runs that failed, by the classifier where there is none;
+    `counted`: its interval. `is_answer`: a failed run counts as worse than any value, by `failures="worst"`.
     """
 
     borders: bool
