@@ -31,9 +31,9 @@ __all__ = ["ENDED_BADLY", "LOG", "CommandModel", "command_digest"]
 LOG = "output.log"
 MOST_SHOWN = 12  # placeholders in a message
 ENDED_BADLY = "ended with exit code"  # in the words of a failure: what such a run left is no result
-BRACED = re.compile(r"\{([A-Za-z_]\w*)\}")
+BRACED = re.compile(r"\{([^\W\d]\w*)\}")
 # what was meant to be one: {dd.in}, { a }, {a:.3f}, but neither {"a": 1} nor {print $1} nor {2,3}
-LIKE_BRACED = re.compile(r"\{(\s*[A-Za-z_][\w.:%+-]*\s*)\}")
+LIKE_BRACED = re.compile(r"\{(\s*[^\W\d][\w.:%+-]*\s*)\}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ __all__ = ["Deck", "compiled", "format_value"]
 LARGEST = 50_000_000  # characters of a deck, before and after
 FORMAT = re.compile(r"%[-+ 0#]{0,3}[0-9]{0,3}(\.[0-9]{1,2})?[deEfgGs]")
 OWN = frozenset({"self", "super", "loop", "caller", "varargs", "kwargs"})  # names that Jinja brings itself
-BRACED = re.compile(r"(\\?)\{([A-Za-z_]\w*)\}")
+BRACED = re.compile(r"(\\?)\{([^\W\d]\w*)\}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -166,6 +166,17 @@ def test_the_beginning_of_a_name_and_braces_of_others_stand_in_arguments(tmp_pat
         assert campaign.evaluate([{"a": 3.0}])[0].outputs == {"y": 3.0}
 
 
+def test_a_parameter_may_have_a_letter_of_any_alphabet(tmp_path):
+    write = 'import sys; open("out.json", "w").write(open("in.txt").read() + sys.argv[1] + "}")'
+    (tmp_path / "in.tmpl").write_text('{"y": 1{θ}')
+    more = 'templates = [{ from = "in.tmpl", to = "in.txt", style = "dakota" }]'
+    with open_study(tmp_path, ["{python}", "{study}/solve.py", "{θ}"], more, write) as campaign:
+        text = campaign.study.text.replace('name = "a"', 'name = "θ"\nkind = "integer"')
+    (tmp_path / "s.toml").write_text(text)
+    with Campaign.from_file(tmp_path / "s.toml") as campaign:
+        assert campaign.evaluate([{"θ": 7}])[0].outputs == {"y": 177.0}
+
+
 def test_a_function_that_reads_results_is_looked_for_before_any_run(tmp_path):
     with open_study(tmp_path, ["{python}", "{study}/solve.py", "{a}"]) as campaign:
         study = campaign.study
