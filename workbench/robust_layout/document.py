@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.engine.layout.formulation.member_names import member_names
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.outcome.purify import PurifiedLayout, fractional_members
 from workbench.engine.layout.outcome.result import LayoutResult
@@ -114,11 +115,14 @@ def check_gradient(problem: LayoutProblem, *, seed: int = 0) -> dict[str, float]
 def layout_members(problem: LayoutProblem, density: Array) -> list[dict[str, Any]]:
     """Name, kind, density and ends of every member, as `layout.json` lists them."""
     geometry = problem.geometry
+    density = density[: problem.densities]
     if geometry is None:
-        return [{"name": f"{i}", "kind": "member", "density": float(a)} for i, a in enumerate(density)]
+        names = member_names(["member"] * len(density))
+        return [{"name": names[i], "kind": "member", "density": float(a)} for i, a in enumerate(density)]
+    names = member_names(geometry.kind, geometry.names)
     return [
         {
-            "name": f"{i}", "kind": geometry.kind[i], "density": float(a),
+            "name": names[i], "kind": geometry.kind[i], "density": float(a),
             "body_a": int(geometry.body_a[i]), "point_a": geometry.point_a[i].tolist(),
             "body_b": int(geometry.body_b[i]), "point_b": geometry.point_b[i].tolist(),
             "a": geometry.point_a[i].tolist(), "b": geometry.point_b[i].tolist(),

@@ -147,11 +147,6 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
     used = zip(problem.names, problem.limits, problem.costs @ density, strict=True)
     value = float(source.get("value", 0.0))
     slope = response_slope(model, value)
-    counts: dict[str, int] = {}
-    members = []
-    for member in layout_members(problem, density):
-        counts[member["kind"]] = counts.get(member["kind"], 0) + 1
-        members.append({**member, "name": f"{member['kind']} {counts[member['kind']]}"})
     drawing, places = getattr(model, "outlines", None), getattr(model, "places", None)
     purified = source.get("purified")
     optimum = model.as_response(value) if source["history"] else found.bound
@@ -167,7 +162,7 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
         "density": density.tolist(),
         "fractional": fractional_members(problem, density),
         "budgets": [{"name": n, "limit": float(limit), "used": float(u)} for n, limit, u in used],
-        "members": members,
+        "members": layout_members(problem, density),
         "outlines": [] if drawing is None else drawing(),
         "matrix": None if places is None else dict(
             zip(("rows", "columns", "cells"), places(), strict=True)

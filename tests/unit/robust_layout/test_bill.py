@@ -35,6 +35,7 @@ def test_json_and_csv_say_the_same(folder):
         assert float(row["density"]) == member["density"] == layout["density"][member["member"]]
         assert float(row["tension [N]"]) == member["tension"]["value"]
         assert row["energy in"] == member["energy"]["scenario"]
+        assert row["name"] == member["name"] == layout["members"][member["member"]]["name"]
         assert [float(row["a_x [m]"]), float(row["a_y [m]"])] == member["a"]
     densities = [member["density"] for member in document["members"]]
     assert densities == sorted(densities, reverse=True)

@@ -130,7 +130,7 @@ class MemberGeometry:
     body_a, body_b: (members,) body numbers
     point_a, point_b: (members, 2 or 3) m, global at the start
     kind: one word per member, for example "belt"
-    stiffness: (members,) at density 1, for the sums of purification
+    stiffness: (members,) at density 1, for the sums of purification    names: as given, "" without one
     """
 
     body_a: NDArray[np.intp]
@@ -139,6 +139,7 @@ class MemberGeometry:
     point_b: Array
     kind: tuple[str, ...]
     stiffness: Array | None = None
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -276,6 +276,7 @@ def member_geometry(system: AnySystem) -> MemberGeometry:
         **system.member_ends()._asdict(),
         kind=tuple(type(bare(m.law)).__name__.lower() for m in system.members),
         stiffness=np.array([float(getattr(bare(m.law), "k", 1.0)) for m in system.members]),
+        names=tuple(str(getattr(m, "name", "")) for m in system.members),
     )
 
 

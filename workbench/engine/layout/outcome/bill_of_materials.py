@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...elements.timed import bare
 from ...objectives.member_histories import MemberHistories, member_histories
+from ..formulation.member_names import member_names
 from ..formulation.problem import InvalidLayout, LayoutProblem
 
 __all__ = ["Bill", "BillEntry", "BodyShape", "Extreme", "bill_of_materials"]
@@ -118,12 +119,13 @@ def bill_of_materials(problem: LayoutProblem, density: Array) -> Bill:
     kinds = [type(bare(m.law)).__name__.lower() for m in system.members]
     if problem.geometry is not None:
         kinds = list(problem.geometry.kind)
+    names = member_names(kinds, [str(getattr(m, "name", "")) for m in system.members])
     entries = []
     for at, i in enumerate(chosen.tolist()):
         member = system.members[i]
         entries.append(
             BillEntry(
-                number=i, name=str(getattr(member, "name", "") or i), kind=kinds[i], body_a=member.a,
+                number=i, name=names[i], kind=kinds[i], body_a=member.a,
                 point_a=ends.point_a[i], body_b=member.b, point_b=ends.point_b[i],
                 length=float(found[0].length[0, at]), density=float(density[i]), shares=shares[:, i],
                 **_extremes(found, times, at),

@@ -19,6 +19,7 @@ from workbench.engine import (
 from workbench.engine.layout.formulation.problem import InvalidLayout
 from workbench.engine.layout.formulation.transient import Scenario, transient_problem
 from workbench.engine.layout.outcome.bill_of_materials import bill_of_materials
+from workbench.robust_layout.document import layout_members
 
 SPEED, MASS, K = 0.5, 2.0, 300.0
 SECOND_ORDER = 2e-3  # 400 steps of a scheme and of trapezoids of second order
@@ -68,6 +69,13 @@ def test_what_the_members_of_an_oscillator_bear():
     assert (bill.left_out, bill.left_out_share[0]) == (1, pytest.approx(1e-7 / 3))
     assert (left.length, left.body_a, left.body_b, left.kind) == (1.0, "mass", "ground", "spring")
     assert [body.name for body in bill.bodies] == ["mass"]
+
+
+def test_a_member_has_one_name_in_the_bill_and_in_the_layout():
+    """In the layout every member was its kind and a number, whatever name it had been given."""
+    made, density = problem(mass_between_springs(SPEED)), np.array([0.4, 0.8, 0.3])
+    assert [m["name"] for m in layout_members(made, density)] == ["left", "right", "spring 3"]
+    assert [e.name for e in bill_of_materials(made, density).entries] == ["right", "left", "spring 3"]
 
 
 @pytest.mark.slow
