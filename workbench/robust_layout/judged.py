@@ -126,11 +126,6 @@ class JudgedLayouts:
             found[name] = replace(before, value=known, case=case) if known > before.value else before
         return found
 
-    def best_beside(self, name: str) -> str:
-        """The best layout of all; this one, where that is the same but for rounding."""
-        best = self.best()
-        return name if self.same_as(self.layouts[name], [best]) else best
-
     def is_unsettled(self, name: str) -> bool:
         """Whether the optimiser stopped at its limit where the first-order condition does not hold."""
         document = self.documents.get(name)

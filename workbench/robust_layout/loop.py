@@ -388,7 +388,7 @@ class _Loop:
         breaks = [excess(worst[name].value, before) for name, before in attacked.items()]
         idle = len(self.rounds) - self.earlier < self.settings.rounds
         status = loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke, idle=idle)
-        status += passed_over(self.judged.best_beside(robust), self.judged.worst, robust)
+        status += passed_over(self.judged.best(), self.judged.worst, robust)
         off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds)
         return RobustLayout(
             robust=robust, closed=closed, may_exceed=off, status=status,

@@ -36,6 +36,7 @@ Case = Mapping[str, Any]
 GOING_ON = 3  # attacks after the first, at most
 FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
 IDLE = 3  # rounds one after the other that gained nothing
+TOLD = 1e-4  # the least excess that is told as it is
 AT_HAND = 5  # tolerances between what the best layout is worth and what the last round was made for
 
 
@@ -161,7 +162,7 @@ def _percent(share: float) -> str:
     >>> _percent(9.2e-7), _percent(0.0), _percent(0.115)
     ('0.01 %', '0 %', '11.5 %')
     """
-    return f"{100 * max(share, 1e-4):.3g} %" if share else "0 %"
+    return f"{100 * max(share, TOLD):.3g} %" if share else "0 %"
 
 
 def may_exceed(
@@ -247,12 +248,13 @@ def loop_status(
 
 
 def passed_over(least: str, worst: Callable[[str], float], robust: str) -> str:
-    """A sentence where the layout that is the least in the known cases is not the one returned; else nothing.
+    """A sentence where the layout that is the least in the known cases is not the one returned; else nothing,
+    and nothing where it is lower by less than can be told, as the same layout from another search is.
 
     worst: of a layout, over these cases.
     """
     lower = excess(worst(robust), worst(least))
-    if not lower:
+    if lower < TOLD:
         return ""
     return (
         f" In the cases known the layout '{least}' is {_percent(lower)} lower, less than half of the "

@@ -247,9 +247,10 @@ def test_a_purified_form_that_is_the_layout_again_is_no_other_layout():
     assert layouts.add("round 1", made(2.0 + 4e-9, 2.0), origin=ROUNDS) == ["round 1"]
     assert layouts.add("round 2", made(2.1, 2.0), origin=ROUNDS) == ["round 2", "round 2, purified"]
     assert layouts.best() == "round 2, purified"
-    assert layouts.best_beside("round 1") == "round 1"  # by 4e-9 the worse one, and the same
-    assert passed_over(layouts.best_beside("round 1"), layouts.worst, "round 1") == ""
-    assert layouts.best_beside("round 2") == "round 2, purified"
+    assert (
+        passed_over("round 2, purified", layouts.worst, "round 1") == ""
+    )  # it is the same by another search
+    assert "'round 2, purified' is 1.25 % lower" in passed_over("round 2, purified", layouts.worst, "round 2")
 
 
 def test_a_layout_that_is_passed_over_is_told():
