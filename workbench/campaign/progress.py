@@ -18,7 +18,10 @@ class Progress(Protocol):
     def search(
         self, run: int, budget: int, *, proposal: str, value: float | None, best: float, name: str, unit: str
     ) -> None:
-        """A search made its `run`-th of `budget` runs for `proposal`; `value` is None when it failed."""
+        """A search made its `run`-th of `budget` runs for `proposal`; `value` is None when it failed.
+
+        `best`: the worst value so far; infinite once a run has failed where that counts as worse than any.
+        """
 
     def note(self, text: str) -> None:
         """Something a person should know."""

@@ -26,7 +26,7 @@ from workbench.space.streams import stream
 
 __all__ = ["concluded"]
 
-FAILED = "a run failed, and the search ended there"
+FAILED = "a failed run counts as worse, and has no value"
 PREDICTED = (Status.SURROGATE, Status.KNOWN_RUN)  # of a table, where nothing can be run
 
 

@@ -145,8 +145,16 @@ class WorstCase:
         """Runs without a value, by status."""
         return dict(Counter(run.status for run in self.runs if run.value is None))
 
+    @property
+    def _failure(self) -> dict[str, Any] | None:
+        """The failed run that is the worst case; beside it the value is the worst that a run gave."""
+        border = self.border
+        if border is None or not border.is_answer:
+            return None
+        return {"run_key": border.run_key, "parameters": dict(border.parameters), "words": border.words}
+
     def to_dict(self) -> dict[str, Any]:
-        """The document `worst_case.json`."""
+        """The document `worst_case.json`; its value, parameters and run_key belong together."""
         sign = 1.0 if self.sense == "max" else -1.0
         best, history = -np.inf, []
         for run in self.runs:
@@ -185,6 +193,7 @@ class WorstCase:
             "noise": None if self.repeated is None else self.repeated.deviation,
             "seed": self.seed,
             "failures": self.failures,
+            "failure": self._failure,
             "border": None if self.border is None else self.border.to_dict(),
             "scale": None if self.scale is None else self.scale.to_dict(),
             "history": history,

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -213,7 +214,7 @@ def _searched(
         campaign.study.space,
         _asked(campaign, table, target),
         start=start,
-        progress=_listener(campaign, table, target),
+        progress=_listener(campaign, table, target, start),
     )
     if campaign.study.model.get("gradient") and not result.audit.gradient_runs:
         errors = (
@@ -260,7 +261,7 @@ def _all_searched(
         start=start,
         workers=int(table.get("batch", 1)),
         evaluator=searching(campaign),
-        progress=lambda name: _listener(campaign, table, by_name[name]),
+        progress=lambda name: _listener(campaign, table, by_name[name], start),
         **{key: table[key] for key in SHARED if key in table},
     )
     return [found[target.name] for target in wanted]
@@ -302,15 +303,24 @@ def _tell_idle_workers(campaign: CampaignRuns, table: Mapping[str, Any]) -> None
 
 
 def _listener(
-    campaign: CampaignRuns, table: Mapping[str, Any], target: Target
+    campaign: CampaignRuns, table: Mapping[str, Any], target: Target, start: Sequence[Outcome]
 ) -> Callable[[Any, float], None]:
+    """Who tells a person of every run: the worst value so far, or that a failed run is worse."""
+    from workbench.search.evidence.border import has_failed
+
+    counts = table.get("failures") == "worst"
+    worse_than_all = inf if target.sense == "max" else -inf
+    lost = counts and any(outcome.status != "ok" for outcome in start)
+
     def tell(run: Any, best: float) -> None:
+        nonlocal lost
+        lost = lost or (counts and has_failed(run))
         campaign.progress.search(
             run.number,
             table["budget"] + table.get("attack", 0),
             proposal=run.proposal,
             value=run.value,
-            best=best,
+            best=worse_than_all if lost else best,
             name=target.name,
             unit=target.unit,
         )

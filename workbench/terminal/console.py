@@ -4,6 +4,7 @@ On a terminal, runs are shown as a bar with rate, time left and failures; elsewh
 for a log file.
 """
 
+import math
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -55,10 +56,7 @@ class PlainProgress:
     ) -> None:
         """A line when the worst case rises, and for every tenth run."""
         if run and (run % 10 == 0 or value == best):
-            self._say(
-                f"  run {run} of at most {budget}: worst so far {name} = "
-                f"{format_number(best)}{unit_suffix(unit)}"
-            )
+            self._say(f"  run {run} of at most {budget}: {_worst_so_far(best, name, unit)}")
 
     def note(self, text: str) -> None:
         """A line."""
@@ -111,8 +109,7 @@ class RichProgress:
     ) -> None:
         """The state of the search."""
         if run:
-            shown = f"worst so far {name} = {format_number(best)}{unit_suffix(unit)}"
-            self._show(f"  run {run} of at most {budget} ({proposal}): {shown}")
+            self._show(f"  run {run} of at most {budget} ({proposal}): {_worst_so_far(best, name, unit)}")
 
     def note(self, text: str) -> None:
         """A line that stays."""
@@ -129,6 +126,12 @@ class RichProgress:
             self._live = self._new_live()
             self._live.start()
         self._live.update(self._text(line))
+
+
+def _worst_so_far(best: float, name: str, unit: str) -> str:
+    if math.isinf(best):
+        return "the worst so far is a run that failed"
+    return f"worst so far {name} = {format_number(best)}{unit_suffix(unit)}"
 
 
 def _rate(rate: float) -> str:

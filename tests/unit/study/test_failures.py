@@ -1,7 +1,10 @@
 """`[worst_case] failures` and the border of failures, on page and terminal."""
 
+from math import inf, isfinite
+
 import pytest
 
+from workbench.campaign.progress import Silent
 from workbench.errors import StudyError
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.report.writing import write_report
@@ -41,15 +44,35 @@ def f(a):
 """
 
 
-def searched(folder, more=""):
+def searched(folder, more="", **listening):
+    folder.mkdir(exist_ok=True)
     (folder / "failing.py").write_text(MODEL)
     (folder / "s.toml").write_text(STUDY.format(more=more))
-    with Campaign.from_file(folder / "s.toml") as campaign:
+    with Campaign.from_file(folder / "s.toml", **listening) as campaign:
         run_stage(campaign, "design")
         evaluate(campaign)
         document = run_stage(campaign, "worst_case")
         lines = " ".join(line.strip() for line in worst_case_lines(document))
         return document, lines, write_report(campaign.folder).read_text()
+
+
+class Listener(Silent):
+    def __init__(self):
+        self.best = []
+
+    def search(self, run, budget, *, best, **others):
+        if run:
+            self.best.append(best)
+
+
+@pytest.mark.parametrize(("sense", "worst"), [("max", inf), ("min", -inf)])
+def test_whoever_listens_hears_that_a_failure_is_the_worst_so_far(tmp_path, sense, worst):
+    listener = Listener()
+    searched(tmp_path / sense, f'failures = "worst"\nsense = "{sense}"', progress=listener)
+    assert listener.best == [worst] * 8  # a run of the design had failed
+    listener = Listener()
+    searched(tmp_path / f"avoid {sense}", f'sense = "{sense}"', progress=listener)
+    assert all(isfinite(best) for best in listener.best)
 
 
 @pytest.mark.slow
@@ -70,6 +93,12 @@ def test_a_failed_run_may_be_the_worst_case(tmp_path):
     assert said in lines
     assert said in page
     assert document["status"] == "a run failed, which counts as worse than any value"
+    after = "the 8 runs after it are an even sample that says how much of the box fails"
+    assert f"stopped because {document['status']}; {after}" in lines
+    assert f"Why the search ended: {document['status']}; {after}." in page
+    assert "confirms the worst case" not in page
+    assert document["failure"]["parameters"]["a"] > 0.75
+    assert document["parameters"]["a"] <= 0.75
     assert document["border"]["parameters"]["a"] > 0.75
     assert document["border"]["counted"]["draws"] == 16
 

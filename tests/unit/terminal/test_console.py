@@ -14,13 +14,18 @@ def test_plain_progress_is_few_lines():
         progress.runs(k, 100, {"ok": k - 1, "failed": 1})
     progress.search(3, 60, proposal="ei", value=2.0, best=2.0, name="y", unit="mm")
     progress.search(4, 60, proposal="ei", value=1.0, best=2.0, name="y", unit="mm")
+    progress.search(10, 60, proposal="even", value=1.0, best=float("inf"), name="y", unit="mm")
     progress.note("odd")
     progress.finished()
     lines = out.getvalue().splitlines()
     assert lines[0] == "worst case  max y"
     assert lines[1].startswith("  100/100 runs, ")
     assert lines[1].endswith("; 1 failed")
-    assert lines[2:] == ["  run 3 of at most 60: worst so far y = 2 mm", "note: odd"]
+    assert lines[2:] == [
+        "  run 3 of at most 60: worst so far y = 2 mm",
+        "  run 10 of at most 60: the worst so far is a run that failed",
+        "note: odd",
+    ]
 
 
 def test_the_pace_is_that_of_the_runs_made_since_the_stage_began(monkeypatch):

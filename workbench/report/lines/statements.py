@@ -8,6 +8,7 @@ from workbench.space.units import digits_apart, significant
 
 __all__ = [
     "border_text",
+    "ended_text",
     "failure_of",
     "known_text",
     "limits_text",
@@ -72,6 +73,21 @@ def failure_of(worst: Mapping[str, Any]) -> Mapping[str, Any] | None:
     """The failed run that is the worst case by `failures = "worst"`, with its parameters; None without."""
     border = worst.get("border") or {}
     return border if border.get("is_answer") else None
+
+
+def ended_text(worst: Mapping[str, Any]) -> str:
+    """Why a search ended, without its full stop; "" where it does not say.
+
+    >>> failed = {"status": "a run failed", "border": {"is_answer": True}}
+    >>> ended_text({**failed, "history": [{"proposal": "even"}, {"proposal": "even"}]})
+    'a run failed; the 2 runs after it are an even sample that says how much of the box fails'
+    """
+    said = str(worst.get("status") or "").rstrip(".")
+    even = sum(run.get("proposal") == "even" for run in worst.get("history") or ())
+    if failure_of(worst) is None or not even:
+        return said
+    runs = "the run after it is" if even == 1 else f"the {even} runs after it are"
+    return f"{said}; {runs} an even sample that says how much of the box fails"
 
 
 def quantile_text(quantile: Mapping[str, Any]) -> str:

@@ -3,8 +3,15 @@
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.report.lines.statements import failure_of, known_text, limits_text, quantile_text, worst_digits
-from workbench.report.lines.tables import format_number, unit_suffix, wrapped
+from workbench.report.lines.statements import (
+    ended_text,
+    failure_of,
+    known_text,
+    limits_text,
+    quantile_text,
+    worst_digits,
+)
+from workbench.report.lines.tables import format_number, table_lines, unit_suffix, wrapped
 
 __all__ = ["worst_case_lines"]
 
@@ -28,15 +35,19 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     if document.get("within"):
         text.append(f"  of the runs with {limits_text(document['within'])}")
     text += [f"  {line}" for mode in document.get("modes") or () for line in wrapped(mode["sentence"], 77)]
-    runs = f"; {document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
+    runs = f"{document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
     if failure is not None:
         text += [f"  {line}" for line in wrapped(failure["sentence"], 77)]
-        text.append(f"  the worst that gave a value: {value}")
-    text.append(f"  {document['label']}{runs}")
+        text += [
+            f"  the worst that gave a value: {value}, {document['label']}",
+            *([f"  {runs}"] if runs else []),
+        ]
+    else:
+        text.append(f"  {'; '.join(part for part in (document['label'], runs) if part)}")
     if known := known_text(document):
         text.append(f"  {known}")
-    if document.get("status"):
-        why = f"stopped because {document['status']}" if document["budget"] else document["status"]
+    if ended := ended_text(document):
+        why = f"stopped because {ended}" if document["budget"] else ended
         text += [f"  {line}" for line in wrapped(why, 77)]
     if document.get("grade_sentence") and document.get("confirmed", True):  # else nothing was searched
         text += [f"  {line}" for line in wrapped(document["grade_sentence"], 77)]
@@ -55,7 +66,11 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
         text.append(
             "  runs without a value: " + ", ".join(f"{n} {status}" for status, n in sorted(failures.items()))
         )
-    parameters = (failure or document)["parameters"]
+    parameters = document["parameters"]
+    if failure is not None:
+        both = [(name, "", _value(failure["parameters"][name]), _value(v)) for name, v in parameters.items()]
+        head = ("", "", "the failed run", "the worst that gave a value")
+        return text + [f"  {line}" for line in table_lines(head, both, width=77)]
     width = max(len(name) for name in parameters)
     text += [f"  {name:<{width}} = {_value(value)}" for name, value in parameters.items()]
     return text

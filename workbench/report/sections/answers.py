@@ -154,12 +154,8 @@ def _worst(
     confirmed = bool(worst["confirmed"])
     border = worst.get("border") or {}
     if confirmed:
-        how = f"Confirmed by a true run: {folder.run_name(worst.get('run_key'))}"
-        if worst.get("mean") is not None:
-            how = f"{worst['label'][:1].upper()}{worst['label'][1:]}"
         later = worse_run(folder, worst)
-        after = f", after {worst['evaluations']} runs of the search" if worst.get("budget") else ""
-        detail = f"{how}{after}. {gap_sentence(worst, later)}"
+        detail = f"{_confirmed_by(folder, worst)}. {gap_sentence(worst, later)}"
         beyond = _beyond(folder, worst, loop, later)
         if border.get("borders") or border.get("is_answer"):
             detail = f"{border['sentence']} {detail}"
@@ -191,6 +187,19 @@ def _worst(
         section=section,
         level=level,
     )
+
+
+def _confirmed_by(folder: CampaignFolder, worst: Mapping[str, Any]) -> str:
+    """Which true run gave the value, and whether the search made it or knew it from before."""
+    runs, key = f"{worst['evaluations']} runs of the search", worst.get("run_key")
+    if worst.get("mean") is not None:
+        return f"{worst['label'][:1].upper()}{worst['label'][1:]}, after {runs}"
+    own = [run.get("iteration") for run in worst.get("history") or () if run.get("run_key") == key]
+    lead = "Confirmed by a true run" if failure_of(worst) is None else "The worst that gave a value"
+    said = f"{lead}: {folder.run_name(key)}"
+    if not worst.get("budget"):  # a table: nothing was searched
+        return said
+    return f"{said}, known before the {runs}" if own and not any(own) else f"{said}, after {runs}"
 
 
 def _layout(layout: Mapping[str, Any], *, is_judged: bool) -> Card:

@@ -11,6 +11,7 @@ from workbench.figures.worst_case import (
     plot_search,
     plot_surprise,
 )
+from workbench.report.lines.statements import failure_of
 from workbench.report.page.blocks import (
     Block,
     Column,
@@ -59,6 +60,8 @@ def search_figure(
             "The stair is the worst value so far of the runs given, in their order; nothing was searched."
         )
     ringed = "confirming run" if worst.get("mean") is None else "first run of the mean"
+    if failure_of(worst) is not None:
+        ringed = "worst that gave a value"
     if found is not None:
         read_off += f" The {ringed} (ring) was run {found} of {len(searched)} of the search."
     return Figure(
@@ -145,6 +148,8 @@ def profile_figure(
     mark = "red dot is the confirming run" if confirmed else "open ring is the surrogate's extreme, not run"
     if worst.get("mean") is not None:
         mark = "red dot is the mean of the repeated runs"
+    if failure_of(worst) is not None:
+        mark = "red dot is the worst that gave a value"
     return Figure(
         id="profile",
         title="The response around the worst case",

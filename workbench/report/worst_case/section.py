@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from workbench.report.lines.statements import (
+    ended_text,
     failure_of,
     known_text,
     limits_text,
@@ -163,9 +164,8 @@ def _sentences(folder: CampaignFolder, worst: Mapping[str, Any]) -> list[str]:
     if worst.get("quantile"):
         said = quantile_text(worst["quantile"])
         sentences.append(sentence(said))
-    if worst.get("status"):
-        why = str(worst["status"]).rstrip(".")
-        sentences.append(f"Why the search ended: {why}." if worst.get("budget") else sentence(why))
+    if ended := ended_text(worst):
+        sentences.append(f"Why the search ended: {ended}." if worst.get("budget") else sentence(ended))
     failures = {k: n for k, n in (worst.get("failures") or {}).items() if n}
     if failures:
         sentences.append(

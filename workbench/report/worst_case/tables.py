@@ -15,8 +15,14 @@ MOST_RANKED = 10
 
 
 def place_table(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> Table:
-    """The value of each parameter in its range, the selected ones first."""
-    selected, parameters = selected_names(folder), (failure_of(worst) or worst)["parameters"]
+    """The value of each parameter in its range, the selected ones first.
+
+    Where a failed run is the worst case, it is that which lies there, and the worst that gave a value stands
+    beside it.
+    """
+    failure = failure_of(worst)
+    selected, parameters = selected_names(folder), (failure or worst)["parameters"]
+    beside = [] if failure is None else ["the worst that gave a value"]
     rows = []
     for name in folder.parameters or parameters:
         value = parameters[name]
@@ -25,6 +31,7 @@ def place_table(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> 
             (
                 name,
                 value,
+                *(worst["parameters"].get(name) for _ in beside),
                 folder.unit_of(name),
                 p.get("lower"),
                 p.get("upper"),
@@ -39,7 +46,8 @@ def place_table(folder: CampaignFolder, worst: Mapping[str, Any], unit: str) -> 
         title="Where the worst case lies",
         columns=(
             Column(name="parameter"),
-            Column(name="worst value"),
+            Column(name="worst value" if failure is None else "the failed run"),
+            *(Column(name=name) for name in beside),
             Column(name="unit"),
             Column(name="lower"),
             Column(name="upper"),
@@ -98,6 +106,8 @@ def ranked_runs(
     names, left_out = wanted[:MOST_COLUMNS], wanted[MOST_COLUMNS:]
     key = worst.get("run_key") if worst["confirmed"] else None
     role = "confirms the worst case" if worst.get("mean") is None else "first run of the mean"
+    if failure_of(worst) is not None:
+        role = "the worst that gave a value"
     table = Table(
         id="worst-runs",
         title=f"The {len(ranked)} worst true runs of the search",

@@ -102,10 +102,15 @@ def test_a_failure_that_is_the_worst_case_comes_first_with_its_own_parameters():
     assert text[:4] == [
         "Worst case (largest y): a run that failed",
         "  The worst case is a failure, as a failed run counts as worse.",
-        "  the worst that gave a value: 13.3125 mm",
-        "  confirmed by a true run; 41 runs of at most 60",
+        "  the worst that gave a value: 13.3125 mm, confirmed by a true run",
+        "  41 runs of at most 60",
     ]
-    assert text[-2:] == ["  k    = 3", "  road = ditch"]
+    assert [line.split() for line in text[-4:] if "--" not in line] == [
+        ["the", "failed", "run", "the", "worst", "that", "gave", "a", "value"],
+        ["k", "3", "2"],
+        ["road", "ditch", "bump"],
+    ]
+    assert max(map(len, text)) <= 80
     beside = worst_case_lines({**document, "border": {**border, "is_answer": False}})
     assert beside[0] == "Worst case (largest y): 13.3125 mm"
     assert beside[-2:] == ["  k    = 2", "  road = bump"]

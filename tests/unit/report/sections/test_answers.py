@@ -1,6 +1,7 @@
 """The cards of the first screen: none is green over an open loop, a search alone or a worse run."""
 
 import json
+import re
 
 import pytest
 
@@ -164,11 +165,32 @@ def test_a_failed_run_that_is_the_worst_case_is_named_with_its_place(tmp_path):
     card = card_of(folder, "worst-case")
     assert card.answer.startswith(f"{name.capitalize()} fails; of the others: ")
     assert card.level == "fair"
+    confirming = folder.run_name(folder["worst_case"]["run_key"])
+    assert f"The worst that gave a value: {confirming}, after " in card.detail
+    assert "Confirmed" not in card.detail
     section = worst_case_section(folder)
     assert section.sentences[0] == f"The worst case is {name}, which failed; the table shows where it lies."
     assert " of the runs that gave a value is " in section.sentences[1]
-    rows = {row[0]: row[1] for row in section.blocks[0].rows}
-    assert rows == {parameter: border["parameters"][parameter] for parameter in rows}
+    place = section.blocks[0]
+    assert [c.name for c in place.columns][1:3] == ["the failed run", "the worst that gave a value"]
+    rows = {row[0]: row[1:3] for row in place.rows}
+    own = folder["worst_case"]["parameters"]
+    assert rows == {name: (border["parameters"][name], own[name]) for name in rows}
+    (ranked,) = [block for block in section.blocks if getattr(block, "id", "") == "worst-runs"]
+    notes = {row[2] for row in ranked.rows}
+    assert notes == {"", "the worst that gave a value"}
+    assert "confirming run" not in str(section.blocks)
+
+
+def test_a_worst_case_that_was_known_before_the_search_is_said_to_be(tmp_path):
+    def known(worst):
+        given = next(h for h in worst["history"] if h["run_key"] == worst["run_key"])
+        given["iteration"] = 0
+
+    detail = card_of(opened(tmp_path / "a", worst_case=known), "worst-case").detail
+    assert re.search(r"^Confirmed by a true run: .*, known before the \d+ runs of the search\.", detail)
+    found = card_of(opened(tmp_path / "b"), "worst-case").detail
+    assert re.search(r"^Confirmed by a true run: .*, after \d+ runs of the search\.", found)
 
 
 @pytest.mark.parametrize(("share", "level"), [(0.0, "good"), (0.01, "fair")])

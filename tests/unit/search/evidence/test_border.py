@@ -137,6 +137,7 @@ def test_without_failures_there_is_no_border():
     found = worst_case(lambda a, b: a + b, BOX, budget=10, seed=0)
     assert found.border is None
     assert found.to_dict()["border"] is None
+    assert found.to_dict()["failure"] is None
 
 
 def test_a_failed_run_as_the_answer():
@@ -149,7 +150,13 @@ def test_a_failed_run_as_the_answer():
     assert found.border.counted.low <= 0.2 <= found.border.counted.high
     assert found.border.chance == found.border.counted.hits / found.border.counted.draws
     assert found.gap.width == np.inf
-    assert found.gap.sentence.startswith("No bound is known on how much worse it could be: a run failed")
+    assert found.gap.sentence == (
+        "No bound is known on how much worse it could be: a failed run counts as worse, and has no value."
+    )
+    document = found.to_dict()
+    assert document["failure"]["parameters"] == dict(found.border.parameters)
+    assert document["failure"]["words"] == "RuntimeError: no convergence"
+    assert growing(**document["parameters"]) == document["value"]  # these two belong together
     with pytest.raises(RuntimeError):
         growing(**found.border.parameters)
 
