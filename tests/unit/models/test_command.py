@@ -325,7 +325,7 @@ def test_a_missing_or_broken_script_is_told_by_its_last_telling_line(tmp_path):
     assert refused.endswith("ended with exit code 9: licence is used up")
     assert f"    kept in work/{key}" in lines
     (tmp_path / "s").mkdir()
-    with open_study(tmp_path / "s", ["{python}", "{study}/nobody.py", "{a}"]) as campaign:
+    with open_study(tmp_path / "s", ["{python}", "nobody.py", "{a}"]) as campaign:
         campaign.evaluate([{"a": 0.0}])
         (cause,) = failure_document(campaign.runs(), campaign.study.space)["errors"]
     assert re.search(r"exit code 2: .*can't open file .*nobody.py.*No such file or directory$", cause)
