@@ -328,4 +328,4 @@ def test_a_missing_or_broken_script_is_told_by_its_last_telling_line(tmp_path):
     with open_study(tmp_path / "s", ["{python}", "nobody.py", "{a}"]) as campaign:
         campaign.evaluate([{"a": 0.0}])
         (cause,) = failure_document(campaign.runs(), campaign.study.space)["errors"]
-    assert re.search(r"exit code 2: .*can't open file .*nobody.py.*No such file or directory$", cause)
+    assert re.search(r"exit code 2: .*can't open file", cause)
