@@ -67,11 +67,11 @@ def test_the_searches_of_the_how_to_load():
 
 def test_the_models_of_the_how_to_load():
     rest = '[study]\nname = "s"\n[[parameter]]\nname = "stiffness"\nlower = 1\nupper = 2\n'
-    response = '[[response]]\nname = "peak"\n'
+    responses = '[[response]]\nname = "peak"\n[[response]]\nname = "stress"\n'
     texts = snippets("bring-your-own-simulator.md", "toml")
     assert len(texts) == 5
     for text in texts:
-        parse_study(rest + text + ("" if "[[response]]" in text else response))
+        parse_study(rest + text + ("" if "[[response]]" in text else responses))
 
 
 def test_the_store_is_read_as_the_how_to_says(tmp_path, monkeypatch):
