@@ -18,6 +18,7 @@ __all__ = [
     "regime_name",
     "regime_of",
     "regime_text",
+    "runs_text",
     "scale_text",
     "screening_state",
     "sentence",
@@ -88,6 +89,27 @@ def ended_text(worst: Mapping[str, Any]) -> str:
         return said
     runs = "the run after it is" if even == 1 else f"the {even} runs after it are"
     return f"{said}; {runs} an even sample that says how much of the box fails"
+
+
+def runs_text(worst: Mapping[str, Any]) -> str:
+    """How many runs of how many a search made; "" of a table, where none could be.
+
+    Cases of the attack that had been run before were not run again, and the budget is spent all the same.
+
+    >>> attack = {"runs": 8}
+    >>> history = [{"proposal": "start"}] * 12 + [{"proposal": "attack: corner"}] * 6
+    >>> runs_text({"evaluations": 18, "budget": 20, "attack": attack, "history": history})
+    '18 runs of at most 20, 2 cases of the attack had been run before'
+    """
+    if not worst["budget"]:
+        return ""
+    said = f"{worst['evaluations']} runs of at most {worst['budget']}"
+    attack = worst.get("attack") or {"runs": 0}
+    new = sum(str(run.get("proposal")).startswith("attack") for run in worst.get("history") or ())
+    again = attack["runs"] - new
+    if again <= 0:
+        return said
+    return f"{said}, {'1 case' if again == 1 else f'{again} cases'} of the attack had been run before"
 
 
 def quantile_text(quantile: Mapping[str, Any]) -> str:

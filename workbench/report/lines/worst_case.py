@@ -9,6 +9,7 @@ from workbench.report.lines.statements import (
     known_text,
     limits_text,
     quantile_text,
+    runs_text,
     worst_digits,
 )
 from workbench.report.lines.tables import format_number, table_lines, unit_suffix, wrapped
@@ -35,7 +36,7 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
     if document.get("within"):
         text.append(f"  of the runs with {limits_text(document['within'])}")
     text += [f"  {line}" for mode in document.get("modes") or () for line in wrapped(mode["sentence"], 77)]
-    runs = f"{document['evaluations']} runs of at most {document['budget']}" if document["budget"] else ""
+    runs = runs_text(document)
     if failure is not None:
         text += [f"  {line}" for line in wrapped(failure["sentence"], 77)]
         text += [
@@ -43,7 +44,8 @@ def _one_worst_case(document: Mapping[str, Any]) -> list[str]:
             *([f"  {runs}"] if runs else []),
         ]
     else:
-        text.append(f"  {'; '.join(part for part in (document['label'], runs) if part)}")
+        label = "; ".join(part for part in (document["label"], runs) if part)
+        text += [f"  {line}" for line in wrapped(label, 77)]
     if known := known_text(document):
         text.append(f"  {known}")
     if ended := ended_text(document):

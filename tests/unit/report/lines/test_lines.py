@@ -89,6 +89,24 @@ def test_the_worst_case_says_what_it_rests_on():
     assert "  road = bump" in text
 
 
+def test_cases_of_an_attack_that_were_known_account_for_the_rest_of_the_budget():
+    document = {
+        "response": "y", "unit": "mm", "sense": "max", "value": 13.3125, "label": "confirmed by a true run",
+        "evaluations": 1221, "budget": 1225, "parameters": {"k": 2.0}, "attack": {"runs": 1200},
+        "history": [
+            {"proposal": "attack: interior" if k > 24 else "start", "value": 13.3125} for k in range(1221)
+        ],
+    }  # fmt: skip
+    text = worst_case_lines(document)
+    assert (
+        " ".join(text[1:3]).split()
+        == (
+            "confirmed by a true run; 1221 runs of at most 1225, 4 cases of the attack had been run before"
+        ).split()
+    )
+    assert max(map(len, text)) <= 80
+
+
 def test_a_failure_that_is_the_worst_case_comes_first_with_its_own_parameters():
     border = {
         "is_answer": True, "sentence": "The worst case is a failure, as a failed run counts as worse.",
