@@ -205,6 +205,9 @@ def _screened(
     design, before = (read_json(campaign.folder / f"{name}.json") for name in ("design", "screening"))
     if study.screen is None or design is None or before is None:
         return None
+    if before["response"] != model.response:  # what drives one response says nothing of another
+        reason = f"it is of {before['response']}, and the layout is for {model.response}"
+        return {"before": list(before["selected"]), "after": None, "reason": reason}
     from workbench.screening.kriging import screen
 
     rows = [dict(zip(study.space.names, point, strict=True)) for point in design["physical"]]

@@ -1,11 +1,15 @@
 """What a check says of a `[robust_layout]` table before anything runs."""
 
+from types import SimpleNamespace
+
 import pytest
 from typer.testing import CliRunner
 
 from tests.sample_layout import STUDY, changed, study
 from workbench.errors import StudyError
+from workbench.report.sections.findings import after_text
 from workbench.robust_layout.model import load_layout_model, load_problem
+from workbench.stages.robust_layout import _screened
 from workbench.stages.validation import check_study
 from workbench.terminal.cli import app
 
@@ -104,3 +108,15 @@ def test_an_attack_too_short_to_close_a_loop_is_worth_a_word(tmp_path):
     both = changed("lower = -1\nupper = 1", few, changed("lower = 0\nupper = 1", few))
     both = both.replace("v = 0.5", "v = 0.9").replace("budget = 60", "budget = 45")
     assert check_study(study(tmp_path, both))["notes"] == []  # all four cases are run
+
+
+def test_a_screening_of_another_response_is_not_held_beside_the_layouts(tmp_path):
+    (tmp_path / "design.json").write_text('{"physical": [[0.1]]}')
+    (tmp_path / "screening.json").write_text('{"response": "travel", "selected": ["mass"]}')
+    campaign = SimpleNamespace(folder=tmp_path, study=SimpleNamespace(screen={"method": "auto"}))
+    found = _screened(campaign, SimpleNamespace(response="push"), None, None)
+    assert found == {
+        "before": ["mass"], "after": None, "reason": "it is of travel, and the layout is for push",
+    }  # fmt: skip
+    (said,) = after_text({"screening": found})
+    assert said.endswith("the screening told nothing: it is of travel, and the layout is for push.")
