@@ -32,6 +32,7 @@ from workbench.report.page.blocks import (
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.fit import GOOD_Q2, trust_in
 from workbench.report.sections.green_answers import GREEN_GRADES, refuse_green
+from workbench.report.sections.runs import runs_of_layouts
 from workbench.report.sections.screening import verdict_level
 from workbench.report.worst_case.section import gap_sentence
 from workbench.report.worst_case.worse_runs import later_sentence, worse_run
@@ -317,6 +318,8 @@ def _runs(folder: CampaignFolder) -> Card:
         detail = f'The section "What ran" says why {bad} gave no value, and where {lie} in the box.'
     if waiting:
         detail += f" {waiting} more are not finished."
+    of_layouts = sum(runs_of_layouts(folder).values())
+    looped = f" The robust loop made {of_layouts} further true runs, of layouts." if of_layouts else ""
     design = folder["design"] or {}
     if design.get("ignored_columns"):
         said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
@@ -324,7 +327,7 @@ def _runs(folder: CampaignFolder) -> Card:
     return Card(
         question="What ran?",
         answer=f"{finished} run{'' if finished == 1 else 's'}" + (f", {bad} without a value" if bad else ""),
-        detail=detail + f" CPU time {number(folder.runs.cpu, 3)} s.",
+        detail=f"{detail} CPU time {number(folder.runs.cpu, 3)} s.{looped}",
         section="runs",
         level="good" if not bad else "poor" if bad > 0.2 * finished else "fair",
     )

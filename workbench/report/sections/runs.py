@@ -18,7 +18,7 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 
-__all__ = ["runs_section"]
+__all__ = ["runs_of_layouts", "runs_section"]
 
 MOST_PARAMETERS = 8  # shown in the map of failures: those whose failed runs stand most apart
 MOST_SHOWN = 2_000  # runs drawn and listed; all are in runs.csv
@@ -43,7 +43,7 @@ def runs_section(folder: CampaignFolder) -> Section | None:
     if not len(runs):
         return None
     counts, stages = runs.counts, runs.by_stage
-    of_layouts = _of_layouts(folder)
+    of_layouts = runs_of_layouts(folder)
     sentence = "; ".join(f"{n} {STATUS_WORDS.get(status, status)}" for status, n in counts.items())
     sentences = [f"{len(runs)} runs: {sentence}."]
     if of_layouts:
@@ -103,10 +103,10 @@ def runs_section(folder: CampaignFolder) -> Section | None:
     )
 
 
-def _of_layouts(folder: CampaignFolder) -> dict[str, int]:
+def runs_of_layouts(folder: CampaignFolder) -> dict[str, int]:
     """True runs of the robust loop by status, which its own store holds; none without a loop."""
-    loop = folder.documents.get("robust_layout")
-    return {} if loop is None else {str(status): int(n) for status, n in loop["runs"].items() if n}
+    loop = folder.documents.get("robust_layout") or {}
+    return {str(status): int(n) for status, n in loop.get("runs", {}).items() if n}
 
 
 def _responses(folder: CampaignFolder) -> Figure | None:

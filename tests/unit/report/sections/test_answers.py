@@ -232,6 +232,12 @@ def test_the_card_of_the_runs_says_how_many_gave_no_value_and_where_that_is_told
     ]
     assert card.answer == f"48 runs, {failures} without a value"
     assert card.detail.startswith(f'The section "What ran" says why {said}')
+    assert "further true runs" not in card.detail
+
+
+def test_the_card_of_the_runs_counts_those_of_a_loop_apart(tmp_path):
+    cards, _ = cards_with(tmp_path, loop={**OPEN, "runs": {"ok": 7780, "timeout": 5}})
+    assert cards["runs"].detail.endswith("The robust loop made 7785 further true runs, of layouts.")
 
 
 @pytest.mark.parametrize(("selected", "said"), [(19, "The other one was not"), (18, "The other 2 were not")])
