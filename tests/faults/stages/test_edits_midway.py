@@ -204,6 +204,7 @@ WAYS = ("planned", "half", "runs", "runs", "stages", "stages", "stages", "stages
 # a refusal that is about the study alone, whatever is stored
 OF_THE_STUDY = re.compile(
     r"design kind '\w+' needs|design kind needs one of|^budget=|offers \d+ rows|^response '\w+' is .* in all"
+    r"|never reach(es)? the solver"
 )
 AT_STAKE = re.compile(r"\b\d+ (?:stored )?runs?\b")
 
