@@ -228,7 +228,8 @@ def loop_status(
     scouts = 0 if found.attack is None else found.attack.get("scouts", 0)  # none in attacks kept from before
     raised = ""
     if broke is not None:
-        raised = f"The bound is what broke the one before, {100 * excess(bound, broke):.3g} % above it. "
+        by = f"{100 * excess(bound, broke):.3g} %"
+        raised = f"An earlier bound was broken by {by}, and what broke it is the bound now. "
     said = f"{raised}{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
     if closed:
         return f"{said}: the loop is closed."

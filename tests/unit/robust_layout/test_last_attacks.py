@@ -86,7 +86,9 @@ def test_one_that_broke_meets_a_whole_attack_as_it_is(tmp_path, broken_once):
     assert limit == pytest.approx(1.1 * before[0][1], rel=1e-3)  # the bound is what broke the one before
     assert turn > max(row[2] for row in broken_once[:-1])  # numbers of its own
     assert found["attack"]["runs"] >= 60
-    assert found["status"].startswith("The bound is what broke the one before, 10 % above it. ")
+    assert found["status"].startswith(
+        "An earlier bound was broken by 10 %, and what broke it is the bound now. "
+    )
     assert "found nothing more than 0 % above the bound" in found["status"]
     if not found["closed"]:
         assert found["may_exceed"] >= 0.1
@@ -109,13 +111,15 @@ def test_another_attack_may_find_as_much_as_attacks_found_lately():
 def test_a_bound_that_was_raised_is_told():
     found = Found(value=3.0, case={}, runs=60, status="", attack={"arrived": 2, "climbs": 5})
     said = loop_status(found, 3.0, closed=True, needed=0, broke=2.4)
-    assert said.startswith("The bound is what broke the one before, 25 % above it. 60 true runs")
+    assert said.startswith(
+        "An earlier bound was broken by 25 %, and what broke it is the bound now. 60 true runs"
+    )
     assert said.endswith("the loop is closed.")
     assert not loop_status(found, 3.0, closed=True, needed=0).startswith("The bound")
     hardly = loop_status(replace(found, value=3.0 + 1e-6), 3.0, closed=True, needed=0)
     assert "nothing more than 0.01 % above the bound" in hardly
     again = loop_status(replace(found, value=3.3), 3.0, closed=False, needed=0, broke=2.4)
     assert again.startswith(
-        "The bound is what broke the one before, 25 % above it. The rounds were spent, and the last "
-        "attack found 10 % above the bound"
+        "An earlier bound was broken by 25 %, and what broke it is the bound now. The rounds were spent, and "
+        "the last attack found 10 % above the bound"
     )

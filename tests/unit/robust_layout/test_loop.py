@@ -95,7 +95,7 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rounds", "raised"), [(1, ""), (2, "The bound is what broke the one before, ")])
+@pytest.mark.parametrize(("rounds", "raised"), [(1, ""), (2, "An earlier bound was broken by ")])
 def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds, raised):
     """The layout of the last round breaks; the best over the cases of all layouts is another one."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")

@@ -95,4 +95,4 @@ def test_a_loop_whose_layouts_all_break_by_little_ends_before_its_rounds(tmp_pat
     found, _ = run(tmp_path, changed("rounds = 5", "rounds = 30"))
     assert 4 <= len(found["rounds"]) < 30
     assert whole[-1]
-    assert found["status"].startswith("The bound is what broke the one before")
+    assert found["status"].startswith("An earlier bound was broken by ")
