@@ -135,8 +135,8 @@ def test_an_encoding_may_be_named(tmp_path):
             r"response 'y': read.file '../../o' needs to be a path inside the run's folder, without '..' or",
         ),
         (
-            {"kind": "csv", "file": "/tmp/o", "column": "y"},
-            "read.file '/tmp/o' needs to be a path inside the",
+            {"kind": "csv", "file": "/elsewhere/o", "column": "y"},
+            "read.file '/elsewhere/o' needs to be a path inside the",
         ),
     ],
 )
