@@ -10,6 +10,7 @@ __all__ = ["DIGITS", "digits_apart", "number", "raised", "significant", "told_ap
 
 DIGITS = 6  # significant, where nothing else is said
 ALL_DIGITS = 17  # a float has no more
+SAME, ALIKE = 1e-14, 1e-6  # of the largest value, of the range: what is no further apart is told alike
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -59,17 +60,23 @@ def digits_apart(
 ) -> int:
     """How many digits tell values apart that are shown beside one another; `least` where so many do.
 
-    Where more are needed one is added, so that their difference has a digit that is not rounded. Equal
-    values, and what is None or not finite, ask for nothing.
+    Where more are needed one is added, so that their difference has a digit that is not rounded. Values that
+    differ by rounding or by a millionth of the range of all, None and what is not finite ask for nothing.
 
     >>> digits_apart([2.95, 3.358586]), digits_apart([999999999.046, 999999999.489])
     (6, 11)
+    >>> digits_apart([0.0, 0.489871234, 0.489871236]), digits_apart([0.3, 0.1 + 0.2])
+    (6, 6)
     """
     told = sorted({float(value) for value in values if value is not None and math.isfinite(value)})
+    if not told:
+        return least
+    near = max(SAME * max(map(abs, told)), ALIKE * (told[-1] - told[0]))
+    apart = [(a, b) for a, b in pairwise(told) if b - a > near]
     for digits in range(least, ALL_DIGITS):
-        if all(show(a, digits) != show(b, digits) for a, b in pairwise(told)):
+        if all(show(a, digits) != show(b, digits) for a, b in apart):
             return digits if digits == least else digits + 1
-    return ALL_DIGITS if len(told) > 1 else least
+    return ALL_DIGITS
 
 
 def told_apart(*values: float, least: int = DIGITS) -> list[str]:
