@@ -31,8 +31,6 @@ from workbench.report.page.folder import CampaignFolder
 __all__ = ["after_text", "case_text", "findings_section", "was_resolved"]
 
 UNSETTLED_BEFORE = "the runs without restraints do not settle"
-
-
 REST = "the rest nominal"  # of a case that is told by what differs from the nominal one
 
 

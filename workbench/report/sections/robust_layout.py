@@ -17,7 +17,7 @@ from workbench.report.page.blocks import (
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.findings import case_text, was_resolved
 
-__all__ = ["robust_layout_section", "screenings_table"]
+__all__ = ["PLAIN", "robust_layout_section", "screenings_table"]
 
 PLAIN = ("none", "uniform", "start as given", "nominal only")  # layouts that the loop is compared with
 

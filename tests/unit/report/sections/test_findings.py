@@ -3,7 +3,8 @@
 import pytest
 
 from workbench.report.sections.findings import _layout, after_text, case_text, was_resolved
-from workbench.report.sections.robust_layout import screenings_table
+from workbench.report.sections.robust_layout import PLAIN, screenings_table
+from workbench.robust_layout.cases import TRIVIAL
 
 
 def screened(after, before, state, state_before="resolved"):
@@ -93,3 +94,7 @@ def test_a_case_says_that_what_it_does_not_name_is_nominal():
     assert case_text(folder, nominal, nominal) == case_text(folder, nominal) == whole
     other = {"force": 90.0, "payload": 6.0, "struck": "upper"}
     assert case_text(folder, other, nominal) == "force = 90 N, payload = 6 kg, struck = upper"
+
+
+def test_the_page_knows_the_layouts_that_a_loop_is_compared_with():
+    assert set(PLAIN) == set(TRIVIAL)  # the report may not import the loop

@@ -36,10 +36,9 @@ TRIED = 50  # of the worst cases of a stratum that are looked at for a top
 FAR = 16  # cases in empty places before the next climb
 FINE = 1 / 3  # of the budget is left when the worst case known is climbed from in short steps
 NEAR = 0.02  # of the value or of the range of the values, the smaller: a climb that ends so near has arrived
-BESIDE, BELOW = (
-    1 / 16,
-    0.05,
-)  # of the side, and of what `NEAR` is of: so near beside the worst case it has, too
+# a climb that ended on the peak of the worst case has arrived, too: no further beside it, of the side, and no
+# more below it, of what `NEAR` is of
+BESIDE, BELOW = 1 / 16, 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
