@@ -9,6 +9,7 @@ from workbench.errors import StoreError, StudyError
 from workbench.models.stored.run_chunks import run_chunks
 from workbench.report.page.run_list import RunList
 from workbench.sampling.stored import design_head
+from workbench.space.box import Parameter
 from workbench.system.atomic import read_json
 from workbench.system.database import explained, opened_for_reading
 from workbench.system.one_writer import holder_of, moment
@@ -72,14 +73,18 @@ class CampaignFolder:
     @property
     def parameters(self) -> dict[str, Mapping[str, Any]]:
         """Parameters by name: unit, kind, bounds, label."""
+        return {name: _with_bounds(p) for name, p in self._given_parameters.items()}
+
+    def unit_of(self, parameter: str) -> str:
+        """The unit of a parameter, "1" when unknown."""
+        return str(self._given_parameters.get(parameter, {}).get("unit") or "1")
+
+    @property
+    def _given_parameters(self) -> dict[str, Mapping[str, Any]]:
         design = self["design"] or {}
         space = design.get("space", {}).get("parameters")
         given = space or design.get("parameters") or self.lock.get("resolved", {}).get("parameter", [])
         return {str(p["name"]): p for p in given}
-
-    def unit_of(self, parameter: str) -> str:
-        """The unit of a parameter, "1" when unknown."""
-        return str(self.parameters.get(parameter, {}).get("unit") or "1")
 
     @property
     def responses(self) -> dict[str, str]:
@@ -120,6 +125,18 @@ class CampaignFolder:
             return "–"
         number = self.runs.number(key)
         return f"run {key[:KEY_SHOWN]}" if number is None else f"run {number} ({key[:KEY_SHOWN]})"
+
+
+def _with_bounds(given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The parameter with its bounds; as multiples of a baseline, or as a law, it may be stored without."""
+    if given.get("lower") is not None and given.get("upper") is not None:
+        return given
+    if given.get("factor") is None and given.get("distribution") is None:
+        return given
+    parameter = Parameter.from_dict(given)
+    # multiples and bounds do not go together where a space is made of it
+    shown = {name: value for name, value in given.items() if name != "factor"}
+    return {**shown, "lower": parameter.lower, "upper": parameter.upper}
 
 
 def _document(path: Path) -> Any:
