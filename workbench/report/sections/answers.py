@@ -35,7 +35,7 @@ from workbench.report.sections.green_answers import GREEN_GRADES, refuse_green
 from workbench.report.sections.runs import runs_of_layouts
 from workbench.report.sections.screening import verdict_level
 from workbench.report.worst_case.section import gap_sentence
-from workbench.report.worst_case.worse_runs import later_sentence, worse_run
+from workbench.report.worst_case.worse_runs import ROUNDING, later_sentence, worse_run
 
 __all__ = ["answer_cards", "question"]
 
@@ -143,7 +143,7 @@ def _beyond(
     known, sign = bare.get("worst"), 1.0 if worst["sense"] == "max" else -1.0
     if loop is None or known is None or loop["response"] != worst["response"]:
         return ""
-    if sign * (known - worst["value"]) <= 0:
+    if sign * (known - worst["value"]) <= ROUNDING * abs(worst["value"]):
         return ""
     return f"A run of the robust loop without a layout went to {quantity(known, unit)}."
 

@@ -81,7 +81,7 @@ def test_a_worst_case_is_green_by_proof_or_attack_alone(tmp_path, grade, level):
     assert f"{grade.capitalize()}: so it is." in cards["worst-case"].detail
 
 
-@pytest.mark.parametrize(("factor", "is_beyond"), [(1.02, True), (0.98, False)])
+@pytest.mark.parametrize(("factor", "is_beyond"), [(1.02, True), (1 + 1e-13, False), (0.98, False)])
 def test_a_worse_run_of_the_loop_without_layout_is_named(tmp_path, factor, is_beyond):
     value = cards_with(tmp_path / "first")[1]["value"]
     bare = {"verdict": "green", "layouts": {"none": {"worst": factor * value}}}
