@@ -27,6 +27,7 @@ from workbench.report.page.blocks import (
     quantity,
 )
 from workbench.report.page.folder import CampaignFolder
+from workbench.report.worst_case.worse_runs import ROUNDING
 
 __all__ = ["after_text", "case_text", "findings_section", "was_resolved"]
 
@@ -117,8 +118,29 @@ def _unrestrained(folder: CampaignFolder, loop: Mapping[str, Any], unit: str) ->
         screening = None
     kind = regime_name(float(bare["worst"]), screening)
     named = f" ({kind})" if kind else ""
-    said += f"case and {quantity(bare['worst'], unit, 3)}{named} in the worst one found"
-    return [said + f" ({case_text(folder, bare['case'], loop['cases'][0])})."]
+    searched = _searched_further(folder, loop, bare)
+    where = "found" if searched is None else "of the loop"
+    said += f"case and {quantity(bare['worst'], unit, 3)}{named} in the worst one {where}"
+    said += f" ({case_text(folder, bare['case'], loop['cases'][0])})"
+    if searched is not None:
+        said += (
+            f"; the search for the worst case went to {quantity(searched['value'], unit, 3)} "
+            f"({case_text(folder, searched['parameters'], loop['cases'][0])})"
+        )
+    return [said + "."]
+
+
+def _searched_further(
+    folder: CampaignFolder, loop: Mapping[str, Any], bare: Mapping[str, Any]
+) -> Mapping[str, Any] | None:
+    """The worst case of the study where it lies beyond every case of the loop, which may begin without it."""
+    worst = folder["worst_case"] or {}
+    for found in (worst, *(worst.get("others") or ())):
+        if found.get("response") != loop["response"] or found["sense"] != "max" or not found["confirmed"]:
+            continue
+        if found["value"] - bare["worst"] > ROUNDING * abs(found["value"]):
+            return found
+    return None
 
 
 def _drivers(folder: CampaignFolder) -> list[str]:

@@ -2,7 +2,10 @@
 
 import pytest
 
-from workbench.report.sections.findings import _layout, after_text, case_text, was_resolved
+from workbench.report.contents import DOCUMENTS
+from workbench.report.page.folder import CampaignFolder
+from workbench.report.page.run_list import RunList
+from workbench.report.sections.findings import _layout, _unrestrained, after_text, case_text, was_resolved
 from workbench.report.sections.robust_layout import PLAIN, screenings_table
 from workbench.robust_layout.cases import TRIVIAL
 
@@ -98,3 +101,31 @@ def test_a_case_says_that_what_it_does_not_name_is_nominal():
 
 def test_the_page_knows_the_layouts_that_a_loop_is_compared_with():
     assert set(PLAIN) == set(TRIVIAL)  # the report may not import the loop
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (
+            1.0,
+            "0.463 m in the worst one of the loop (k = 4); "
+            "the search for the worst case went to 1 m (k = 1).",
+        ),
+        (0.463 * (1 + 1e-13), "0.463 m in the worst one found (k = 4)."),
+        (0.4, "0.463 m in the worst one found (k = 4)."),
+    ],
+)
+def test_a_search_that_went_further_than_the_cases_of_the_loop_is_told(tmp_path, found, said):
+    bare = {"nominal": 0.098, "worst": 0.463, "case": {"k": 4}}
+    loop = {"response": "y", "layouts": {"none": bare}, "cases": [{"k": 2}]}
+    worst = {"response": "y", "value": found, "sense": "max", "confirmed": True, "parameters": {"k": 1}}
+    folder = CampaignFolder(
+        path=tmp_path, lock={}, documents=dict.fromkeys(DOCUMENTS) | {"worst_case": worst}, runs=RunList()
+    )
+    begins = "Without restraints the y is 0.098 m in the nominal case and "
+    assert [text.replace("\N{NO-BREAK SPACE}", " ") for text in _unrestrained(folder, loop, "m")] == [
+        begins + said
+    ]
+    worst["response"] = "another"
+    (text,) = _unrestrained(folder, loop, "m")
+    assert "the search" not in text
