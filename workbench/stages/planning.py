@@ -66,7 +66,7 @@ def plan_study(study: Study, folder: Path | None = None) -> dict[str, Any]:
         document["stored"] = dict(counts)
         document["others"] = sum(view.store.counts().values()) - counts.total()
         current = {stage.name: _is_current(view, stage) for stage in asked_stages(study)}
-        if counts:
+        if counts or document["others"]:  # runs with other parameters are refused, or serve by a baseline
             document |= _served(view, is_current=current.get("design", False))
         left = _runs_left(view, document, current)
     pace = _Pace(place, walls)

@@ -130,3 +130,12 @@ def test_the_loop_over_layouts_is_timed_by_its_own_runs(study, tmp_path):
     store.close()
     pace = _Pace(tmp_path / "s.holdfast", [2.0])
     assert (pace.of("robust_layout"), pace.of("robust")) == (0.5, 2.0)
+
+
+def test_a_parameter_that_is_new_is_refused_by_the_plan_as_by_the_run(study):
+    answered(study(), [1.0] * 10)
+    added = '[[parameter]]\nname = "c"\nlower = 0\nupper = 1\nbaseline = 0.5\n[[response]]'
+    document = plan_study(study("[[response]]", added))
+    assert document["stored"] == {}
+    assert document["refused"].startswith("10 stored runs do not serve: 'c' is new; --at-baseline")
+    assert any("'c' is new" in line for line in plan_lines(document))
