@@ -19,11 +19,21 @@ __all__ = [
     "Reading",
     "RepeatingEvaluator",
     "evaluator_of",
+    "need_function",
     "response_name",
     "response_reader",
 ]
 
 Reading = Callable[[Mapping[str, float]], float]
+
+
+def need_function(given: Any, *, takes: str) -> None:
+    """Refuse a model that cannot be called, before it becomes so many failed runs.
+
+    Raises: StudyError.
+    """
+    if not callable(given):
+        raise StudyError(f"function needs a function that takes {takes}, got {given!r:.60}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +78,9 @@ class FunctionEvaluator:
 
     function: Callable[..., Any]
     _seen: dict[tuple[Any, ...], Outcome] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        need_function(self.function, takes="the parameters by name")
 
     def __call__(self, rows: Sequence[Mapping[str, Any]], *, purpose: str, repeat: int = 0) -> list[Outcome]:
         """One outcome per row."""

@@ -7,7 +7,7 @@ Both are given to a search as `response=`. A run outside the limits is a run wit
 as "excluded", and the search learns where such runs lie as it learns where runs fail.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isnan, nan
 from numbers import Real
@@ -58,6 +58,9 @@ def weighted(weights: Mapping[str, float]) -> Weighted:
     """
     if not weights:
         raise StudyError("weighted needs at least one response with its weight, got none")
+    for name, weight in weights.items():
+        if not _is_number(weight):
+            raise StudyError(f"the weight of {name!r} needs a number, got {weight!r}")
     return Weighted(weights=dict(weights))
 
 
@@ -73,7 +76,10 @@ def within(response: str, limits: Mapping[str, Limits]) -> Within:
     """
     if not limits:
         raise StudyError(f"within({response!r}, ...) needs at least one limit, got none")
-    for name, (low, high) in limits.items():
+    for name, sides in limits.items():
+        if not isinstance(sides, Sequence) or len(sides) != 2:
+            raise StudyError(f"limits of {name!r} need a pair, such as (None, 5.0), got {sides!r}")
+        low, high = sides
         if any(side is not None and not _is_number(side) for side in (low, high)):
             raise StudyError(
                 f"limits of {name!r} need numbers, or None for an open side, got ({low}, {high})"

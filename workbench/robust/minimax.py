@@ -33,6 +33,7 @@ from workbench.models.evaluator import (
     Evaluator,
     FunctionEvaluator,
     Reading,
+    need_function,
     response_reader,
 )
 from workbench.robust.attacked import attacked
@@ -40,7 +41,7 @@ from workbench.robust.cycles import CuttingSets
 from workbench.robust.joint_runs import JointRuns
 from workbench.robust.minimax_record import Cycle, Minimax, MinimaxStatus
 from workbench.search.runs.unit_space import SearchSpace
-from workbench.space.box import Space
+from workbench.space.box import Space, need_space
 from workbench.space.scenarios import scenario_points
 
 __all__ = ["Cycle", "Minimax", "MinimaxStatus", "minimax"]
@@ -94,10 +95,13 @@ def minimax(
     >>> abs(result.value) < 0.01
     True
     """
+    need_space(design_space, name="design_space")
+    need_space(uncertainty, name="uncertainty")
     shared = sorted(set(design_space.names) & set(uncertainty.names))
     if shared:
         raise StudyError(f"design and uncertainty share the names {shared}; rename them in one of the spaces")
     if evaluator is None:
+        need_function(function, takes="two mappings, design and uncertainty")
 
         def joint(**row: Any) -> Any:
             x = {name: row[name] for name in design_space.names}

@@ -8,6 +8,7 @@ that goes one of the ways is one entry here. Nothing heavy is imported, so that 
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from numbers import Real
 from typing import Any, Literal
 
 from workbench.errors import StudyError
@@ -165,6 +166,8 @@ def check_kind(kind: str, *, runs: int | None, options: Iterable[str]) -> None:
     if stray is not None:
         shown = ", ".join(takes) or "no options"
         raise StudyError(f"design kind {kind!r} does not take {stray!r}; it takes {shown}")
+    if runs is not None and not isinstance(runs, Real):
+        raise StudyError(f"design kind {kind!r} needs a whole number of runs, got {runs!r}")
     if KINDS[kind].needs_runs and (runs is None or runs < 1):
         raise StudyError(f"design kind {kind!r} needs runs >= 1, got {runs}")
 

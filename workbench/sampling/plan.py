@@ -17,7 +17,7 @@ from workbench.errors import StudyError
 from workbench.sampling.growth import balanced_blocks, further_runs
 from workbench.sampling.kinds import DEFAULT, DesignOptions
 from workbench.sampling.points import points_of_kind, random_points
-from workbench.space.box import Space
+from workbench.space.box import Space, need_space
 from workbench.space.streams import stream
 
 if TYPE_CHECKING:
@@ -296,6 +296,7 @@ def make_design(
 
     Raises: StudyError for an unknown kind or option, and constraints that cannot be met.
     """
+    need_space(space, name="space")
     chosen = DesignOptions() if options is None else options
     unit, used = points_of_kind(space, kind, runs, rng=stream(seed, "design"), options=chosen)
     return Design(

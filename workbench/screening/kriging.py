@@ -22,7 +22,7 @@ from workbench.screening.regimes import screened_regimes
 from workbench.screening.scale import SCALES_IN_WORDS, chosen_scale
 from workbench.screening.selected import SelectedKriging
 from workbench.screening.usable_runs import Rows, usable_runs
-from workbench.space.box import Space
+from workbench.space.box import Space, need_space
 from workbench.space.groups import check_selection
 from workbench.space.laws import input_measure
 from workbench.space.parameter import Response
@@ -100,6 +100,7 @@ def screen(
         raise StudyError(f"screening transform needs one of {', '.join(TRANSFORMS)}, got {transform!r}")
     if regimes not in ("auto", "off"):
         raise StudyError(f"screening regimes needs 'auto' or 'off', got {regimes!r}")
+    need_space(space, name="space")
     check_selection(space.names, groups=groups, n_selected=n_selected)
     runs = usable_runs(rows, space, response.name)
     ids, x, y = runs.ids, runs.x, runs.y

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,11 @@ def usable_runs(rows: Rows, space: Space, response: str) -> UsableRuns:
 
 
 def _as_outcomes(rows: Rows, space: Space, response: str) -> list[Outcome]:
+    if isinstance(rows, str | PathLike):
+        raise StudyError(
+            f"rows needs runs as mappings, or a table, got the name {str(rows)!r}; "
+            "read the file first, as by pandas.read_csv"
+        )
     if isinstance(rows, xr.Dataset):
         rows = rows.to_dataframe().reset_index()
     if isinstance(rows, pd.DataFrame):

@@ -94,6 +94,11 @@ def worst_cases(
     """
     if not responses:
         raise StudyError("worst_cases needs at least one response with 'max' or 'min', got none")
+    if not isinstance(responses, Mapping):
+        raise StudyError(
+            "responses needs a mapping of names to 'max' or 'min', such as {'y': 'max'}, "
+            f"got {responses!r:.60}"
+        )
     for sense in responses.values():
         Arguments(sense=sense, budget=budget, seed=seed, workers=workers, tolerance=tolerance)
     given = given_rows(start)

@@ -81,6 +81,8 @@ def finite(name: str, key: str, value: Any) -> float:
 
 def settle_levels(name: str, kind: str, levels: Sequence[Any]) -> tuple[Any, ...]:
     """The admissible values of a binary, discrete (sorted) or categorical parameter."""
+    if isinstance(levels, str):
+        raise StudyError(f"parameter {name!r} needs a list of levels, got the text {levels!r}")
     if kind == "binary":
         if levels and tuple(levels) != (0, 1):
             raise StudyError(

@@ -5,7 +5,7 @@ them. The map of one parameter stands in `workbench.space.parameter`.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
@@ -17,7 +17,10 @@ from workbench.errors import StudyError
 from workbench.space.expression import Condition
 from workbench.space.parameter import Distribution, Parameter, Response
 
-__all__ = ["Distribution", "Parameter", "Response", "Space"]
+__all__ = ["Distribution", "Parameter", "Response", "Space", "need_space"]
+
+SHORT = 60  # characters of a value that is quoted
+FORM = "Space([Parameter('k', lower=1, upper=5)])"
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,12 @@ class Space:
     constraints: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", tuple(self.parameters))
+        object.__setattr__(self, "parameters", _listed_parameters(self.parameters))
+        if isinstance(self.constraints, str):
+            raise StudyError(
+                f"constraints needs a list of conditions, got the text {self.constraints!r}; "
+                "put it in brackets"
+            )
         object.__setattr__(self, "constraints", tuple(self.constraints))
         if not self.parameters:
             raise StudyError("a space needs at least one parameter")
@@ -197,3 +205,28 @@ class Space:
         if missing or stray:
             raise StudyError(f"a row needs every parameter once; missing {missing}, not in the space {stray}")
         return [row[n] for n in self.names]
+
+
+def need_space(given: Any, *, name: str) -> None:
+    """Refuse what is no space, under the name of its argument.
+
+    Raises: StudyError.
+    """
+    if not isinstance(given, Space):
+        raise StudyError(f"{name} needs a Space of parameters, such as {FORM}, got {_told(given)}")
+
+
+def _listed_parameters(given: Any) -> tuple[Parameter, ...]:
+    """The parameters as a tuple; a list of anything else is refused with its first stranger."""
+    if isinstance(given, Parameter | str | Mapping) or not isinstance(given, Iterable):
+        raise StudyError(f"a space needs a list of parameters, such as {FORM}, got {_told(given)}")
+    parameters = tuple(given)
+    for place, one in enumerate(parameters):
+        if not isinstance(one, Parameter):
+            raise StudyError(f"a space needs parameters, such as {FORM}, got {_told(one)} in place {place}")
+    return parameters
+
+
+def _told(given: Any) -> str:
+    """What came, short: the type, and the value where it fits into a line."""
+    return f"a {type(given).__name__}" + (f" {given!r}" if len(repr(given)) < SHORT else "")

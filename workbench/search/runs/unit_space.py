@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.space.box import Space
+from workbench.space.box import Space, need_space
 
 __all__ = ["SearchSpace"]
 
@@ -31,7 +31,8 @@ class SearchSpace:
 
     @classmethod
     def of(cls, space: Space) -> "SearchSpace":
-        """The search's view of `space`."""
+        """The search's view of `space`; anything else is refused."""
+        need_space(space, name="space")
         levels = tuple(space.unit_levels)
         categorical = tuple(
             parameter.kind == "categorical" and grid is not None and len(grid) > 2
