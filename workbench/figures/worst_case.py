@@ -4,6 +4,7 @@ Proposals differ by marker as well as colour, the confirming run by a ring.
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -70,9 +71,10 @@ def plot_search(
     best = np.array([np.nan if h.get("best") is None else h["best"] for h in history], dtype=float)
     ax.step(number, best, where="post", color="#1b1f24", lw=1.1, label="worst so far", zorder=1)
     kinds = list(dict.fromkeys(str(h.get("proposal", "run")) for h in history))
-    others = iter(OTHER_MARKERS * len(kinds))
+    # an attack adds kinds of its own to those of the search: where markers begin again, the colour is another
+    others = cycle((marker, colour) for colour in (VERMILLION, PURPLE, GREEN) for marker in OTHER_MARKERS)
     for kind in kinds:
-        marker, colour = MARKERS.get(kind) or (next(others), VERMILLION)
+        marker, colour = MARKERS.get(kind) or next(others)
         some = [
             (k, h["value"]) for k, h in zip(number, history, strict=True)
             if str(h.get("proposal", "run")) == kind and h.get("value") is not None

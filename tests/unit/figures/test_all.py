@@ -171,3 +171,15 @@ def test_a_plot_with_a_label_that_is_no_mathtext_can_be_saved(label, tmp_path):
     run_plots.plot_failures([label], passed=np.zeros((2, 1)), failed=np.ones((1, 1)), ax=two)
     figure.savefig(tmp_path / "plot.svg")
     assert (tmp_path / "plot.svg").stat().st_size > 0
+
+
+def test_no_two_kinds_of_runs_are_drawn_alike():
+    kinds = ["given", "ei", "ucb", "trust", "corner", "predicted", *(f"attack: {k}" for k in range(12))]
+    history = [
+        {"proposal": kind, "value": float(k), "best": float(k), "run_key": f"k{k}"}
+        for k, kind in enumerate(kinds)
+    ]
+    ax = worst_case_plots.plot_search(history, ax=plt.figure().subplots())
+    drawn = {line.get_label(): (line.get_marker(), line.get_color()) for line in ax.lines[1:]}
+    assert set(drawn) == set(kinds)
+    assert len(set(drawn.values())) == len(kinds)
