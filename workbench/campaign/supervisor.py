@@ -141,7 +141,9 @@ def supervise(
     except KeyboardInterrupt:
         wave.give_back()
         left = len(wave.waiting) + len(wave.running)
-        raise Interrupted(f"interrupted with {left} runs left; the same command continues") from None
+        # of a search these are the runs of one proposal, not those that its budget has left
+        what = "1 run" if left == 1 else f"{left} runs"
+        raise Interrupted(f"interrupted with {what} unanswered; the same command continues") from None
     except StudyError:
         wave.give_back()
         raise

@@ -15,6 +15,7 @@ from workbench.errors import StudyError
 from workbench.models.stored.evaluation import UNFINISHED
 from workbench.models.table import TableModel, ignored_columns, read_cells, read_table
 from workbench.report.lines.design import design_lines
+from workbench.report.lines.tables import counted
 from workbench.sampling.change import DesignChange, design_change, growth_model
 from workbench.sampling.stored import ROWS, design_head, design_keys, design_points
 from workbench.stages.work import Work
@@ -81,7 +82,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
         )
         document = {name: value for name, value in head.items() if name not in ROWS}
     campaign.progress.stage(
-        "design", f"{count} runs of {study.space.dimension} parameters ({made.algorithm})"
+        "design",
+        f"{counted(count, 'run')} of {counted(study.space.dimension, 'parameter')} ({made.algorithm})",
     )
     return document
 

@@ -9,7 +9,7 @@ from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.models.table import TableModel, table_digest
-from workbench.report.lines.tables import fitted
+from workbench.report.lines.tables import counted, fitted
 from workbench.space.streams import stream
 from workbench.stages.table import asked_stages
 from workbench.study.messages import placed
@@ -43,7 +43,8 @@ def check_study(study: Study) -> dict[str, Any]:
             notes += stage.work.notes(study)
     names = ", ".join(stage.name for stage in stages)
     d = study.space.dimension
-    summary = f"{d} parameters, {len(study.responses)} responses, model {kind}, stages {names}"
+    sizes = f"{counted(d, 'parameter')}, {counted(len(study.responses), 'response')}"
+    summary = f"{sizes}, model {kind}, stages {names}"
     return {"valid": True, "summary": summary, "notes": notes, **study.to_dict()}
 
 

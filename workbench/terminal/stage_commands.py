@@ -77,6 +77,7 @@ def design(
 ) -> None:
     from workbench.campaign.telling import asked_csv, asked_lines, asked_rows
     from workbench.report.lines.design import comparison_lines, design_lines
+    from workbench.report.lines.tables import counted
     from workbench.stages.design import compared_designs, drawn_design, queue_design, waiting_rows
     from workbench.stages.run_all import run_stage
     from workbench.system.atomic import write_text
@@ -103,7 +104,8 @@ def design(
         lines += [f"written to {csv}"] if csv else []
         finish({"asked": rows}, [*lines, *listed], as_json=json_)
         return
-    what = f"{document['n']} runs of {document['d']} parameters ({document['algorithm']})"
+    size = f"{counted(document['n'], 'run')} of {counted(document['d'], 'parameter')}"
+    what = f"{size} ({document['algorithm']})"
     lines = [f"{what}, {len(asked) or waits} without an answer"]
     lines += design_lines(document, whole=quality) if others is None else comparison_lines(others)
     if quality:
@@ -124,16 +126,17 @@ def tell(
 
     from workbench.campaign.telling import tell_csv
     from workbench.models.table import ignored_sentence
-    from workbench.report.lines.tables import wrapped
+    from workbench.report.lines.tables import counted, wrapped
 
     with opened_campaign(study, folder) as campaign:
         told = tell_csv(campaign, results)
         left = len(campaign.ask())
     document = {**asdict(told), "waiting": left}
     line = (
-        f"{told.answered} runs answered, {told.new} new, {told.repeated} known already, {told.failed} failed"
+        f"{counted(told.answered, 'run')} answered, {told.new} told unasked, {told.repeated} known already, "
+        f"{told.failed} failed"
     )
-    line += f"; {left} still wait"
+    line += f"; {left} still {'waits' if left == 1 else 'wait'}"
     said = [] if not told.ignored else wrapped(ignored_sentence(told.ignored, results.name), 79)
     finish(document, [line, *said], as_json=json_)
 

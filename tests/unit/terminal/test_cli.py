@@ -157,7 +157,7 @@ def test_design_tell_and_plan_on_a_model_of_somebody_else(tmp_path, capsys):
     (tmp_path / "p.csv").write_text("a\n0\n0.5\n1\n")
     path = write_study(tmp_path, kind="ask", model="", more='[design]\nkind = "table"\nfile = "p.csv"')
     code, out, err = in_process("design", path, "--csv", tmp_path / "ask.csv", capsys=capsys)
-    assert (code, out.splitlines()[0]) == (0, "3 runs of 1 parameters (table), 3 without an answer")
+    assert (code, out.splitlines()[0]) == (0, "3 runs of 1 parameter (table), 3 without an answer")
     rows = (tmp_path / "ask.csv").read_text().splitlines()
     (tmp_path / "done.csv").write_text(
         "\n".join([rows[0], *(f"{row}{k}.5" for k, row in enumerate(rows[1:3]))])
@@ -212,7 +212,7 @@ def test_rows_that_a_search_waits_for_stand_behind_those_of_the_design(tmp_path,
     csv = tmp_path / "ask.csv"
     for count in (4, 1):
         code, out, _ = in_process("design", path, "--csv", csv, capsys=capsys)
-        assert (code, f"4 runs of 1 parameters (sobol), {count} without an answer" in out) == (0, True)
+        assert (code, f"4 runs of 1 parameter (sobol), {count} without an answer" in out) == (0, True)
         assert answered(csv) == count
         assert in_process("tell", path, csv, capsys=capsys)[0] == 0
         code, _, err = in_process("run", path, capsys=capsys)
@@ -284,7 +284,7 @@ def test_a_store_that_cannot_be_used_is_five(tmp_path, capsys):
 def test_validate_says_what_it_found(tmp_path, capsys):
     path = write_study(tmp_path, more='[design]\nkind = "sobol"\nruns = 4')
     code, out, _ = in_process("validate", path, capsys=capsys)
-    assert (code, out) == (0, "s.toml is valid: 1 parameters, 1 responses, model python, stages design\n")
+    assert (code, out) == (0, "s.toml is valid: 1 parameter, 1 response, model python, stages design\n")
     code, out, _ = in_process("validate", path, "--json", capsys=capsys)
     assert json.loads(out)["design"] == {"kind": "sobol", "runs": 4}
     code, out, _ = in_process("validate", "--schema", capsys=capsys)

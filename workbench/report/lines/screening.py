@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from workbench.report.lines.statements import regime_text, state_text, variance_text
-from workbench.report.lines.tables import fitted, format_number, hanging, table_lines, unit_suffix
+from workbench.report.lines.tables import counted, fitted, format_number, hanging, table_lines, unit_suffix
 
-__all__ = ["method_lines", "other_screening_lines", "screening_lines"]
+__all__ = ["left_out_text", "method_lines", "other_screening_lines", "screening_lines"]
 
 
 def screening_lines(document: Mapping[str, Any]) -> list[str]:
@@ -56,7 +56,7 @@ def screening_lines(document: Mapping[str, Any]) -> list[str]:
             "by cross-validation"
         )
     if document.get("n_left_out"):
-        text.append(f"{document['n_left_out']} runs without a value were left out")
+        text.append(left_out_text(document["n_left_out"]))
     return fitted(text)
 
 
@@ -135,7 +135,7 @@ def _index_lines(document: Mapping[str, Any]) -> list[str]:
     if document["left_out"]:
         lines.append(f"labels without an order are left out: {_listed(document['left_out'])}")
     if document.get("n_left_out"):
-        lines.append(f"{document['n_left_out']} runs without a value were left out")
+        lines.append(left_out_text(document["n_left_out"]))
     return [*lines, f"cannot see: {document['cannot_see']}"]
 
 
@@ -163,3 +163,8 @@ def _parts(title: str, said: str | None) -> list[str]:
 
 def _listed(names: list[str]) -> str:
     return ", ".join(names) or "none"
+
+
+def left_out_text(count: int) -> str:
+    """That runs without a value were left out."""
+    return f"{counted(count, 'run')} without a value {'was' if count == 1 else 'were'} left out"

@@ -4,7 +4,7 @@ from workbench.report.lines.design import design_lines
 from workbench.report.lines.layout import layout_lines
 from workbench.report.lines.robust import robust_lines
 from workbench.report.lines.robust_layout import robust_layout_lines
-from workbench.report.lines.screening import method_lines, screening_lines
+from workbench.report.lines.screening import left_out_text, method_lines, screening_lines
 from workbench.report.lines.statements import border_text, minor_text, open_text, state_text
 from workbench.report.lines.tables import format_number
 from workbench.report.lines.worst_case import worst_case_lines
@@ -294,3 +294,8 @@ def test_where_all_parameters_are_selected_no_share_is_told_down_to_which_they_a
     for state in ("partly resolved", "resolved"):
         assert state_text(selected | {"state": state}) == f"{state}, all parameters selected"
     assert "down to 9.3 %" in state_text(every | {"diagnosis": {}})
+
+
+def test_one_is_not_told_in_the_plural():
+    assert left_out_text(1) == "1 run without a value was left out"
+    assert left_out_text(2) == "2 runs without a value were left out"
