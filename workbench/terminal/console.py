@@ -16,6 +16,7 @@ from workbench.report.lines.tables import format_number, unit_suffix
 __all__ = ["PlainProgress", "RichProgress", "progress_for"]
 
 EVERY = 5.0  # s between plain lines
+FORETELLS = 2  # answers from which on a time left is told: the first holds the start of the workers
 FAILURES = (*FAILED, "skipped")
 TITLES = {"worst_case": "worst case"}
 
@@ -46,8 +47,11 @@ class PlainProgress:
         if done < total and now - self._last < EVERY:
             return
         self._last = now
-        rate = (done - self._first) / max(now - self._begun, 1e-9)
-        left = "" if done >= total or rate <= 0 else f", {_duration((total - done) / rate)} left"
+        answered = done - self._first
+        rate = answered / max(now - self._begun, 1e-9)
+        left = ""
+        if done < total and answered >= FORETELLS:
+            left = f", {_duration((total - done) / rate)} left"
         pace = f", {_rate(rate)}" if rate > 0 else ""
         self._say(f"  {done}/{total} runs{pace}{left}{_failed(counts)}")
 
@@ -96,10 +100,11 @@ class RichProgress:
     def runs(self, done: int, total: int, counts: Mapping[str, int]) -> None:
         """The bar."""
         self._first = done if self._first is None else self._first
-        rate = (done - self._first) / max(time.monotonic() - self._begun, 1e-9)
+        answered = done - self._first
+        rate = answered / max(time.monotonic() - self._begun, 1e-9)
         filled = int(30 * done / max(total, 1))
         bar = "━" * filled + "─" * (30 - filled)
-        left = _duration((total - done) / rate) if rate > 0 else "?"
+        left = _duration((total - done) / rate) if answered >= FORETELLS else "?"
         self._show(f"  {bar} {done}/{total}  {_rate(rate)}  {left} left{_failed(counts)}")
         if done >= total:
             self.finished()

@@ -42,6 +42,21 @@ def test_the_pace_is_that_of_the_runs_made_since_the_stage_began(monkeypatch):
     ]
 
 
+def test_no_time_left_is_told_from_the_first_answer_which_holds_the_start_of_the_workers(monkeypatch):
+    clock = iter([0.0, 0.0, 0.0, 32.0, 38.0, 40.0])
+    monkeypatch.setattr("workbench.terminal.console.time.monotonic", lambda: next(clock))
+    out = io.StringIO()
+    progress = progress_for(out)
+    progress.stage("evaluate", "64 runs, 0 of them known")
+    for done in (0, 1, 34, 64):
+        progress.runs(done, 64, {"ok": done})
+    assert out.getvalue().splitlines()[1:] == [
+        "  1/64 runs, 1.88 runs/min",
+        "  34/64 runs, 0.895 runs/s, 34 s left",
+        "  64/64 runs, 1.6 runs/s",
+    ]
+
+
 class Terminal(io.StringIO):
     def isatty(self):
         return True
