@@ -112,7 +112,9 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
 
     space = Space([Parameter("a", lower=0, upper=4)])
     with Campaign.of(stops, space, folder=tmp_path / "c") as campaign:
-        with pytest.raises(Interrupted, match="interrupted with 2 runs unanswered; the same command continues"):
+        with pytest.raises(
+            Interrupted, match="interrupted with 2 runs unanswered; the same command continues"
+        ):
             campaign.evaluate([{"a": float(k)} for k in range(4)])
         assert campaign.store.counts() == {"ok": 2, "queued": 2}
         assert [run.parameters for run in campaign.ask()] == [{"a": 2.0}, {"a": 3.0}]
