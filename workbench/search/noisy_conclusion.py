@@ -29,7 +29,7 @@ def concluded_by_mean(
     success = SuccessChance.of(where.features(ledger.u), ledger.ok)
     gap = mean_gap(ledger, model, success, mean, seed=seed)
     if mean.deviation == 0.0:
-        gap = replace(gap, note=EXACT)
+        gap = replace(gap, note="; ".join(filter(None, (gap.note, EXACT))))
     gaps = GapHistory()
     gaps.note(gap, ledger, full=True)
     means = smoothed(ledger, model)

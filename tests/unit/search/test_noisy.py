@@ -68,7 +68,7 @@ def test_the_study_does_so_too(table, budget):
 
 def test_the_gap_is_that_of_the_mean(found):
     assert found.gap.upper >= found.interval[1]
-    assert "confidence the mean could be at most" in found.gap.sentence
+    assert "By the Kriging with 90 % confidence the mean could be at most" in found.gap.sentence
     assert found.grade is Grade.SEARCHED
     assert found.label == f"the mean of 8 runs, +- {found.repeated.half:.3g} with 95 % confidence"
 

@@ -15,6 +15,7 @@ from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["credible_models", "deviation_factor"]
 
+TRENDS, CORRELATIONS = ("constant", "linear"), ("matern52", "gaussian")
 FACTORS = (0.4, 2.5, 6.0)  # of theta, beside the likeliest
 SPARE = 3  # runs beyond the terms of a linear trend before it is tried
 MOST_FACTOR = 2.0
@@ -25,6 +26,8 @@ def credible_models(
     v: np.ndarray,
     *,
     nugget: float | str = NUGGET,
+    trends: tuple[str, ...] = TRENDS,
+    correlations: tuple[str, ...] = CORRELATIONS,
     factors: tuple[float, ...] = FACTORS,
     temper: float = 1.0,
     seed: int,
@@ -35,8 +38,8 @@ def credible_models(
     """
     n, p = features.shape
     found = []
-    for trend in ("constant", "linear") if n >= p + 1 + SPARE else ("constant",):
-        for kind in ("matern52", "gaussian"):
+    for trend in trends if n >= p + 1 + SPARE else ("constant",):
+        for kind in correlations:
             form = Form(trend=trend, nugget=nugget, correlation=kind)
             best = fitted(features, v, form, seed=seed)
             scaled = (replace(form, theta=factor * best.kriging.theta_) for factor in factors)
