@@ -20,6 +20,7 @@ from workbench.search.proposals.turns import Turn
 from workbench.search.record import Status
 from workbench.search.runs.ledger import FEWEST_RUNS, Ledger, distinct
 from workbench.search.runs.repeats import run_again
+from workbench.search.second_look import LOOK, SecondLook
 from workbench.search.start import begin, far_points
 from workbench.search.surrogate.fitting import fit_search_model
 from workbench.search.surrogate.growing_failures import GrowingFailures, growth_of
@@ -52,6 +53,7 @@ class Loop:
     begun: int
     searched: int
     corners: CornerPlan
+    look: SecondLook
     gaps: GapHistory = field(default_factory=GapHistory)
     model: SearchModel | None = None
     quiet: int = 0
@@ -77,6 +79,7 @@ class Loop:
             begun=begun,
             searched=searched,
             corners=CornerPlan.of(ledger, budget=searched - begun),
+            look=SecondLook(seed=asked.seed),
         )
 
     def run(self) -> Status:
@@ -116,6 +119,8 @@ class Loop:
         room = self.corners.room(ledger, runs=left)
         if (self.is_settled or room <= 0) and self._run_corners(most=left):
             return None
+        if self._look_elsewhere(known, most=room if room > 0 else left):
+            return None
         is_short = ledger.is_flat and len(ledger.v) < FLAT_RUNS * ledger.where.dimension
         if self.is_settled and not is_short:
             return Status.CONVERGED
@@ -153,6 +158,8 @@ class Loop:
         gap = modelled_gap(ledger, self.model, success, seed=seed, full=full)
         self.gaps.note(gap, ledger, full=full)
         self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
+        if not self.quiet and not full:
+            self.look.silent = 0  # the full bound alone may stay open for long, whatever the look has met
         return Known.of(ledger, self.model, success)
 
     def _border(self, known: Known, left: int) -> BorderWalk | None:
@@ -211,6 +218,22 @@ class Loop:
             stalled=since > max(self.ledger.where.dimension, STALLED_RUNS),
             finishing=left <= FINISHING_RUNS and since > FINISHING_RUNS,
         )
+
+    def _look_elsewhere(self, known: Known, *, most: int) -> bool:
+        """Run what a second look asks for once the quick gap has stayed closed; a worse run begins anew."""
+        ledger = self.ledger
+        if self.quiet < QUIET_BATCHES or ledger.is_flat:
+            return False
+        points = self.look.due(known, left=most, workers=self.asked.workers)
+        if not len(points):
+            return False
+        mean, std = known.model.in_units(ledger.where.features(points))
+        best = float(np.max(ledger.v))
+        ledger.run(self.evaluate, points, purpose=LOOK, predicted=ledger.sign * mean, std=std)
+        self.look.silent += len(points)
+        if float(np.max(ledger.v)) > best:
+            self.quiet = self.look.silent = 0
+        return True
 
     def _run_corners(self, *, most: int) -> bool:
         """Run the corners that are due; a corner that is worse than all before begins the search anew."""

@@ -17,6 +17,7 @@ from workbench.search.evidence.gap_history import GapLook
 from workbench.search.evidence.grade import BEYOND, FOR_THE_WORD, Grade, grade_of
 from workbench.search.runs.ledger import Ledger, Run
 from workbench.search.runs.repeats import Mean
+from workbench.search.second_look import LOOK
 from workbench.search.surrogate.model import SearchModel
 from workbench.search.surrogate.scale import UsedScale
 
@@ -116,7 +117,15 @@ class WorstCase:
             if self.not_attacked
             else ""
         )
-        return f"{self.grade.name.capitalize()}: {said}.{self._short_of_attacked}{missing}"
+        return f"{self.grade.name.capitalize()}: {said}.{self._looked}{self._short_of_attacked}{missing}"
+
+    @property
+    def _looked(self) -> str:
+        """How many runs a search made where its surrogate did not send it, where nobody else has looked."""
+        looked = sum(run.proposal == LOOK for run in self.runs)
+        if not looked or self.attack is not None or self.grade is not Grade.SEARCHED:
+            return ""
+        return f" {looked} of its runs were drawn at random, a second look elsewhere."
 
     @property
     def _short_of_attacked(self) -> str:

@@ -11,7 +11,8 @@ and where the bound of a rougher response is highest (`explore`). The last runs 
 predicted worst (`predicted`), or climb by the model's gradients where it gives them (`gradient`). Before
 them, and when the search has settled, corners are run that were not visited (`corner`, see
 `workbench.search.proposals.corners`); where nothing is proposed and the gap is wide, the space is filled
-(`fill`).
+(`fill`). Once the gap has closed, some of the runs left are drawn at random (`second look`, see
+`workbench.search.second_look`): what no run has met, no Kriging foresees.
 
 What is reported as worst is always a true run. The remaining gap is an upper credible bound of the Kriging,
 stated as model-based, unless the space was enumerated, or a Lipschitz constant or an interval enclosure was

@@ -97,10 +97,18 @@ class Ledger:
             if self.progress is not None:
                 self.progress(run, self.best_value)
 
-    def run(self, evaluate: Evaluator, points: np.ndarray, *, purpose: str) -> None:
-        """Run the points (m, d) of one proposal and append them."""
+    def run(
+        self,
+        evaluate: Evaluator,
+        points: np.ndarray,
+        *,
+        purpose: str,
+        predicted: np.ndarray | None = None,
+        std: np.ndarray | None = None,
+    ) -> None:
+        """Run the points (m, d) of one proposal and append them; `predicted` and `std` as for `add`."""
         outcomes = evaluate(self.where.rows(points), purpose=purpose)
-        self.add(outcomes, points, proposals=[purpose] * len(points))
+        self.add(outcomes, points, proposals=[purpose] * len(points), predicted=predicted, std=std)
 
     def run_of(self, outcome: Outcome, *, number: int, proposal: str) -> Run:
         """The run of an outcome, as the search reads it."""

@@ -78,6 +78,17 @@ class Strata:
         """`size` cases drawn evenly, in equal shares."""
         return self._drawn(size, lambda n: rng.random((n, self.where.dimension)))
 
+    def anywhere(self, size: int, rng: np.random.Generator) -> np.ndarray:
+        """`size` cases in equal shares, each with even chances inside or near a corner."""
+
+        def draw(n: int) -> np.ndarray:
+            ends = rng.integers(0, 2, (n, self.where.dimension)).astype(float)
+            inside = rng.random((n, self.where.dimension))
+            is_end = (rng.random(ends.shape) < AT_END) & (rng.random((n, 1)) < 0.5)
+            return np.where(is_end, ends, inside)
+
+        return self._drawn(size, draw)
+
     def index(self, points: np.ndarray) -> np.ndarray:
         """The stratum (n,) of each point (n, d), -1 of those in none of the strata that were drawn."""
         own = points[:, None, list(self.columns)]

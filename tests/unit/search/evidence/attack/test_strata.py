@@ -73,3 +73,16 @@ def test_constraints_hold():
     ):
         assert (points[:, 0] + points[:, 1] <= 1).all()
         assert len(points) >= 6
+
+
+def test_cases_from_anywhere_are_by_turns_of_every_combination_and_half_of_them_near_corners():
+    strata = _strata(_space(HANDS, BELT, numbers=6))
+    points = strata.anywhere(600, np.random.default_rng(1))
+    counts = Counter(map(tuple, points[:, [6, 7]]))
+    assert len(counts) == 6
+    assert min(counts.values()) >= 90  # corners that were drawn twice fall out
+    assert len(set(map(tuple, points[:6, [6, 7]]))) == 6
+    is_inside = ((points[:, :6] > 0) & (points[:, :6] < 1)).all(axis=1)
+    assert 0.4 < is_inside.mean() < 0.6
+    at_ends = ((points[:, :6] == 0) | (points[:, :6] == 1))[~is_inside]
+    assert 0.65 < at_ends.mean() < 0.85
