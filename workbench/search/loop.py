@@ -11,7 +11,7 @@ from workbench.search.evidence.border import has_failed
 from workbench.search.evidence.gap import modelled_gap
 from workbench.search.evidence.gap_history import GapHistory
 from workbench.search.noisy import FEWEST_FINAL
-from workbench.search.proposals.border_walk import BorderWalk
+from workbench.search.proposals.border_walk import BORDER, BorderWalk
 from workbench.search.proposals.corners import FINISHING_RUNS, CornerPlan
 from workbench.search.proposals.gradient_ascent import ascend, runs_kept_back
 from workbench.search.proposals.known import Known, failed_share
@@ -172,7 +172,13 @@ class Loop:
         features = ledger.where.features(ledger.u)
         grows = growth_of(lambda at: known.model.predict(at)[0], features[ledger.ok])
         failures = GrowingFailures.of(features, ledger.ok, grows)
-        return BorderWalk(failures=failures, failed=failed_share(ledger), left=left)
+        return BorderWalk(
+            failures=failures,
+            lost=ledger.u[~ledger.ok],
+            failed=failed_share(ledger),
+            made=sum(run.proposal == BORDER for run in ledger.runs),
+            left=left,
+        )
 
     def _count_failures(self) -> None:
         """An even sample of the box, of the runs that are left: how often runs fail remains to be said."""

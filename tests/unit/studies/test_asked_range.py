@@ -8,7 +8,7 @@ import pytest
 from studies.asked_range import asked_range
 
 STUDIES = (
-    "failure_border", "noisy_worst_case", "other_games", "rough_means", "rough_screening",
+    "border_kinds", "failure_border", "noisy_worst_case", "other_games", "rough_means", "rough_screening",
     "screening_lists", "screening_scales", "two_peak_games", "worst_case_calibration",
     "worst_case_gallery",
 )  # fmt: skip

@@ -12,7 +12,7 @@ FEW_INPUTS = ("plane 2", "own 4", "own 6")
 
 
 def test_one_model_with_one_seed():
-    found = run((0,), models=("plane 2",), budget=20)
+    found = run((0,), models=("plane 2",), budget=30)
     assert float(found["short"].max()) <= CLOSE
     assert float(found["says"].min()) == 1.0
     assert float(found["failed"].max()) <= FAILED

@@ -13,7 +13,8 @@
                  runs near it: by turns the largest expected gain over it and the largest confidence bound
     explore      the highest upper bound of the roughest credible model among random points
     border       where runs fail, the largest predicted gain on the feasible side of the failures
-                 (`workbench.search.proposals.border_walk`), first in a batch
+                 (`workbench.search.proposals.border_walk`), every fourth time at another place of the border;
+                 first in a batch
 
 Whose turn it is says `workbench.search.proposals.turns`. Every proposal is multiplied with the chance that
 the run succeeds, and none lies closer than a thousandth of the cube to a run already made. After each point
@@ -27,7 +28,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.search.proposals.best_point import best_point, start_pool
-from workbench.search.proposals.border_walk import BorderWalk
+from workbench.search.proposals.border_walk import BORDER, BorderWalk
 from workbench.search.proposals.known import Known
 from workbench.search.proposals.other_peaks import Peak, next_peak
 from workbench.search.proposals.turns import Turn, turns_of
@@ -67,7 +68,7 @@ def propose(
     gaining = None if border is None else border.next_point(known, choice.pool, rng=rng)
     if gaining is not None:
         chosen.append(gaining)
-        names.append("border")
+        names.append(BORDER)
         if size > 1:
             choice = replace(choice, known=known.believing(gaining))
     while len(chosen) < size and attempt < size + len(turns):
