@@ -63,7 +63,7 @@ def _by_fewest(run: np.ndarray, new: np.ndarray, size: int) -> list[int]:
     the fewest runs by then; `run` (n,) are the strata of those made, -1 of those in none.
 
     >>> _by_fewest(np.array([0, 0, 0, 1, -1]), np.array([0, 1, 2, 0, 1, 2]), 4)
-    [2, 1, 5, 0]
+    [2, 1, 5, 4]
     """
     counts = {int(s): int((run == s).sum()) for s in np.unique(new)}
     left = list(range(len(new)))
