@@ -20,6 +20,7 @@ from workbench.errors import Interrupted, StudyError
 from workbench.models.opening import open_model
 from workbench.models.protocol import Answer, Model, ModelSpec, call
 from workbench.models.stored.evaluation import Evaluation
+from workbench.space.units import counted
 
 __all__ = ["Engine", "InlineEngine", "Policy", "supervise"]
 
@@ -142,8 +143,9 @@ def supervise(
         wave.give_back()
         left = len(wave.waiting) + len(wave.running)
         # of a search these are the runs of one proposal, not those that its budget has left
-        what = "1 run" if left == 1 else f"{left} runs"
-        raise Interrupted(f"interrupted with {what} unanswered; the same command continues") from None
+        raise Interrupted(
+            f"interrupted with {counted(left, 'run')} unanswered; the same command continues"
+        ) from None
     except StudyError:
         wave.give_back()
         raise

@@ -1,4 +1,4 @@
-"""Numbers and units as they are read: few digits, exponents raised. Files keep the plain spelling."""
+"""Numbers, counts and units as they are read: few digits, exponents raised. Files keep the plain spelling."""
 
 import math
 import re
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from itertools import pairwise
 from typing import Any
 
-__all__ = ["DIGITS", "digits_apart", "number", "raised", "significant", "told_apart"]
+__all__ = ["DIGITS", "counted", "digits_apart", "number", "raised", "significant", "told_apart"]
 
 DIGITS = 6  # significant, where nothing else is said
 ALL_DIGITS = 17  # a float has no more
@@ -87,3 +87,12 @@ def told_apart(*values: float, least: int = DIGITS) -> list[str]:
     """
     digits = digits_apart(values, least=least)
     return [significant(value, digits) for value in values]
+
+
+def counted(count: int, noun: str) -> str:
+    """So many of something whose plural takes an s.
+
+    >>> counted(1, "run"), counted(0, "run")
+    ('1 run', '0 runs')
+    """
+    return f"{count} {noun}" + ("" if count == 1 else "s")

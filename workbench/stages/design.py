@@ -15,9 +15,9 @@ from workbench.errors import StudyError
 from workbench.models.stored.evaluation import UNFINISHED
 from workbench.models.table import TableModel, ignored_columns, read_cells, read_table
 from workbench.report.lines.design import design_lines
-from workbench.report.lines.tables import counted
 from workbench.sampling.change import DesignChange, design_change, growth_model
 from workbench.sampling.stored import ROWS, design_head, design_keys, design_points
+from workbench.space.units import counted
 from workbench.stages.work import Work
 from workbench.study.messages import placed
 from workbench.study.record import Study

@@ -9,8 +9,9 @@ from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.models.table import TableModel, table_digest
-from workbench.report.lines.tables import counted, fitted
+from workbench.report.lines.tables import fitted
 from workbench.space.streams import stream
+from workbench.space.units import counted
 from workbench.stages.table import asked_stages
 from workbench.study.messages import placed
 from workbench.study.record import Study

@@ -77,7 +77,7 @@ def design(
 ) -> None:
     from workbench.campaign.telling import asked_csv, asked_lines, asked_rows
     from workbench.report.lines.design import comparison_lines, design_lines
-    from workbench.report.lines.tables import counted
+    from workbench.space.units import counted
     from workbench.stages.design import compared_designs, drawn_design, queue_design, waiting_rows
     from workbench.stages.run_all import run_stage
     from workbench.system.atomic import write_text
@@ -126,7 +126,8 @@ def tell(
 
     from workbench.campaign.telling import tell_csv
     from workbench.models.table import ignored_sentence
-    from workbench.report.lines.tables import counted, wrapped
+    from workbench.report.lines.tables import wrapped
+    from workbench.space.units import counted
 
     with opened_campaign(study, folder) as campaign:
         told = tell_csv(campaign, results)

@@ -4,7 +4,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from workbench.report.lines.statements import regime_text, state_text, variance_text
-from workbench.report.lines.tables import counted, fitted, format_number, hanging, table_lines, unit_suffix
+from workbench.report.lines.tables import fitted, format_number, hanging, table_lines, unit_suffix
+from workbench.space.units import counted
 
 __all__ = ["left_out_text", "method_lines", "other_screening_lines", "screening_lines"]
 

@@ -3,16 +3,7 @@
 import textwrap
 from collections.abc import Iterable, Sequence
 
-__all__ = [
-    "counted",
-    "fitted",
-    "format_number",
-    "format_share",
-    "hanging",
-    "table_lines",
-    "unit_suffix",
-    "wrapped",
-]
+__all__ = ["fitted", "format_number", "format_share", "hanging", "table_lines", "unit_suffix", "wrapped"]
 
 
 def format_number(value: float | None, digits: int = 5) -> str:
@@ -91,12 +82,3 @@ def wrapped(text: str, width: int) -> list[str]:
     """A paragraph of at most `width` columns; what a no-break space joins stays on one line."""
     lines = textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [""]
     return [line.replace("\u00a0", " ") for line in lines]
-
-
-def counted(count: int, noun: str) -> str:
-    """So many of something whose plural takes an s.
-
-    >>> counted(1, "run"), counted(0, "run")
-    ('1 run', '0 runs')
-    """
-    return f"{count} {noun}" + ("" if count == 1 else "s")
