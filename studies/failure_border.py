@@ -16,7 +16,7 @@ plane or inside an ellipsoid around a place where it is large. No method was tun
 """
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -29,10 +29,21 @@ from studies.asked_range import asked_range
 from workbench import Parameter, Space
 from workbench.search.worst_case import worst_case
 
-__all__ = ["MODELS", "Bordered", "constrained_worst", "drawn", "run", "run_drawn", "searched"]
+__all__ = [
+    "CLOSE",
+    "MODELS",
+    "Bordered",
+    "as_dataset",
+    "constrained_worst",
+    "drawn",
+    "run",
+    "run_drawn",
+    "searched",
+]
 
 WORDS = "SolverError: step size underflow"
 CLOSE = 0.01  # of the constrained worst
+TOLD = ("failed", "short", "says", "covers")  # of a search, see `searched`
 SPHERE, LIMIT = 1.15, 0.6
 
 Array = np.ndarray
@@ -210,22 +221,20 @@ def run(
     whether its gap `covers` the worst.
     """
     made = np.array([[searched(MODELS[name](), seed, budget) for seed in seeds] for name in models])
-    return xr.Dataset(
-        {
-            name: (("model", "seed"), made[:, :, k])
-            for k, name in enumerate(("failed", "short", "says", "covers"))
-        },
-        coords={"model": list(models), "seed": list(seeds)},
-        attrs={"budget": budget, "close": CLOSE},
-    )
+    return as_dataset(made, {"model": models, "seed": seeds}, budget=budget)
 
 
 def run_drawn(numbers: Sequence[int], *, budget: int = 30) -> xr.Dataset:
     """One search of each drawn problem, with its number for a seed, as `run`."""
     made = np.array([searched(drawn(number), number, budget) for number in numbers])
+    return as_dataset(made, {"number": numbers}, budget=budget)
+
+
+def as_dataset(made: Array, axes: Mapping[str, Sequence[Any]], *, budget: int) -> xr.Dataset:
+    """What was told of searches, `made` (..., 4) over the axes, by the names of `TOLD`."""
     return xr.Dataset(
-        {name: ("number", made[:, k]) for k, name in enumerate(("failed", "short", "says", "covers"))},
-        coords={"number": list(numbers)},
+        {name: (tuple(axes), made[..., k]) for k, name in enumerate(TOLD)},
+        coords={axis: list(values) for axis, values in axes.items()},
         attrs={"budget": budget, "close": CLOSE},
     )
 

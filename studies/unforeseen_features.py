@@ -1,10 +1,11 @@
 """Does the stated gap hold where a response has what no run has met? Drawn functions with known extremes.
 
-Twelve makes have a feature that few runs meet, on a base of one-input curves, so that the largest value is
-known by construction: jumps across the threshold of one input (`step`, `late step`) or of two together
-(`cliff`), a resonance or an oblique ridge of 2 to 8 % width (`resonance`, `ridge`), a hill, a step or another
-slope that one word of a categorical input has (`word hill`, `word step`, `word slope`), a step that only two
-words together have (`word pair`), plateaus (`stairs`, `capped`), and a slope that begins late (`kink`).
+Twelve makes have a feature that few runs meet, on a base of one-input curves: jumps across the threshold of
+one input (`step`, `late step`) or of two together (`cliff`), a resonance or an oblique ridge 2 to 8 % wide
+(`resonance`, `ridge`), a hill, a step or another slope that one word of a categorical input has (`word hill`,
+`word step`, `word slope`), a step that only two words together have (`word pair`), plateaus (`stairs`,
+`capped`), and a slope that begins late (`kink`). Extremes are sought from random points and all corners of
+every combination of words, far more than a search can afford.
 Six makes are smooth, as controls: `additive`, `rotated`, `waves`, `product`, `peaks`, `words`.
 
 `python -m studies.unforeseen_features 2 9100 3` prints a line per search of two functions of each make, drawn

@@ -68,6 +68,13 @@ def test_no_run_is_proposed_where_nothing_gains():
     assert walk.next_point(known, np.array([[0.5, 0.2]]), rng=np.random.default_rng(0)) is None
 
 
+def _crowded():
+    """What is known where runs crowd at (0.2, 1.0); as much is predicted at (0.7, 0), far from failures."""
+    points = [(0.1, 0.2), (0.3, 0.8), (0.5, 0.3), (0.19, 1.0), (0.05, 0.6), (0.3, 0.05), (0.15, 0.75)]
+    points += [(0.21, 1.0), (0.25, 0.97), (0.6, 0.9)]
+    return _known(points, [a + b > 1.2 for a, b in points])
+
+
 def _proposed(*, failed, left, seeds=12):
     """What the walk proposes with each seed, beside what is known."""
     points = [(0.1, 0.2), (0.5, 0.3), (0.59, 0.59), (0.61, 0.61), (0.2, 0.98), (0.22, 1.0)]
@@ -97,9 +104,7 @@ def test_while_the_walk_waits_half_of_the_turns_are_of_others_and_half_of_likely
 
 
 def test_no_other_place_is_tried_once_more_than_a_quarter_of_the_runs_has_failed():
-    points = [(0.1, 0.2), (0.3, 0.8), (0.5, 0.3), (0.19, 1.0), (0.05, 0.6), (0.3, 0.05), (0.15, 0.75)]
-    points += [(0.21, 1.0), (0.25, 0.97), (0.6, 0.9)]
-    known, failures, lost = _known(points, [a + b > 1.2 for a, b in points])
+    known, failures, lost = _crowded()
 
     def point(failed):
         rng = np.random.default_rng(0)
@@ -140,10 +145,7 @@ def test_a_place_known_to_the_last_digit_is_left_until_the_last_runs():
     ],
 )
 def test_every_fourth_run_of_the_border_is_at_another_place_but_at_the_end(made, left, is_elsewhere):
-    """Runs crowd at (0.2, 1.0); as large a response is predicted at (0.7, 0), far from all that failed."""
-    points = [(0.1, 0.2), (0.3, 0.8), (0.5, 0.3), (0.19, 1.0), (0.05, 0.6), (0.3, 0.05), (0.15, 0.75)]
-    points += [(0.21, 1.0), (0.25, 0.97), (0.6, 0.9)]
-    known, failures, lost = _known(points, [a + b > 1.2 for a, b in points])
+    known, failures, lost = _crowded()
     rng = np.random.default_rng(0)
     walk = BorderWalk(failures=failures, lost=lost, failed=0.2, made=made, left=left)
     point = walk.next_point(known, start_pool(known.where, known.incumbent, rng), rng=rng)
