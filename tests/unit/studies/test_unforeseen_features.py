@@ -32,6 +32,7 @@ def test_the_makes_are_twelve_with_a_feature_and_six_without():
 
 @pytest.mark.slow
 @pytest.mark.count
+@pytest.mark.xfail(reason="10 of 14: what one word or pair of words has alone gets by", strict=True)
 def test_a_gap_holds_where_features_were_not_foreseen():
     makes = [name for name in FEATURES if "step" in name or "word" in name or name == "cliff"]
     found = run(9800, count=2, makes=makes)
