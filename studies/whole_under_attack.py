@@ -121,7 +121,7 @@ def count_members(
     effort, any_model = effort or Effort(), subject.model(counts[0])
     runs = Runs(any_model)
     cases = [dict(subject.nominal), *stratified_cases(subject.space, effort.scenarios, seed=effort.seed)]
-    judged = JudgedLayouts(evaluator=runs.of, response=any_model.response, cases=cases)
+    judged = JudgedLayouts(evaluator=runs.of, model=any_model, cases=cases)
     made = [_Search(subject, count, judged, runs, effort, tell).made() for count in counts]
     stated = [(judged.worst(one.names[0]), judged.worst(one.names[1])) for one in made]
     beyond = []

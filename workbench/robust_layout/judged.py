@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from workbench.models.evaluator import Evaluator, Outcome
 from workbench.robust_layout.cases import SAME, Optimised
 from workbench.robust_layout.cuts import distinct
-from workbench.robust_layout.model import layout_name
+from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.robust_layout.oracle import Found
 from workbench.robust_layout.record import FIRST_ORDER, excess, largest, promise_of, promise_over
 
@@ -27,25 +27,32 @@ ROUNDS = "rounds"  # where the layouts of the loop itself come from
 class JudgedLayouts:
     """Layouts by name, and the cases that judge them: a layout is as good as its worst case.
 
-    evaluator: density -> evaluator of its true runs.    response: which of their outputs counts.
+    evaluator: density -> evaluator of its true runs.    model: which of their outputs counts.
     documents: of the optimised ones, as `layout.json`.    latest: the name of the one made last.
     origins: of the optimised ones: the start that they descend from, ROUNDS for those of the loop itself.
     known: of those that `add` was called for: how many of the cases were known then, the first ones.
+    continued: of a layout, the document of the last search that went on from it.
     """
 
     evaluator: Callable[[Array], Evaluator]
-    response: str
+    model: LayoutModel
     cases: list[dict[str, Any]]
     layouts: dict[str, Array] = field(default_factory=dict)
     documents: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     origins: dict[str, str] = field(default_factory=dict)
     latest: str = "uniform"
     known: dict[str, int] = field(default_factory=dict)
+    continued: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     _answers: dict[str, dict[str, float | None]] = field(default_factory=dict)  # of layouts, by case
 
-    def add(self, name: str, made: Optimised, *, origin: str) -> list[str]:
-        """Judge an optimised layout from now on, and its purified form where that is another and no worse."""
+    def add(self, name: str, made: Optimised, *, origin: str, after: str | None = None) -> list[str]:
+        """Judge an optimised layout from now on, and its purified form where that is another and no worse.
+
+        after: the layout that its search went on from, where it was to settle that one.
+        """
         self.latest = name
+        if after is not None:
+            self.continued[after] = made.document
         self.layouts[name], self.documents[name] = made.density, made.document
         self.origins[name], self.known[name] = origin, len(self.cases)
         clean = made.document.get("purified")
@@ -62,6 +69,7 @@ class JudgedLayouts:
         """Judge these optimised layouts no longer."""
         for name in names:
             del self.layouts[name], self.documents[name], self.origins[name], self.known[name]
+            self.continued.pop(name, None)
         if self.latest in names:
             self.latest = next(reversed(self.known))
 
@@ -127,20 +135,36 @@ class JudgedLayouts:
         return found
 
     def is_unsettled(self, name: str) -> bool:
-        """Whether the optimiser stopped at its limit where the first-order condition does not hold."""
-        document = self.documents.get(name)
-        return document is not None and not document["converged"] and promise_of(document) > FIRST_ORDER
+        """Whether the first-order condition of a layout does not hold over all cases known by now."""
+        told = self.told(name)
+        if told is None:
+            return False
+        return not told["converged"] if told["kkt"] is None else promise_of(told) > FIRST_ORDER
 
-    def told(self, name: str, as_response: Callable[[float], float]) -> dict[str, Any] | None:
+    def told(self, name: str) -> dict[str, Any] | None:
         """What its search says of a layout, with the promise over all cases; None where none made it.
 
-        as_response: the response of a value of the problem's objective.
+        Where a search that went on from it promises less, that counts, and is `went_on` with its optimum.
         """
         if name not in self.documents:
             return None
         document = dict(self.documents[name])
-        beyond = excess(self.worst(name), as_response(float(document["value"])))
-        return {**document, "kkt": promise_over(document, beyond)}
+        kkt = self._promise(name, document)
+        if name in self.continued:
+            later = self.continued[name]
+            left = self._promise(name, later)
+            if left is not None and (kkt is None or left < kkt):
+                went_on = {"value": self._optimum(later), "kkt": later["kkt"]}
+                return {**document, "kkt": left, "went_on": went_on}
+        return {**document, "kkt": kkt}
+
+    def _promise(self, name: str, document: Mapping[str, Any]) -> float | None:
+        """By which share of its worst a layout could fall still, by what a search says of its optimum."""
+        return promise_over(document, excess(self.worst(name), self._optimum(document)))
+
+    def _optimum(self, document: Mapping[str, Any]) -> float:
+        """The response at the end of a search, over the cases known to it."""
+        return self.model.as_response(float(document["value"]))
 
     def near(self, names: Sequence[str], *, share: float, since: int) -> list[int]:
         """Cases in which one of these layouts reaches a share of the worst of the first of them, and all
@@ -155,4 +179,4 @@ class JudgedLayouts:
 
     def read(self, outcomes: Sequence[Outcome]) -> list[float | None]:
         """The response of every run, None where it gave none."""
-        return [o.outputs[self.response] if o.status == "ok" else None for o in outcomes]
+        return [o.outputs[self.model.response] if o.status == "ok" else None for o in outcomes]

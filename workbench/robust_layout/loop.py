@@ -99,7 +99,7 @@ def find_robust_layout(
     cases = distinct([space.canonical(case) for case in [*start, *drawn]])
     loop = _Loop(
         model=model, oracle=oracle, folder=folder, settings=settings, identity=identity, tell=tell,
-        judged=JudgedLayouts(evaluator=evaluator, response=model.response, cases=cases),
+        judged=JudgedLayouts(evaluator=evaluator, model=model, cases=cases),
     )  # fmt: skip
     found, left = loop.run(), RESTARTS
     while (case := broken(found)) is not None and left:
@@ -273,7 +273,7 @@ class _Loop:
         made = self.optimised(self.active(name), self.judged.layouts[name], "binding cases")
         if made is None:
             return False
-        added = self.judged.add(new, made, origin=self.judged.origins[name])
+        added = self.judged.add(new, made, origin=self.judged.origins[name], after=name)
         return min(self.judged.worst(n) for n in added) < before - GAIN * abs(before)
 
     def searched_on(self, name: str) -> str:
@@ -383,7 +383,7 @@ class _Loop:
         needed = self.oracle.missing(found) if holds else 0
         closed = holds and not needed and found.attack is not None and is_settled(found.attack)
         broke, gained = self.broke.get(robust), self.gained.get(robust)
-        document = self.judged.told(robust, self.model.as_response)
+        document = self.judged.told(robust)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
         breaks = [excess(worst[name].value, before) for name, before in attacked.items()]
         idle = len(self.rounds) - self.earlier < self.settings.rounds

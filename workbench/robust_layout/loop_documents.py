@@ -188,18 +188,27 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
 
 
 def over_all_cases(source: Mapping[str, Any], *, optimum: float, bound: float, unit: str) -> dict[str, Any]:
-    """What a search says of its layout, told of the cases that were known then where others have joined.
+    """What a search says of its layout, told of the cases that were known then where others have joined, or
+    where a search that went on from it knows better.
 
     optimum: over the cases known then.    bound: over all that were found.    The document's kkt is of these.
     """
-    beyond = excess(bound, optimum)
-    if beyond <= NOTICED:
+    has_joined, went_on = excess(bound, optimum) > NOTICED, source.get("went_on")
+    if not has_joined and went_on is None:
         return {}
-    said = (
-        f"Over the cases known then it has {number(optimum, 4)} {unit}, over all that were found "
-        f"{number(bound, 4)} {unit}, of which {100 * promise_of(source):.2g} % may be left to gain."
-    )
-    return {"status": f"{source['status']} {said}", "verdicts": [OF_THE_SEARCH, *source["verdicts"]]}
+    left = f"{100 * promise_of(source):.2g} % may be left to gain, to first order."
+    said = [source["status"]]
+    if has_joined:
+        over_all = f"over all that were found {number(bound, 4)} {unit}"
+        end = f", of which {left}" if went_on is None else "."
+        said.append(f"Over the cases known then it has {number(optimum, 4)} {unit}, {over_all}{end}")
+    if went_on is not None:
+        said.append(
+            f"A search that went on from it came to {number(went_on['value'], 4)} {unit} over the cases "
+            f"known to it, and promised {100 * promise_of(went_on):.2g} % more: "
+            f"of {number(bound, 4)} {unit} {left}"
+        )
+    return {"status": " ".join(said), "verdicts": [OF_THE_SEARCH, *source["verdicts"]]}
 
 
 def response_slope(model: LayoutModel, value: float) -> float:

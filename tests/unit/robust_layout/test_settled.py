@@ -72,9 +72,10 @@ def held(tmp_path, worst):
             Outcome(parameters=row, status="ok", outputs={"push": float(density[0])}) for row in rows
         ]
 
-    judged = JudgedLayouts(evaluator=evaluator, response="push", cases=[{"u": 0.0}])
+    model = SimpleNamespace(unit="N", response="push", as_response=lambda value: value)
+    judged = JudgedLayouts(evaluator=evaluator, model=model, cases=[{"u": 0.0}])
     loop = _Loop(
-        model=SimpleNamespace(unit="N"), oracle=None, folder=tmp_path, settings=LoopSettings(), identity="",
+        model=model, oracle=None, folder=tmp_path, settings=LoopSettings(), identity="",
         tell=lambda text: None, judged=judged, bounds={"round 1": worst},
         worst={"round 1": Found(value=worst, case={"u": 0.0}, runs=1, status="")},
     )  # fmt: skip
@@ -83,7 +84,7 @@ def held(tmp_path, worst):
 
 
 def made(worst):
-    return Optimised(density=np.array([worst]), document={"converged": False, "kkt": 0.06})
+    return Optimised(density=np.array([worst]), document={"converged": False, "kkt": 0.06, "value": worst})
 
 
 @pytest.mark.parametrize(("gain", "takes_over"), [(0.004, False), (0.03, True), (-0.1, False)])
@@ -98,6 +99,7 @@ def test_a_layout_that_holds_gives_way_to_gains_that_are_worth_an_attack(
     assert list(loop.judged.layouts) == ["round 1", *(["evaluations added 1"] if takes_over else [])]
     assert loop.judged.latest == chosen
     assert loop.gained == {"round 1": None if takes_over else pytest.approx(max(gain, 0.0))}
+    assert loop.judged.continued == {"round 1": better.document}
 
 
 @pytest.mark.parametrize(("gain", "is_kept"), [(0.0, False), (0.004, True)])
