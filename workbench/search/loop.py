@@ -159,7 +159,7 @@ class Loop:
         self.gaps.note(gap, ledger, full=full)
         self.quiet = self.quiet + 1 if gap.width <= self.asked.tolerance * ledger.scale else 0
         if not self.quiet and not full:
-            self.look.silent = 0  # the full bound alone may stay open for long, whatever the look has met
+            self.look.begin_anew()  # the full bound alone may stay open for long, whatever the look has met
         return Known.of(ledger, self.model, success)
 
     def _border(self, known: Known, left: int) -> BorderWalk | None:
@@ -236,9 +236,10 @@ class Loop:
         mean, std = known.model.in_units(ledger.where.features(points))
         best = float(np.max(ledger.v))
         ledger.run(self.evaluate, points, purpose=LOOK, predicted=ledger.sign * mean, std=std)
-        self.look.silent += len(points)
-        if float(np.max(ledger.v)) > best:
-            self.quiet = self.look.silent = 0
+        is_worse = float(np.max(ledger.v)) > best
+        self.look.made(len(points), is_worse=is_worse)
+        if is_worse:
+            self.quiet = 0
         return True
 
     def _run_corners(self, *, most: int) -> bool:

@@ -57,6 +57,14 @@ class SecondLook:
         new = new[known.success.probability(known.where.features(new)) >= known.least_chance]
         return new[_by_fewest(self.strata.index(known.u), self.strata.index(new), size)]
 
+    def made(self, runs: int, *, is_worse: bool) -> None:
+        """So many of its runs were made; one that is worse than all before begins the look anew."""
+        self.silent = 0 if is_worse else self.silent + runs
+
+    def begin_anew(self) -> None:
+        """The gap has opened again: what was counted says nothing of the Kriging that comes."""
+        self.silent = 0
+
 
 def _by_fewest(run: np.ndarray, new: np.ndarray, size: int) -> list[int]:
     """Places of up to `size` of the points in the strata `new` (m,), each the first of the stratum that has

@@ -75,6 +75,16 @@ def test_a_look_is_half_of_what_is_left_at_most_and_ends_when_enough_were_silent
     assert len(distinct(points, known.u)) == size
 
 
+def test_a_look_counts_its_own_silent_runs_and_begins_anew_where_one_is_worse_or_the_gap_opens():
+    look = SecondLook(seed=0)
+    counts = []
+    for runs, is_worse in ((4, False), (3, False), (4, True), (2, False)):
+        look.made(runs, is_worse=is_worse)
+        counts.append(look.silent)
+    look.begin_anew()
+    assert (counts, look.silent) == ([4, 7, 0, 2], 0)
+
+
 def test_words_with_the_fewest_runs_come_first():
     known = known_of(WORDS)
     rows = known.u[known.u[:, 3] == 0.0]
@@ -104,7 +114,7 @@ def test_the_same_points_come_in_whatever_portions_they_are_asked_for():
     look, parts = SecondLook(seed=3), []
     for _ in range(2):
         parts.append(look.due(known, left=60 - look.silent, workers=4))
-        look.silent += 4
+        look.made(4, is_worse=False)
         known = known.believing(parts[-1][0])  # some run at the first of them; the others are still new
         known = Known(**{name: getattr(known, name) for name in known.__slots__} | {
             "u": np.vstack([known.u, parts[-1]])
