@@ -16,7 +16,7 @@ from workbench.stages.table import asked_stages
 from workbench.study.messages import placed
 from workbench.study.record import Study
 
-__all__ = ["check_study", "verification_lines", "verify_runs"]
+__all__ = ["check_model", "check_study", "verification_lines", "verify_runs"]
 
 CLOSE = 1e-9  # relative difference that rounding in another order, or on another processor, may leave
 
@@ -28,14 +28,15 @@ def check_study(study: Study) -> dict[str, Any]:
         StudyError: the model cannot be opened, or a stage asks for what the model does not offer.
     """
     kind, stages = study.model["kind"], asked_stages(study)
-    if kind == "table":
-        _check_table(study)
-    elif study.design is None and (not stages or any(stage.needs_design for stage in stages)):
+    if (
+        kind != "table"
+        and study.design is None
+        and (not stages or any(stage.needs_design for stage in stages))
+    ):
         raise StudyError(
             "the study has no [design] table, so there is nothing to run; add one such as runs = 50"
         )
-    if kind not in ("table", "ask"):
-        _open_elsewhere(study.spec(version=study.model["version"]))
+    check_model(study)
     notes: list[str] = []
     for stage in stages:
         if stage.work.check is not None:
@@ -47,6 +48,18 @@ def check_study(study: Study) -> dict[str, Any]:
     sizes = f"{counted(d, 'parameter')}, {counted(len(study.responses), 'response')}"
     summary = f"{sizes}, model {kind}, stages {names}"
     return {"valid": True, "summary": summary, "notes": notes, **study.to_dict()}
+
+
+def check_model(study: Study) -> None:
+    """Open the model, in a process of its own when it is code; a table is read, and nothing is run.
+
+    Raises:
+        StudyError: it cannot be opened, or a table offers fewer rows than the design wants.
+    """
+    if study.model["kind"] == "table":
+        _check_table(study)
+    elif study.model["kind"] != "ask":
+        _open_elsewhere(study.spec(version=study.model["version"]))
 
 
 def _check_table(study: Study) -> None:

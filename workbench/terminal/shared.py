@@ -72,11 +72,17 @@ def opened_campaign(
     workers: int | None = None,
     dask: str | None = None,
     permissions: "Permissions | None" = None,
+    runs_model: bool = False,
 ) -> Iterator["Campaign"]:
-    """The campaign of a study with progress on standard error."""
+    """The campaign of a study with progress on standard error.
+
+    runs_model: the command has the model run, so the folder of a new campaign waits until it can be opened.
+    """
     from workbench.stages.campaign import Campaign
     from workbench.terminal.console import progress_for
 
+    if runs_model and dask is None:
+        _check_new(study, folder)
     progress = progress_for(sys.stderr)
     try:
         with Campaign.from_file(
@@ -88,6 +94,17 @@ def opened_campaign(
         raise
     finally:
         progress.finished()
+
+
+def _check_new(path: Path, folder: Path | None) -> None:
+    """Refuse the model of a new campaign as `holdfast validate` does; that of a cluster may not be here."""
+    from workbench.stages.validation import check_model
+    from workbench.study.loading import load_study
+
+    study = load_study(path)
+    is_new = not ((folder or study.campaign_folder) / "runs.sqlite").exists()
+    if is_new and study.evaluate.get("engine") != "dask":
+        check_model(study)
 
 
 def finish(

@@ -52,7 +52,9 @@ def run(
     allowed = Permissions(
         same_model=same_model, new_version=new_version, run_again=run_again, at_baseline=at_baseline
     )
-    with opened_campaign(study, folder, workers=workers, dask=dask, permissions=allowed) as campaign:
+    with opened_campaign(
+        study, folder, workers=workers, dask=dask, permissions=allowed, runs_model=True
+    ) as campaign:
         if retry_failed:
             campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
         with compiled_ahead(campaign):
@@ -218,7 +220,7 @@ def _run_stage(
     """Run one stage, whether or not its document is there, and print what it found."""
     from workbench.stages.run_all import run_stage
 
-    with opened_campaign(study, folder, workers=workers) as campaign:
+    with opened_campaign(study, folder, workers=workers, runs_model=stage.runs_model) as campaign:
         document = run_stage(campaign, stage.name)
         failures = campaign.failures() if stage.runs_model else None
     finish(document, stage.work.lines(document), as_json=as_json, failures=failures)

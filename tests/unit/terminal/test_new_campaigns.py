@@ -1,0 +1,67 @@
+"""A campaign that cannot run its model is refused before its folder is made."""
+
+import re
+
+import pytest
+
+from tests.unit.terminal.test_cli import in_process
+from workbench.terminal.shared import opened_campaign
+
+STUDY = """
+[study]
+name = "s"
+[model]
+{model}
+[[parameter]]
+name = "a"
+lower = 0
+upper = 1
+[[response]]
+name = "y"
+{read}
+[design]
+runs = 4
+[worst_case]
+response = "y"
+budget = 8
+"""
+MODELS = {
+    "no file": ('kind = "python"\nfunction = "gone.py:f"', "line 6: no file .*gone.py: function 'gone.py:f'"),
+    "no module": ('kind = "python"\nfunction = "gone_module:f"', "line 6: no module 'gone_module'"),
+    "no program": ('kind = "command"\ncommand = ["./gone", "{a}"]', "line 6: .*gone"),
+    "no table": ('kind = "table"\nfile = "gone.csv"', "line 6: .*gone.csv"),
+}
+
+
+def written(folder, model):
+    read = 'read = { kind = "csv", file = "out.csv", column = "y" }' if "command" in model else ""
+    (folder / "s.toml").write_text(STUDY.format(model=model, read=read))
+    return folder / "s.toml"
+
+
+@pytest.mark.parametrize("command", ["run", "worst-case"])
+@pytest.mark.parametrize("what", MODELS)
+def test_a_model_that_cannot_be_opened_is_refused_before_anything_is_made(what, command, tmp_path, capsys):
+    model, said = MODELS[what]
+    path = written(tmp_path, model)
+    code, out, err = in_process(command, path, capsys=capsys)
+    assert (code, out) == (2, "")
+    assert re.search(said, err)
+    assert [p.name for p in tmp_path.iterdir()] == ["s.toml"]
+    assert in_process("validate", path, capsys=capsys) == (2, "", err)
+
+
+def test_a_design_waits_for_no_model(tmp_path, capsys):
+    path = written(tmp_path, MODELS["no file"][0])
+    assert in_process("design", path, capsys=capsys)[0] == 0
+    assert (tmp_path / "s.holdfast" / "design.json").exists()
+
+
+def test_a_cluster_may_have_a_model_that_is_not_here(tmp_path):
+    path = written(tmp_path, MODELS["no file"][0])
+    path.write_text(path.read_text() + '[evaluate]\nengine = "dask"\n')
+    with opened_campaign(path, None, runs_model=True) as campaign:
+        assert campaign.folder.exists()
+    path = path.rename(tmp_path / "other.toml")
+    with opened_campaign(path, None, dask="tcp://there:1", runs_model=True) as campaign:
+        assert campaign.folder.exists()
