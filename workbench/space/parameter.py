@@ -260,10 +260,20 @@ class Parameter:
         )
         if self.kind == "integer":
             lower, upper = int(lower), int(upper)
-        if self.baseline is not None:
-            finite(self.name, "baseline", self.baseline)
         object.__setattr__(self, "lower", lower)
         object.__setattr__(self, "upper", upper)
+        if self.baseline is not None:
+            self._check_baseline()
+
+    def _check_baseline(self) -> None:
+        """A value of the parameter, but where `factor` says how far the bounds lie from it."""
+        given = finite(self.name, "baseline", self.baseline)
+        if self.factor is not None:
+            return
+        try:
+            self.check_inside([given])
+        except StudyError as exc:
+            raise StudyError(f"baseline = {given!r}: {exc}. Correct it, or widen the bounds") from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,6 +105,11 @@ def test_round_trip_through_json():
     assert Response("G", "kg m/s", label="peak").to_dict() == {"name": "G", "unit": "kg m/s", "label": "peak"}
 
 
+def test_bounds_may_leave_out_the_baseline_that_they_are_multiples_of():
+    k = Parameter("k", baseline=10.0, factor=(2.0, 3.0))
+    assert (k.lower, k.upper, k.baseline) == (20.0, 30.0, 10.0)
+
+
 REFUSED = [
     (
         {"lower": 5, "upper": 5, "unit": "N/m"},
@@ -142,6 +147,14 @@ REFUSED = [
     (
         {"kind": "categorical", "levels": ("a", "b"), "baseline": "c"},
         r"baseline is one of \['a', 'b'\], got 'c'",
+    ),
+    (
+        {"lower": 0, "upper": 1, "baseline": 3, "unit": "N/m"},
+        "baseline = 3: parameter 'k' lies between 0 and 1 N/m, got 3. Correct it, or widen the bounds",
+    ),
+    (
+        {"distribution": {"name": "norm"}, "baseline": -4.0},
+        "baseline = -4.0: parameter 'k' lies between -3.09023 and 3.09023, got -4. Correct",
     ),
     ({"kind": "binary", "levels": ("on", "off")}, "for words use 'categorical'"),
     ({"factor": (0.5, 2)}, "needs a baseline and two factors"),

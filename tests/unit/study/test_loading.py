@@ -114,6 +114,8 @@ CHANGES = [
     ('kind = "ihs"', 'kind = "table"', "line 27: design kind 'table' needs file, a CSV with a column per p"),
     ("baseline = 100.0\nfactor = [0.5, 2.0]", "lower = 1\nupper = 5\nbaseline = 9.0",
      "line 13: baseline = 9.0: parameter 'k' lies between 1 and 5 N/m, got 9. Correct it, or widen the bou"),
+    ("baseline = 100.0\nfactor = [0.5, 2.0]", 'kind = "categorical"\nlevels = ["a", "b"]\nbaseline = "c"',
+     r"line 13: parameter 'k': baseline is one of \['a', 'b'\], got 'c'"),
     ('kind = "python"\nfunction = "model.py:peak"', 'kind = "table"\nfile = "a.csv"\ncolumns = { X = "S" }',
      r"line 8: \[model\] columns names 'X', which is none of the study's parameters and responses: k, .*, x"),
     ('kind = "python"\nfunction = "model.py:peak"',
