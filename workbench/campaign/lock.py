@@ -18,6 +18,7 @@ from workbench.campaign.store import Store
 from workbench.errors import StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.provenance.state import ModelState
+from workbench.space.units import counted
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 
@@ -86,10 +87,13 @@ def check_lock(
     if guarded and same_name and model.get("source") and now and model["source"] != now:
         if not keep_runs:
             raise StudyError(
-                f"the source of the model changed after {runs} runs were stored in {folder.name}. Give "
-                '--keep-runs when their results still hold, or set [model] version = "2" to make them anew'
+                f"the source of the model changed after {counted(runs, 'run was', 'runs were')} stored in "
+                f"{folder.name}. Give --keep-runs when their results still hold, or set [model] version = "
+                '"2" to make them anew'
             )
-        notes.append(f"the source of the model changed; {runs} runs are kept as you asked")
+        notes.append(
+            f"the source of the model changed; {counted(runs, 'run is', 'runs are')} kept as you asked"
+        )
     before, after = lock.get("versions", {}), versions()
     moved = [f"{n} {before[n]} -> {after[n]}" for n in after if n in before and before[n] != after[n]]
     if moved:
@@ -111,7 +115,8 @@ class ModelChange:
     def sentence(self, place: str) -> str:
         """For a person."""
         return (
-            f"the source of the model changed after {self.runs} runs were stored in {place}: {self.changes}"
+            f"the source of the model changed after {counted(self.runs, 'run was', 'runs were')} stored in "
+            f"{place}: {self.changes}"
         )
 
 
@@ -155,7 +160,8 @@ def take_state(
             raise StudyError(f"{change.sentence(place)}. {CURE}")
         vouched = list(change.digests)
         notes.append(
-            f"the source of the model changed ({change.changes}); {change.runs} runs are kept as you asked"
+            f"the source of the model changed ({change.changes}); "
+            f"{counted(change.runs, 'run is', 'runs are')} kept as you asked"
         )
     text = json.dumps(state.to_dict(), sort_keys=True)
     same = [id_ for id_, _, content in known if content == text]

@@ -35,6 +35,7 @@ from workbench.provenance.content import ContentCache
 from workbench.provenance.named import model_files
 from workbench.provenance.reading import readings_now
 from workbench.provenance.state import model_state
+from workbench.space.units import counted
 from workbench.study.record import Study
 from workbench.system.atomic import write_text
 
@@ -98,14 +99,14 @@ class CampaignRuns(StoredRuns):
             write_lock(self.folder, study, self.spec)
             self._rename_former_files()
             if taken := take_former(self.folder):
-                self.progress.note(f"the histories of {taken} runs moved from histories/ into one database")
+                self.progress.note(f"histories/ moved into one database: of {counted(taken, 'run')}")
             if self.permissions.at_baseline:
                 count = take_at_baseline(self.store, self.folder, study.space, self.spec, self.key)
-                self.progress.note(f"{count} runs made before a parameter was added count as at its baseline")
+                self.progress.note(f"taken as made at the baseline of what is new: {counted(count, 'run')}")
             if large := set_large_aside(self.store):
-                hold = "stored run holds" if large == 1 else "stored runs hold"
+                hold = counted(large, "stored run holds", "stored runs hold")
                 they = "counts" if large == 1 else "count"
-                self.progress.note(f"{large} {hold} a number beyond {LARGEST:.0e} and {they} as failed")
+                self.progress.note(f"{hold} a number beyond {LARGEST:.0e} and {they} as failed")
             present_reading(self.store, self.readings)
             self.reread()
         except BaseException:
@@ -151,16 +152,19 @@ class CampaignRuns(StoredRuns):
         if found.missing and (self.permissions.run_again or self.study.model["kind"] == "table"):
             run_again(self.store, found.missing, reason="other reading")
             if self.study.model["kind"] != "table":
-                self.progress.note(f"{len(found.missing)} runs are made anew: {found.reason}")
+                self.progress.note(f"made anew: {counted(len(found.missing), 'run')}; {found.reason}")
             return self.reread(every=every)
         if found.missing:
+            runs = counted(len(found.missing), "stored run")
             raise StudyError(
-                f"response {found.response!r} cannot be read from {len(found.missing)} stored runs of "
-                f"{self.folder.name}: {found.reason}. --run-again makes these "
-                f"{len(found.missing)} runs anew; or give it back the name and the reading that it had"
+                f"response {found.response!r} cannot be read from {runs} of {self.folder.name}: "
+                f"{found.reason}. --run-again makes the {runs} anew; or give it the name and the reading "
+                "back that it had"
             )
         if found.read:
-            self.progress.note(f"the responses of {found.read} stored runs were read again; nothing was run")
+            self.progress.note(
+                f"responses of {counted(found.read, 'stored run')} read again; nothing was run"
+            )
         return found
 
     def evaluate(
@@ -287,9 +291,10 @@ class CampaignRuns(StoredRuns):
     def _make(self, keys: Sequence[str], *, done: int, total: int, quiet: bool) -> None:
         """Run queued rows on the engine of the study."""
         if self.study.model["kind"] == "ask":
+            waits = counted(len(keys), "run waits for its result", "runs wait for their results")
             raise Interrupted(
-                f"{len(keys)} runs wait for their results: `holdfast design` lists them, "
-                "`holdfast tell` takes the results, then the same command continues"
+                f"{waits}: `holdfast design` lists them, `holdfast tell` takes the results, then the same "
+                "command continues"
             )
         counts: Counter[str] = Counter({"ok": done} if done else {})
 

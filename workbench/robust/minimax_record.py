@@ -11,6 +11,7 @@ from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.failure_map import LevelFailures, failure_places
 from workbench.search.evidence.gap import COVERAGE, Gap
 from workbench.search.evidence.grade import Grade, grade_of
+from workbench.space.units import counted
 
 __all__ = ["Cycle", "FailedRun", "Minimax", "MinimaxStatus"]
 
@@ -136,7 +137,7 @@ class Minimax:
             text += f" {self.grade.name.capitalize()}: {self.attack.sentence}."
         if self.failed:
             text += (
-                f" {self.failures} runs gave no value ({failure_counts(self.failed)}), "
+                f" {counted(self.failures, 'run')} gave no value ({failure_counts(self.failed)}), "
                 f"{len(self.failed_here)} of them at this design: scenarios that cannot be run do not count."
             )
             if places := failure_places(self.failure_map):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from workbench.errors import NotEnoughRuns
 from workbench.robust_layout.oracle import Found
 from workbench.search.evidence.attack.record import attackers
+from workbench.space.units import counted
 
 __all__ = [
     "FIRST_ORDER",
@@ -307,7 +308,7 @@ def reasons_against_green(
     elif not others.agrees:
         said.append(f"layouts from other starts came no nearer to this one than {100 * others.apart:.3g} %")
     if worst.attack is not None and any(worst.attack["failures"].values()):
-        said.append(f"{sum(worst.attack['failures'].values())} runs of the attack gave no value")
+        said.append(f"{counted(sum(worst.attack['failures'].values()), 'run')} of the attack gave no value")
     if worst.disbelieved:
-        said.append(f"{len(worst.disbelieved)} cases change at half the step")
+        said.append(f"{counted(len(worst.disbelieved), 'case changes', 'cases change')} at half the step")
     return said

@@ -15,6 +15,7 @@ import numpy as np
 from workbench.errors import StudyError
 from workbench.sampling.kinds import KINDS
 from workbench.space.box import Space
+from workbench.space.units import counted
 
 __all__ = ["DesignChange", "change_sentence", "design_change", "growth_model", "serves_on"]
 
@@ -43,7 +44,8 @@ class DesignChange:
 def change_sentence(kept: int, new: int, left_out: Mapping[str, int]) -> str:
     """What becomes of a design, for a person: how many runs serve on, are new, do not serve, and why."""
     lost = "".join(f"; {count} do not: {reason}" for reason, count in left_out.items())
-    return f"{kept} runs of the design that is there serve on, {new} are new{lost}"
+    serve = counted(kept, "run of the design that is there serves", "runs of the design that is there serve")
+    return f"{serve} on, {new} {'is' if new == 1 else 'are'} new{lost}"
 
 
 def serves_on(kind: str) -> bool:
@@ -74,8 +76,9 @@ def design_change(
         return None
     if document["seed"] != seed:
         raise StudyError(
-            f"[study] seed = {seed}, but {sum(answered)} runs of a design with seed {document['seed']} "
-            f"are stored and would be lost. Set seed = {document['seed']} again, or choose another --folder"
+            f"[study] seed = {seed}, but {counted(sum(answered), 'stored run')} of a design with seed "
+            f"{document['seed']} would be lost. Set seed = {document['seed']} again, or choose another "
+            "--folder"
         )
     names = [parameter["name"] for parameter in document["parameters"]]
     # a design that only grows keeps the runs that wait, too
@@ -130,8 +133,9 @@ def _refuse_loss(left_out: Mapping[str, int]) -> None:
     """Runs that a flag would save are not thrown away without a word."""
     for reason, count in left_out.items():
         if "--at-baseline" in reason or "no baseline" in reason:
+            runs = counted(count, "stored run does", "stored runs do")
             raise StudyError(
-                f"{count} stored runs do not serve: {reason}. Give it a baseline and --at-baseline, "
+                f"{runs} not serve: {reason}. Give it a baseline and --at-baseline, "
                 "or choose another --folder for a campaign of its own"
             )
 

@@ -79,7 +79,8 @@ def regime_sentence(document: dict[str, Any], unit: str) -> str:
             f"of {total} runs {rare['runs']} {rare['name']} ({low}{suffix}), "
             f"{usual['runs']} {usual['name']} ({high}{suffix}), none lies between"
         )
-    return f"{rare['runs']} of {total} runs are in another regime ({low}{suffix}; the others {high})"
+    are = "is" if rare["runs"] == 1 else "are"
+    return f"{rare['runs']} of {total} runs {are} in another regime ({low}{suffix}; the others {high})"
 
 
 def _screened(screener: KrigingScreener, x: np.ndarray, y: np.ndarray, space: Space) -> dict[str, Any]:

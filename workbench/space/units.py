@@ -89,10 +89,10 @@ def told_apart(*values: float, least: int = DIGITS) -> list[str]:
     return [significant(value, digits) for value in values]
 
 
-def counted(count: int, noun: str) -> str:
-    """So many of something whose plural takes an s.
+def counted(count: int, one: str, many: str | None = None) -> str:
+    """So many of something: `one` or `many` of it, the words that follow the count; an s makes the plural.
 
-    >>> counted(1, "run"), counted(0, "run")
-    ('1 run', '0 runs')
+    >>> counted(1, "run"), counted(0, "run"), counted(2, "run is", "runs are")
+    ('1 run', '0 runs', '2 runs are')
     """
-    return f"{count} {noun}" + ("" if count == 1 else "s")
+    return f"{count} {one if count == 1 else many or one + 's'}"

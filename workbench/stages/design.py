@@ -144,7 +144,7 @@ def evaluate(campaign: CampaignRuns) -> dict[str, Any]:
     statuses = campaign.store.statuses(keys)
     counts = Counter(statuses.values())
     known = sum(count for status, count in counts.items() if status not in UNFINISHED)
-    campaign.progress.stage("evaluate", f"{len(keys)} runs, {known} of them known")
+    campaign.progress.stage("evaluate", f"{counted(len(keys), 'run')}, {known} of them known")
     if known < len(keys) and known < len(set(keys)):  # runs of a discrete design may coincide
         wanted = [statuses.get(key, "queued") in UNFINISHED for key in keys]
         del statuses

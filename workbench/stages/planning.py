@@ -22,6 +22,7 @@ from workbench.report.lines.tables import fitted, hanging
 from workbench.sampling.change import change_sentence, design_change, serves_on
 from workbench.sampling.stored import MOST_ROWS, design_head, design_keys
 from workbench.sampling.verdict import cost_of_growth
+from workbench.space.units import counted
 from workbench.stages.design import answered_runs
 from workbench.stages.run_all import stage_digest
 from workbench.stages.table import STAGES, Stage, asked_stages
@@ -252,11 +253,13 @@ def _served_lines(document: dict[str, Any]) -> list[str]:
             lines += fitted([document["design"]["growth"]])
     reading = document.get("reading", {})
     if reading.get("read_again"):
-        lines.append(f"the responses of {reading['read_again']} stored runs are read again; nothing is run")
+        stored = counted(reading["read_again"], "stored run")
+        lines.append(f"the responses of {stored} are read again; nothing is run")
     if reading.get("cannot_be_read"):
+        missing = reading["cannot_be_read"]
         lines.append(
-            f"response {reading['response']!r} cannot be read from {reading['cannot_be_read']} stored runs: "
-            f"{reading['reason']}; --run-again makes them anew"
+            f"response {reading['response']!r} cannot be read from {counted(missing, 'stored run')}: "
+            f"{reading['reason']}; --run-again makes {'it' if missing == 1 else 'them'} anew"
         )
     if "kept" in document:
         kept = document["kept"]
@@ -272,7 +275,7 @@ def plan_lines(document: dict[str, Any]) -> list[str]:
     """The plan for a person."""
     runs = []
     for name, n in document["runs"].items():
-        count = "as many runs as the kind has" if n is None else f"up to {n} runs"
+        count = "as many runs as the kind has" if n is None else f"up to {counted(n, 'run')}"
         runs.append(f"{name.replace('_', ' ')}: {count}")
     stored = ", ".join(f"{n} {status}" for status, n in document["stored"].items()) or "none"
     others = f"; {document['others']} of other models, versions or parameters" if document["others"] else ""
@@ -296,7 +299,7 @@ def _time_lines(document: dict[str, Any]) -> list[str]:
         else:
             at_once = f", {stage['at_once']} at once" if stage["at_once"] > 1 else ""
             most = "" if name == "design" else "at most "
-            lines.append(f"time of {word}: {most}{duration(seconds)} ({runs} runs{at_once})")
+            lines.append(f"time of {word}: {most}{duration(seconds)} ({counted(runs, 'run')}{at_once})")
     pace, left = document["seconds_per_run"], document["seconds_left_at_most"]
     if pace is not None:
         lines.append(f"a run takes {pace:.3g} s, the median of those that are stored")

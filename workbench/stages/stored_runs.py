@@ -18,6 +18,7 @@ from workbench.models.evaluator import Reading
 from workbench.models.stored.evaluation import UNFINISHED, Evaluation
 from workbench.sampling.stored import design_keys
 from workbench.space.streams import stream
+from workbench.space.units import counted
 
 __all__ = [
     "refuse_without_values",
@@ -82,10 +83,8 @@ def refuse_without_values(
         waiting = sum(status in UNFINISHED for status in campaign.statuses().values())
         is_held = as_of(campaign.store).holder is not None
         why = what_is_missing(counts, waiting=waiting, under_way=is_held)
-        raise NotEnoughRuns(
-            f"{len(values)} of {sum(counts.values()) + waiting} runs gave a value, {FEWEST_RUNS} are needed: "
-            f"{why}"
-        )
+        runs = counted(sum(counts.values()) + waiting, "run")
+        raise NotEnoughRuns(f"{len(values)} of {runs} gave a value, {FEWEST_RUNS} are needed: {why}")
     if values.min() == values.max():
         raise StudyError(
             f"response {response!r} is {values[0]:g} in all {len(values)} runs; there is nothing to explain. "

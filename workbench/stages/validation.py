@@ -126,7 +126,7 @@ def verification_lines(document: Mapping[str, Any]) -> list[str]:
     """What `verify_runs` found, for a terminal."""
     runs = document["runs"]
     shown = ", ".join(f"{document[word]} {word}" for word in ("identical", "close", "different"))
-    lines = [f"{len(runs)} of {document['stored']} stored runs made once more: {shown}"]
+    lines = [f"{len(runs)} of {counted(document['stored'], 'stored run')} made once more: {shown}"]
     for run in runs:
         if run["verdict"] == "identical":
             continue

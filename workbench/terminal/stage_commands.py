@@ -46,6 +46,7 @@ def run(
 ) -> None:
     """Walk all stages of a study. Run it again to continue where it stopped."""
     from workbench.campaign.permissions import Permissions
+    from workbench.space.units import counted
     from workbench.stages.run_all import run_lines
     from workbench.terminal.compiling_ahead import compiled_ahead
 
@@ -56,7 +57,8 @@ def run(
         study, folder, workers=workers, dask=dask, permissions=allowed, runs_model=True
     ) as campaign:
         if retry_failed:
-            campaign.progress.note(f"{campaign.retry()} failed runs are tried again")
+            again = counted(campaign.retry(), "failed run is", "failed runs are")
+            campaign.progress.note(f"{again} tried again")
         with compiled_ahead(campaign):
             found = campaign.run()
     finish(found, run_lines(found), as_json=json_, failures=found["failures"])
@@ -102,7 +104,8 @@ def design(
         listed = asked_lines(asked, study=str(study), csv=csv) if by_others else []
     if document is None:
         rows = [{"key": run.key, "parameters": dict(run.parameters)} for run in asked]
-        lines = [f"no [design] table; {len(asked)} runs asked for by a search wait for their results"]
+        wait = counted(len(asked), "run that a search asked for waits", "runs that a search asked for wait")
+        lines = [f"no [design] table; {wait} for results"]
         lines += [f"written to {csv}"] if csv else []
         finish({"asked": rows}, [*lines, *listed], as_json=json_)
         return
@@ -147,10 +150,12 @@ def tell(
 @commands.command()
 def reread(study: StudyFile, folder: Folder = None, json_: Json = False) -> None:
     """Read the responses of stored runs again. From what they left; nothing is run."""
+    from workbench.space.units import counted
+
     with opened_campaign(study, folder) as campaign:
         found = campaign.reread(every=True)
     document = {"read": found.read, "stored": found.looked_at}
-    finish(document, [f"{found.read} of {found.looked_at} stored runs read again"], as_json=json_)
+    finish(document, [f"{found.read} of {counted(found.looked_at, 'stored run')} read again"], as_json=json_)
 
 
 @commands.command(help=stage_named("screen").help)

@@ -266,7 +266,7 @@ def test_two_campaigns_join(sound, tmp_path):
         campaign.tell(None, 7.0, parameters={"a": 0.5, "b": 0.5})
         found = merged(campaign, theirs / "s.holdfast")
         assert (found.joined, found.same, found.different, found.other_model) == (2, RUNS, 1, 0)
-        assert "1 runs have another answer there" in merging_lines(found, theirs)[1]
+        assert "1 run has another answer there" in merging_lines(found, theirs)[1]
         again = merged(campaign, theirs / "s.holdfast")
         assert (again.joined, again.same, again.different) == (0, RUNS + 2, 1)
         values = {tuple(row.inputs.values()): row.outputs.get("y") for row in campaign.runs()}
@@ -312,7 +312,7 @@ def test_another_model_or_state_is_not_joined(tmp_path):
     model = made("model", "g", "def g(a): return a")
     with Campaign.from_file(ours / "s.toml") as campaign:
         assert merged(campaign, twin / "s.holdfast").joined == 1
-        with pytest.raises(StudyError, match=r"1 runs in .* were made by another state of the model"):
+        with pytest.raises(StudyError, match=r"1 run in .* was made by another state of the model"):
             merged(campaign, state / "s.holdfast")
         with pytest.raises(StudyError, match=r"no run in .* is of this study's model"):
             merged(campaign, model / "s.holdfast")

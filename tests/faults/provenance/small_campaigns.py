@@ -125,7 +125,7 @@ def verdict(study):
             contents = dict(campaign.store.select("SELECT id, content FROM model_state"))
             return ("nothing", "") if state == now else ("attributed", contents[now])
     except StudyError as exc:
-        is_counted = "changed after 1 runs were stored in s.holdfast" in str(exc)
+        is_counted = "changed after 1 run was stored in s.holdfast" in str(exc)
         return "refused" if is_counted else "refused without the number of runs", str(exc)
 
 

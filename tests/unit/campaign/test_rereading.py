@@ -138,7 +138,7 @@ def test_a_history_becomes_a_response_where_it_was_kept(python):
     python.values('name = "y"')
     words = (
         r"response 'h' cannot be read from 3 stored runs of s.holdfast: its time history was not kept. "
-        r"--run-again makes these 3 runs anew"
+        r"--run-again makes the 3 stored runs anew"
     )
     with pytest.raises(StudyError, match=words):
         python.values('name = "y"', 'name = "h"\nreduce = "max"')
@@ -241,7 +241,7 @@ def test_an_edited_reader_without_files_is_refused_with_the_number_of_runs(comma
     reader(POST.replace("return ", "return 1 * "))
     words = (
         r"'peak' cannot be read from 3 stored runs of s.holdfast: the code of its reader post.py:peak "
-        r"changed, and its files were not kept. --same-model keeps what was read .*--run-again makes these 3"
+        r"changed, and its files were not kept. --same-model keeps what was read .*--run-again makes the 3"
     )
     with pytest.raises(StudyError, match=words):
         command.values(PEAK, more=nothing)
@@ -344,7 +344,7 @@ name = "end"
 read = { kind = "regex", file = "log.txt", pattern = "end = (\\\\S+)" }
 """
     (tmp_path / "s.toml").write_text(text)
-    with pytest.raises(StudyError, match="'force' cannot be read from 1 stored runs"):
+    with pytest.raises(StudyError, match="'force' cannot be read from 1 stored run "):
         Campaign.from_file(tmp_path / "s.toml")
     (tmp_path / "s.toml").write_text(text.replace('"min"', '"max"'))
     with Campaign.from_file(tmp_path / "s.toml") as campaign:

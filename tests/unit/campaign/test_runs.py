@@ -328,7 +328,7 @@ def test_a_changed_model_is_not_mixed_with_its_old_runs(tmp_path):
         campaign.evaluate([{"a": 1, "b": 2}])
     (tmp_path / "m.py").write_text("def f(a, b): return a - b")
     with pytest.raises(
-        StudyError, match=r"the source of the model changed after 1 runs were stored in s.holdfast"
+        StudyError, match=r"the source of the model changed after 1 run was stored in s.holdfast"
     ):
         Campaign.from_file(path)
     with Campaign.from_file(path, keep_runs=True) as campaign:

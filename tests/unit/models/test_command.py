@@ -213,7 +213,7 @@ def test_a_changed_deck_is_a_changed_model(tmp_path):
     with open_study(tmp_path, ["{python}", "{study}/solve.py"], more) as campaign:
         campaign.evaluate([{"a": 5.0}])
     (tmp_path / "in.tmpl").write_text("{{ 2 * a }}")
-    with pytest.raises(StudyError, match="the source of the model changed after 1 runs"):
+    with pytest.raises(StudyError, match="the source of the model changed after 1 run "):
         Campaign.from_file(tmp_path / "s.toml")
 
 

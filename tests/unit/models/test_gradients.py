@@ -115,7 +115,7 @@ def test_a_changed_gradient_in_a_file_of_its_own_is_noticed(tmp_path):
     with open_study(tmp_path, gradient='gradient = "g.py:slopes"') as campaign:
         campaign.evaluate([{"a": 0.5, "b": 0.5}])
     (tmp_path / "g.py").write_text("def slopes(a, b): return {'a': 1.0, 'b': 1.0}")
-    with pytest.raises(StudyError, match="the source of the model changed after 1 runs"):
+    with pytest.raises(StudyError, match="the source of the model changed after 1 run "):
         open_study(tmp_path, gradient='gradient = "g.py:slopes"')
 
 

@@ -161,7 +161,7 @@ def test_a_change_is_met_in_three_ways(place):
     answer(place, "2.5")
     with pytest.raises(
         StudyError,
-        match=r"changed after 1 runs were stored in s.holdfast: data data/gain.txt changed. Undo that",
+        match=r"changed after 1 run was stored in s.holdfast: data data/gain.txt changed. Undo that",
     ):
         values(place)
     answer(place, "1.5")

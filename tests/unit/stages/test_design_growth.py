@@ -114,7 +114,8 @@ def test_a_new_parameter_keeps_the_runs_at_its_baseline(study):
 def test_another_seed_is_refused_with_the_cure(study):
     study.run()
     with pytest.raises(
-        StudyError, match=r"seed = 4, but 20 runs of a design with seed 3 are stored .*Set seed = 3 again"
+        StudyError,
+        match=r"seed = 4, but 20 stored runs of a design with seed 3 would be lost. Set seed = 3 again",
     ):
         study.run(seed=4)
 

@@ -216,7 +216,7 @@ def test_rows_that_a_search_waits_for_stand_behind_those_of_the_design(tmp_path,
         assert answered(csv) == count
         assert in_process("tell", path, csv, capsys=capsys)[0] == 0
         code, _, err = in_process("run", path, capsys=capsys)
-        assert (code, "1 runs wait for their results" in err) == (4, True)
+        assert (code, "1 run waits for its result" in err) == (4, True)
 
 
 def test_many_asked_rows_are_not_all_listed(tmp_path, capsys):
@@ -335,7 +335,7 @@ def test_a_damaged_store_is_examined_mended_and_joined(tmp_path, capsys):
     assert "Free space" not in err  # the disk is not to blame
     code, _, err = in_process("design", study, capsys=capsys)
     assert code == 5
-    assert "1 rows of evaluation are not as they were stored" in err
+    assert "not as they were stored: 1 row of evaluation" in err
     for verb in ("failures", "watch", "plan"):
         options = ["--once"] if verb == "watch" else []
         assert "Traceback" not in in_process(verb, study, *options, capsys=capsys)[2]

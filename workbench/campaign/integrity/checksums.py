@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import StoreError
+from workbench.space.units import counted
 from workbench.system.database import explained, opened_for_reading, tables
 from workbench.system.one_writer import moment
 from workbench.system.witness import file_state, has_log
@@ -101,8 +102,10 @@ def check_store(db: sqlite3.Connection, path: Path, said: Mapping[str, Any], *, 
     wrong = [text for (text,) in db.execute("PRAGMA integrity_check") if text != "ok"]
     rows = wrong_rows(db)
     if wrong or rows:
-        counts = ", ".join(f"{len(n)} rows of {table}" for table, n in rows.items())
-        what = "; ".join([*wrong[:1], *([f"{counts} are not as they were stored"] if rows else [])])
+        counts = ", ".join(
+            counted(len(n), f"row of {table}", f"rows of {table}") for table, n in rows.items()
+        )
+        what = "; ".join([*wrong[:1], *([f"not as they were stored: {counts}"] if rows else [])])
         raise StoreError(
             f"{path} is damaged: {what}. `holdfast doctor --store` says what is wrong, "
             "`holdfast recover` saves what can be read"

@@ -11,6 +11,7 @@ from workbench.campaign.store_schema import VERSION
 from workbench.errors import StoreError
 from workbench.histories.store import FILE, HistoryStore
 from workbench.report.lines.tables import hanging
+from workbench.space.units import counted
 from workbench.system.database import explained, opened_for_reading, tables
 from workbench.system.one_writer import holder_of
 from workbench.system.witness import file_state, has_log, witness_says
@@ -151,8 +152,9 @@ def _rows(db: sqlite3.Connection, path: Path) -> list[Check]:
     except StoreError as exc:
         return [Check(name="checksums", ok=False, text=str(exc))]
     if not wrong:
-        runs = counts.pop("evaluation")
-        text = f"{runs} runs and {sum(counts.values())} rows beside them, all as they were stored"
+        runs = counted(counts.pop("evaluation"), "run")
+        beside = counted(sum(counts.values()), "row")
+        text = f"{runs} and {beside} beside them, all as they were stored"
         return [Check(name="checksums", ok=True, text=text)]
     parts = [
         f"{len(numbers)} of {table} ({', '.join(map(str, numbers[:SHOWN]))}"
@@ -183,5 +185,6 @@ def _stock(path: Path) -> Check:
     found = stock_of(path)
     good = sum(row["status"] not in ("queued", "running") for row in found.rows["evaluation"].values())
     damaged = f", {len(found.damaged)} damaged" if found.damaged else ""
-    text = f"{good} answered runs are whole{damaged}; `holdfast recover` saves them"
+    whole = counted(good, "answered run is", "answered runs are")
+    text = f"{whole} whole{damaged}; `holdfast recover` saves them"
     return Check(name="to recover", ok=False, text=text)

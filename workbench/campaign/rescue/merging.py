@@ -17,6 +17,7 @@ from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StoreError, StudyError
 from workbench.histories.stored import copy_histories
 from workbench.models.stored.evaluation import UNFINISHED
+from workbench.space.units import counted
 from workbench.system.database import explained, opened_for_reading
 
 __all__ = ["Merging", "merged", "merging_lines"]
@@ -86,13 +87,16 @@ def merged(campaign: CampaignRuns, other: Path) -> Merging:
 
 def merging_lines(found: Merging, other: Path) -> list[str]:
     """What came of it, for a person."""
-    lines = [f"{found.joined} answers of {other} joined; {found.same} were known with the same values"]
+    known = f"{found.same} {'was' if found.same == 1 else 'were'} known with the same values"
+    lines = [f"{counted(found.joined, 'answer')} of {other} joined; {known}"]
     if found.different:
-        lines.append(
-            f"{found.different} runs have another answer there; this campaign's stays, theirs is an attempt"
-        )
+        runs = counted(found.different, "run has", "runs have")
+        lines.append(f"{runs} another answer there; this campaign's stays, theirs is an attempt")
     if found.other_model:
-        lines.append(f"{found.other_model} runs are of another model or version and were left out")
+        runs = counted(
+            found.other_model, "run of another model or version was", "runs of another model or version were"
+        )
+        lines.append(f"{runs} left out")
     return lines
 
 
@@ -109,8 +113,9 @@ def _states(
     used = {row["state"] for row in rows if row["state"] is not None}
     foreign = [row for row in rows if row["state"] is not None and theirs[row["state"]]["digest"] != now]
     if foreign and now is not None:
+        runs = counted(len(foreign), f"run in {other} was", f"runs in {other} were")
         raise StudyError(
-            f"{len(foreign)} runs in {other} were made by another state of the model; nothing was joined. "
+            f"{runs} made by another state of the model; nothing was joined. "
             "Run both campaigns with the same code, data and programs; `holdfast doctor --model` lists them"
         )
     found = {}

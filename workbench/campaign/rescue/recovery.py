@@ -21,6 +21,7 @@ from workbench.campaign.store_schema import SCHEMA, VERSION
 from workbench.errors import StoreError
 from workbench.models.stored.evaluation import UNFINISHED
 from workbench.report.lines.tables import hanging
+from workbench.space.units import counted
 from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 from workbench.system.database import connected, explained
@@ -134,9 +135,9 @@ def recovery_lines(found: list[Recovery]) -> list[str]:
     lines: list[str] = []
     for one in found:
         if one.aside is None:
-            lines.append(f"{one.database}: sound, left as it is; {one.saved} answered runs")
+            lines.append(f"{one.database}: sound, left as it is; {counted(one.saved, 'answered run')}")
             continue
-        lines.append(f"{one.database}: {one.saved} answered runs saved, each as its checksum says")
+        lines.append(f"{one.database}: {counted(one.saved, 'answered run')} saved, each as its checksum says")
         if one.exported:
             rest = one.exported - one.confirmed
             lines.append(
@@ -145,13 +146,15 @@ def recovery_lines(found: list[Recovery]) -> list[str]:
             lines += [f"  {rest} of these have values that nothing confirms: recovery.json"] if rest else []
         if one.damaged:
             shown = ", ".join(key[:10] for key in one.damaged[:5])
-            lines.append(f"  {len(one.damaged)} runs are damaged everywhere: {shown}")
+            lines.append(f"  {counted(len(one.damaged), 'run is', 'runs are')} damaged everywhere: {shown}")
         if one.later:
             lines.append(
                 f"  an answer stored at {one.later} is not among them; others near it may be missing"
             )
         if one.missing:
-            lines.append(f"  {one.missing} runs of the design have no answer; `holdfast run` makes them")
+            runs = counted(one.missing, "run of the design has", "runs of the design have")
+            them = "it" if one.missing == 1 else "them"
+            lines.append(f"  {runs} no answer; `holdfast run` makes {them}")
         lines.append(f"  the damaged files are in {one.aside}; whether other runs are missing cannot be told")
     return [part for line in lines for part in _in_columns(line)]
 

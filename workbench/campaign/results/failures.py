@@ -15,6 +15,7 @@ import numpy as np
 from workbench.models.stored.causes import cause_of, kept_in
 from workbench.models.stored.evaluation import FAILED, Evaluation, alike
 from workbench.space.box import Space
+from workbench.space.units import counted
 
 __all__ = ["Cut", "failure_document", "failure_lines", "what_is_missing", "where_runs_fail"]
 
@@ -91,7 +92,8 @@ def failure_lines(document: Mapping[str, Any]) -> list[str]:
     if not bad:
         return ["no run failed"]
     lines = [f"{count:>5}  {text}" for text, count in document["errors"].items()]
-    lines = [f"{len(bad)} runs without a value of {sum(document['counts'].values())}", "", *lines, ""]
+    without = f"{counted(len(bad), 'run')} without a value of {sum(document['counts'].values())}"
+    lines = [without, "", *lines, ""]
     for run in bad[:SHOWN]:
         values = ", ".join(
             f"{k}={v:.5g}" if isinstance(v, float) else f"{k}={v}" for k, v in run["parameters"].items()
@@ -129,7 +131,7 @@ def what_is_missing(counts: Mapping[str, int], *, waiting: int = 0, under_way: b
     5 runs have no answer yet and are being made. Look again when more have ended
     """
     if waiting and under_way:
-        runs = "1 run has" if waiting == 1 else f"{waiting} runs have"
+        runs = counted(waiting, "run has", "runs have")
         are = "is" if waiting == 1 else "are"
         return f"{runs} no answer yet and {are} being made. Look again when more have ended"
     bad = [f"{counts[status]} {words}" for status, words in WORDS.items() if counts.get(status)]
@@ -140,7 +142,7 @@ def what_is_missing(counts: Mapping[str, int], *, waiting: int = 0, under_way: b
         )
     told = "hand in results with `holdfast tell`"
     if waiting:
-        runs = "1 run waits for its answer" if waiting == 1 else f"{waiting} runs wait for their answers"
+        runs = counted(waiting, "run waits for its answer", "runs wait for their answers")
         return f"{runs}. Make {'it' if waiting == 1 else 'them'} with `holdfast run`, or {told}"
     if not counts:
         return f"nothing has been run yet. Run the study with `holdfast run`, or {told}"

@@ -16,6 +16,7 @@ from workbench.report.page.blocks import (
 )
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.sections.findings import case_text, was_resolved
+from workbench.space.units import counted
 
 __all__ = ["PLAIN", "robust_layout_section", "screenings_table"]
 
@@ -30,11 +31,11 @@ def robust_layout_section(folder: CampaignFolder) -> Section | None:
     unit, rounds = str(loop.get("unit") or "1"), list(loop["rounds"])
     runs = sum(loop["runs"].values())
     failed = runs - loop["runs"].get("ok", 0)
+    sizes = f"{counted(len(rounds), 'round')}, {counted(len(loop['cases']), 'case')}"
     sentences = [
         "In turn, the layout was optimised for the cases known and attacked over the whole uncertainty by "
         "true runs; what broke the bound joined the cases.",
-        f"{len(rounds)} round{'' if len(rounds) == 1 else 's'}, {len(loop['cases'])} cases, {runs} true runs "
-        f"of layouts{f', {failed} without a value' if failed else ''}.",
+        f"{sizes}, {counted(runs, 'true run')} of layouts{f', {failed} without a value' if failed else ''}.",
         str(loop["status"]),
     ]
     blocks: list[Block] = [_rounds(folder, rounds, loop, unit), _cases(folder, loop, unit)]

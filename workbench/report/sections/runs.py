@@ -17,6 +17,7 @@ from workbench.report.page.blocks import (
     percent,
 )
 from workbench.report.page.folder import CampaignFolder
+from workbench.space.units import counted
 
 __all__ = ["runs_of_layouts", "runs_section"]
 
@@ -45,7 +46,7 @@ def runs_section(folder: CampaignFolder) -> Section | None:
     counts, stages = runs.counts, runs.by_stage
     of_layouts = runs_of_layouts(folder)
     sentence = "; ".join(f"{n} {STATUS_WORDS.get(status, status)}" for status, n in counts.items())
-    sentences = [f"{len(runs)} runs: {sentence}."]
+    sentences = [f"{counted(len(runs), 'run')}: {sentence}."]
     if of_layouts:
         said = "; ".join(f"{n} {STATUS_WORDS.get(status, status)}" for status, n in of_layouts.items())
         sentences.append(
@@ -54,8 +55,8 @@ def runs_section(folder: CampaignFolder) -> Section | None:
         )
     if folder.n_others:
         sentences.append(
-            f"{folder.n_others} more are stored, of another model, version or set of parameters; they are no "
-            "part of this."
+            f"{counted(folder.n_others, 'more is', 'more are')} stored, of another model, version or set of "
+            f"parameters; {'it is' if folder.n_others == 1 else 'they are'} no part of this."
         )
     if runs.wall > 0:
         which = "they" if not of_layouts else f"the {len(runs)} runs"

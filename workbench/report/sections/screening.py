@@ -19,6 +19,7 @@ from workbench.report.page.blocks import (
     typeset,
 )
 from workbench.report.page.folder import CampaignFolder
+from workbench.space.units import counted
 
 __all__ = ["screening_section"]
 
@@ -45,8 +46,8 @@ def screening_section(folder: CampaignFolder) -> Section | None:
     sentences = [
         _which(screening, selected, total),
         *([said] if (said := minor_text(screening)) else []),
-        f"Judged on {screening['n_runs']} runs"
-        + (f" ({screening['n_left_out']} failed runs left out)" if screening.get("n_left_out") else "")
+        f"Judged on {counted(screening['n_runs'], 'run')}"
+        + (f" ({counted(lost, 'failed run')} left out)" if (lost := screening.get("n_left_out")) else "")
         + f", method {screening['method']}.",
         f"Criterion: {screening['criterion']}. Rule: {screening['rule']}.",
         *(typeset(f"{mode['sentence']}.") for mode in screening.get("modes") or ()),

@@ -17,6 +17,7 @@ from workbench.search.evidence.gap import BOUND_FACTOR, Gap
 from workbench.search.runs.ledger import Ledger, Run, distinct
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.search.surrogate.model import SearchModel
+from workbench.space.units import counted
 
 __all__ = ["Audit", "audit_runs"]
 
@@ -58,7 +59,8 @@ class Audit:
         out = []
         failed = f"; {self.corners_failed} more failed and may be worse" if self.corners_failed else ""
         if self.corners is None:
-            out.append(f"{self.corners_run} corners were run; there are too many to run them all{failed}")
+            corners = counted(self.corners_run, "corner was", "corners were")
+            out.append(f"{corners} run; there are too many to run them all{failed}")
         elif self.corners_run == self.corners:
             out.append(f"all {self.corners} corners were run" if self.corners else NO_CORNER)
         elif self.corners_run + self.corners_failed == self.corners:
