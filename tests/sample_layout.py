@@ -6,6 +6,7 @@ The worst u is an end of the range; the robust layout makes both ends equal, 0.1
 """
 
 import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +64,7 @@ class TwoMembers:
             left = int(place.read_text()) - 1
             place.write_text(str(left))
             if left < 0:
-                raise KeyboardInterrupt
+                signal.raise_signal(signal.SIGINT)
         return {"push": value(density, **uncertain)}
 
 

@@ -18,6 +18,7 @@ from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.gradients import checked_gradients, parted
 from workbench.models.histories import History, Reduction
 from workbench.models.values import why_no_values
+from workbench.system.interrupts import signals_noted
 from workbench.system.processor_time import processor_time
 
 __all__ = ["Answer", "Model", "ModelSpec", "call", "settle", "told_answer"]
@@ -111,19 +112,22 @@ class Model(Protocol):
 
 
 def call(model: Model, spec: ModelSpec, row: Mapping[str, Any], *, workdir: Path | None = None) -> Answer:
-    """Run the model on one row; every way to fail becomes an `Answer`. KeyboardInterrupt passes through."""
+    """Run the model on one row; every way to fail becomes an `Answer`. Ctrl-C passes through."""
     wall, cpu = time.perf_counter(), processor_time()
-    try:
-        raw = model.run(row, workdir)
-        answer = raw if isinstance(raw, Answer) else _settled(raw, spec)
-    except EvaluationFailed as exc:
-        answer = Answer(status="failed", error=str(exc)[:LONGEST_ERROR])
-    except MemoryError:
-        answer = Answer(status="failed", error="MemoryError: the model ran out of memory")
-    except (Exception, SystemExit) as exc:  # a model may raise anything; the run becomes data
-        text = f"{type(exc).__name__}: {exc}"[:LONGEST_ERROR]
-        trace = "".join(traceback.format_exception(exc)[-6:])
-        answer = Answer(status="failed", error=text, log=trace[-LONGEST_ERROR:])
+    with signals_noted() as may_be_stopped:
+        try:
+            raw = model.run(row, workdir)
+            answer = raw if isinstance(raw, Answer) else _settled(raw, spec)
+        except EvaluationFailed as exc:
+            answer = Answer(status="failed", error=str(exc)[:LONGEST_ERROR])
+        except MemoryError:
+            answer = Answer(status="failed", error="MemoryError: the model ran out of memory")
+        except (Exception, SystemExit, KeyboardInterrupt) as exc:  # a model may raise anything
+            if isinstance(exc, KeyboardInterrupt) and may_be_stopped():
+                raise
+            text = ": ".join(filter(None, (type(exc).__name__, str(exc))))[:LONGEST_ERROR]
+            trace = "".join(traceback.format_exception(exc)[-6:])
+            answer = Answer(status="failed", error=text, log=trace[-LONGEST_ERROR:])
     return replace(answer, wall=time.perf_counter() - wall, cpu=answer.cpu or processor_time() - cpu)
 
 

@@ -91,6 +91,13 @@ def sleepers(folder):
     return found
 
 
+def test_a_run_that_raises_what_ctrl_c_raises_fails_and_does_not_end_its_process(tmp_path):
+    with open_study(tmp_path, "def f(a):\n    if a > 1: raise KeyboardInterrupt\n    return a\n") as campaign:
+        rows = campaign.evaluate([{"a": float(n)} for n in range(4)])
+    assert [(row.status, row.attempt) for row in rows] == [("ok", 1), ("ok", 1), ("failed", 1), ("failed", 1)]
+    assert rows[2].error == "KeyboardInterrupt"
+
+
 def test_every_tenth_run_goes_wrong_in_another_way(tmp_path):
     with open_study(tmp_path, MODEL) as campaign:
         rows = campaign.evaluate([{"a": float(n)} for n in range(100)])

@@ -1,6 +1,7 @@
 """Campaigns: runs made once, failures as data, ask and tell, tables, results with units."""
 
 import json
+import signal
 
 import numpy as np
 import pytest
@@ -107,7 +108,7 @@ def test_failed_runs_are_tried_again_on_request(tmp_path):
 def test_ctrl_c_keeps_what_is_done(tmp_path):
     def stops(a):
         if a == 2.0:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
         return a
 
     space = Space([Parameter("a", lower=0, upper=4)])
@@ -118,6 +119,18 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
             campaign.evaluate([{"a": float(k)} for k in range(4)])
         assert campaign.store.counts() == {"ok": 2, "queued": 2}
         assert [run.parameters for run in campaign.ask()] == [{"a": 2.0}, {"a": 3.0}]
+
+
+def test_a_model_that_raises_what_ctrl_c_raises_has_a_failed_run(tmp_path):
+    def gives_up(a):
+        if a == 2.0:
+            raise KeyboardInterrupt("no licence")
+        return a
+
+    with Campaign.of(gives_up, Space([Parameter("a", lower=0, upper=4)]), folder=tmp_path / "c") as campaign:
+        rows = campaign.evaluate([{"a": float(k)} for k in range(4)])
+    assert [row.status for row in rows] == ["ok", "ok", "failed", "ok"]
+    assert rows[2].error == "KeyboardInterrupt: no licence"
 
 
 def test_functions_must_take_the_parameters(tmp_path):
