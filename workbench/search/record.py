@@ -38,10 +38,7 @@ class Status(Enum):
     EXHAUSTED = "every point of the finite space was run"
     FAILED = "a run failed, which counts as worse than any value"
     NO_POINT = "no point that meets the constraints was found beside those that were run"
-    CONSTANT = (
-        "every run gave the same value: the response does not depend on these parameters, "
-        "the model ignores its inputs, or no run met the region where it changes"
-    )
+    CONSTANT = "every run gave the same value"  # what that may mean is said of the gap
     KNOWN_RUN = "no model to run: the worst of the given runs, beyond which the surrogate predicts nothing"
     SURROGATE = "no model to run: the extreme of the surrogate, unconfirmed"
 

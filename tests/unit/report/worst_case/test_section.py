@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 from workbench.report.contents import DOCUMENTS
+from workbench.report.lines.worst_case import worst_case_lines
 from workbench.report.page.blocks import Figure, Note, Table
 from workbench.report.page.folder import CampaignFolder
 from workbench.report.page.run_list import RunList
@@ -25,6 +26,13 @@ BOX = Space([Parameter("a", lower=-1.0, upper=2.0, unit="m"), Parameter("b", low
 @pytest.fixture(scope="module")
 def document():
     return worst_case(lambda a, b: a * a - b, BOX, budget=12, seed=0).to_dict()
+
+
+def test_what_a_flat_response_may_mean_is_said_once():
+    flat = worst_case(lambda a, b: 3.0, BOX, budget=22, seed=0).to_dict()
+    for text in (" ".join(worst_case_lines(flat)), f"{flat['status']} {gap_sentence(flat)}"):
+        assert " ".join(text.split()).count("ignores its inputs") == 1
+    assert "stopped because every run gave the same value" in " ".join(worst_case_lines(flat))
 
 
 @pytest.fixture
