@@ -2,21 +2,22 @@
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.errors import StudyError
-from workbench.models.stored.evaluation import UNFINISHED
-from workbench.models.table import ignored_columns, read_cells
+from workbench.models.stored.evaluation import FAILED, UNFINISHED
+from workbench.models.table import check_columns, ignored_columns, read_cells
 from workbench.models.values import number_in, what_is_wrong
 from workbench.report.lines.tables import format_number, table_lines
 
 __all__ = ["Told", "asked_csv", "asked_lines", "asked_rows", "tell_csv"]
 
 MOST_SHOWN = 20
+ROUNDED = 1e-3  # of the range: so far a sheet may round the parameters of an asked run
 KEY_SHOWN = 10  # characters that tell runs of one campaign apart
 
 
@@ -101,14 +102,10 @@ def tell_csv(campaign: CampaignRuns, path: Path) -> Told:
     responses = tuple(campaign.study.reductions)
     header, lines = read_cells(path)
     keyed = "key" in header
-    missing = [r for r in responses if r not in header]
-    missing += [] if keyed else [n for n in names if n not in header]
-    if missing:
-        raise StudyError(
-            f"{path.name} has no column {', '.join(map(repr, missing))}; it has {', '.join(header)}"
-        )
+    wanted = responses if keyed else (*responses, *names)
+    check_columns(path.name, header, wanted)
     told: list[tuple[str | None, dict[str, Any] | None, dict[str, float] | None, str | None]] = []
-    known = {row.key for row in campaign.runs()}
+    known = {row.key: row.inputs for row in campaign.runs()}
     for line, cells in lines:
         where = f"{path.name}, line {line}"
         if len(cells) != len(header):
@@ -116,8 +113,13 @@ def tell_csv(campaign: CampaignRuns, path: Path) -> Told:
         cell = dict(zip(header, (c.strip() for c in cells), strict=True))
         key = cell["key"] if keyed and cell["key"] else None
         if key is not None and key not in known:
+            whole = (
+                ", which `holdfast design --csv` writes whole"
+                if len(key) < len(next(iter(known), ""))
+                else ""
+            )
             raise StudyError(
-                f"{where}: no run {key!r} was asked for; leave the key empty for a run of your own"
+                f"{where}: no run {key!r} was asked for{whole}; leave the key empty for a run of your own"
             )
         failure = cell.get("error") or None
         given = [cell[r] for r in responses]
@@ -125,7 +127,9 @@ def tell_csv(campaign: CampaignRuns, path: Path) -> Told:
             continue
         outputs = None if failure else {r: _number(cell[r], where, r) for r in responses}
         parameters = None
-        if key is None:
+        if key is not None:
+            _check_asked(campaign, known[key], cell, where)
+        else:
             try:
                 parameters = campaign.study.space.canonical(
                     {n: _value(campaign, n, cell[n], where) for n in names}
@@ -137,7 +141,30 @@ def tell_csv(campaign: CampaignRuns, path: Path) -> Told:
     return replace(_store(campaign, told, known), ignored=tuple(ignored))
 
 
-def _store(campaign: CampaignRuns, told: Sequence[tuple[Any, Any, Any, Any]], known: set[str]) -> Told:
+def _check_asked(
+    campaign: CampaignRuns, asked: Mapping[str, Any], cell: Mapping[str, str], where: str
+) -> None:
+    """Refuse a key beside other parameters than it was asked with, as where a part of a sheet was sorted."""
+    for parameter in campaign.study.space.parameters:
+        name, given = parameter.name, cell.get(parameter.name)
+        if not given or name not in asked:
+            continue
+        value, wanted = _value(campaign, name, given, where), asked[name]
+        if parameter.is_numeric:
+            ends = parameter.levels or (parameter.lower, parameter.upper)
+            is_same = abs(value - wanted) <= ROUNDED * (ends[-1] - ends[0])
+        else:
+            is_same = value == wanted
+        if not is_same:
+            raise StudyError(
+                f"{where}: the run of this key was asked for with {name} = {wanted}, got {given}. Give the "
+                "result of that run, or leave the key empty for a run of your own"
+            )
+
+
+def _store(
+    campaign: CampaignRuns, told: Sequence[tuple[Any, Any, Any, Any]], known: Mapping[str, Any]
+) -> Told:
     answered = new = repeated = failed = 0
     with campaign.store.transaction():
         for key, parameters, outputs, failure in told:
@@ -149,7 +176,7 @@ def _store(campaign: CampaignRuns, told: Sequence[tuple[Any, Any, Any, Any]], kn
             campaign.tell(key, outputs, parameters=parameters, failure=failure)
             answered += name in known
             new += name not in known
-            failed += failure is not None
+            failed += campaign.store.rows(keys=[name])[0].status in FAILED
     return Told(answered=answered, new=new, repeated=repeated, failed=failed)
 
 

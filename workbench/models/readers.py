@@ -21,7 +21,8 @@ from typing import Any
 from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.histories import History
 from workbench.models.python import load_function
-from workbench.models.values import number_in
+from workbench.models.values import number_in, other_separator
+from workbench.space.units import counted
 from workbench.system.confined import check_inside, confined
 
 __all__ = ["KEYS", "READERS", "Reader", "RunFiles", "checked_rule", "open_reader", "read_response"]
@@ -219,7 +220,13 @@ def _csv(rule: Mapping[str, Any], files: RunFiles, history: bool) -> Any:
         raise EvaluationFailed(f"{where} is not CSV: {exc}") from None
     if not lines:
         raise EvaluationFailed(f"{where} is empty")
-    columns = _by_name([name.strip() for name in lines[0]], lines[1:], where)
+    header = [name.strip() for name in lines[0]]
+    if rule["column"] not in header and (other := other_separator(header)):
+        raise EvaluationFailed(
+            f"{where} separates its columns by {other!r}, kind = 'csv' reads them by commas; have them "
+            "written so, or read the file by kind = 'columns' or 'python'"
+        )
+    columns = _by_name(header, lines[1:], where, asked=(rule["column"], rule.get("time", header[0])))
     return _column(columns, rule["column"], rule.get("time"), where, history=history)
 
 
@@ -244,11 +251,11 @@ def _columns(rule: Mapping[str, Any], files: RunFiles, history: bool) -> Any:
 
 def _request(rule: Mapping[str, Any], files: RunFiles, history: bool) -> Any:
     where = rule["file"]
-    columns = _request_columns(files.text(where), rule["request"], where)
+    columns = _request_columns(files.text(where), rule["request"], where, column=rule["column"])
     return _column(columns, rule["column"], "TIME", where, history=history)
 
 
-def _request_columns(text: str, request: str, where: str) -> dict[str, list[str]]:
+def _request_columns(text: str, request: str, where: str, *, column: str) -> dict[str, list[str]]:
     lines = iter(line.strip() for line in text.splitlines() if not line.lstrip().startswith("!"))
     names = []
     for line in lines:
@@ -268,16 +275,24 @@ def _request_columns(text: str, request: str, where: str) -> dict[str, list[str]
             if not row or row.upper().startswith("REQUEST"):
                 break
             rows.append(row.split())
-        return _by_name(header, rows, where)
+        return _by_name(header, rows, where, asked=(column, "TIME"))
     raise EvaluationFailed(f"{where} has no request {request!r}; it has {', '.join(names) or 'none'}")
 
 
-def _by_name(header: Sequence[str], rows: Sequence[Sequence[str]], where: str) -> dict[str, list[str]]:
+def _by_name(
+    header: Sequence[str], rows: Sequence[Sequence[str]], where: str, *, asked: Sequence[str]
+) -> dict[str, list[str]]:
+    """The cells of each column; of the columns `asked` for none may stand there twice."""
+    twice = next((name for name in asked if header.count(name) > 1), None)
+    if twice is not None:
+        raise EvaluationFailed(
+            f"{where} has {header.count(twice)} columns {twice!r}; give each a name of its own, or read the "
+            "file by kind = 'columns' or 'python'"
+        )
     for row in rows:
         if len(row) != len(header):
-            raise EvaluationFailed(
-                f"{where}: a row of {len(row)} cells under {len(header)} columns; was it cut off?"
-            )
+            cells, columns = counted(len(row), "cell"), counted(len(header), "column")
+            raise EvaluationFailed(f"{where}: a row of {cells} under {columns}; was it cut off?")
     return {name: [row[k] for row in rows] for k, name in enumerate(header)}
 
 

@@ -15,11 +15,12 @@ from typing import Any
 
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
-from workbench.models.values import is_value, number_in, what_is_wrong
+from workbench.models.values import is_value, number_in, other_separator, what_is_wrong
 
 __all__ = [
     "FEWEST_RUNS",
     "TableModel",
+    "check_columns",
     "ignored_columns",
     "ignored_sentence",
     "read_cells",
@@ -109,17 +110,12 @@ def read_table(
     columns = columns or {}
     header, lines = read_cells(path)
     wanted = {name: columns.get(name, name) for name in (*parameters, *responses)}
-    missing = [column for column in wanted.values() if column not in header]
-    if missing:
-        if len(header) == 1 and (other := next((sign for sign in ";\t|" if sign in header[0]), "")):
-            raise StudyError(
-                f"{path.name} separates its columns by {other!r}, a table does so by commas. Save it as CSV "
-                "with commas between the columns and points in the numbers"
-            )
-        raise StudyError(
-            f"{path.name} has no column {', '.join(map(repr, missing))}; it has {', '.join(header)}. "
-            "Rename them in the file or map them in [model] columns"
-        )
+    check_columns(
+        path.name,
+        header,
+        list(wanted.values()),
+        cure=". Rename them in the file or map them in [model] columns",
+    )
     place = {name: header.index(column) for name, column in wanted.items()}
     rows = []
     for line, cells in lines:
@@ -149,7 +145,9 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     except FileNotFoundError:
         raise StudyError(f"no table {path}; give the path of a CSV") from None
     except UnicodeDecodeError as exc:
-        raise StudyError(f"the table {path} is not text in UTF-8 (byte {exc.start})") from None
+        raise StudyError(
+            f"the table {path} is not text in UTF-8 (byte {exc.start}). Save it as that"
+        ) from None
     except (OSError, csv.Error) as exc:
         raise StudyError(f"cannot read the table {path}: {exc}") from None
     if not lines:
@@ -159,6 +157,20 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     if twice is not None:
         raise StudyError(f"{path.name} has the column {twice!r} twice")
     return header, lines[1:]
+
+
+def check_columns(file: str, header: Sequence[str], wanted: Sequence[str], *, cure: str = "") -> None:
+    """Refuse a file that lacks a wanted column, or parts its columns by another sign than a comma."""
+    missing = [column for column in wanted if column not in header]
+    if missing and (other := other_separator(header)):
+        raise StudyError(
+            f"{file} separates its columns by {other!r}, a table does so by commas. Save it as CSV "
+            "with commas between the columns and points in the numbers"
+        )
+    if missing:
+        raise StudyError(
+            f"{file} has no column {', '.join(map(repr, missing))}; it has {', '.join(header)}{cure}"
+        )
 
 
 def ignored_columns(
@@ -184,8 +196,10 @@ def ignored_sentence(names: Sequence[str], file: str) -> str:
 
     >>> ignored_sentence(["t"], "runs.csv")
     'the column t of runs.csv holds numbers and is not used: neither a parameter nor a response'
+    >>> print(ignored_sentence([""], "runs.csv"))
+    the column without a name of runs.csv holds numbers and is not used: neither a parameter nor a response
     """
-    shown = ", ".join(names)
+    shown = ", ".join(name or "without a name" for name in names)
     if len(names) == 1:
         return (
             f"the column {shown} of {file} holds numbers and is not used: neither a parameter nor a response"

@@ -5,10 +5,10 @@ both say the same. Variances are squares, and the square of a number beyond 1e15
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 
-__all__ = ["LARGEST", "is_value", "number_in", "what_is_wrong", "why_no_values"]
+__all__ = ["LARGEST", "is_value", "number_in", "other_separator", "what_is_wrong", "why_no_values"]
 
 FORTRAN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)[dD][+-]?\d+")
 WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)\s*([^\W\d_].*|%|°.*)")
@@ -27,11 +27,24 @@ def is_value(number: float) -> bool:
 def number_in(cell: str) -> float:
     """The number that a text is, the exponent of Fortran's double precision among them; else a ValueError.
 
+    Digits in groups, "1_000", are a number to Python alone.
+
     >>> number_in("1.5D+00"), number_in(" 2e3 ")
     (1.5, 2000.0)
     """
     text = cell.strip()
+    if "_" in text:
+        raise ValueError(f"{text!r} is no number")
     return float(re.sub("[dD]", "e", text) if FORTRAN.fullmatch(text) else text)
+
+
+def other_separator(header: Sequence[str]) -> str:
+    r"""What parts the columns of a CSV whose first line came out as one cell; "" where nothing is like it.
+
+    >>> other_separator(["load;gap"]), other_separator(["load", "gap"]), other_separator(["load"])
+    (';', '', '')
+    """
+    return next((sign for sign in ";\t|" if sign in header[0]), "") if len(header) == 1 else ""
 
 
 def what_is_wrong(cell: str) -> str:
