@@ -27,14 +27,17 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from workbench.sampling.plan import Design
+    from workbench.space.box import Space
 
 __all__ = [
     "WORK",
     "answered_runs",
+    "check_kind_of_table",
     "compared_designs",
     "design_table",
     "drawn_design",
     "evaluate",
+    "given_rows",
     "queue_design",
     "waiting_rows",
 ]
@@ -100,14 +103,11 @@ def _planned_runs(study: Study, folder: Path) -> int | None:
 
 
 def _check_file(study: Study) -> None:
-    """Refuse a design whose CSV is not there."""
+    """Refuse a design whose CSV is not there, or holds points outside the space."""
     table = study.design or {}
     if table.get("kind") != "table" or study.model["kind"] == "table":
         return
-    path = study.folder / table["file"]
-    with placed(study.text, study.where, ("design", "file")):
-        if not path.is_file():
-            raise StudyError(f"no table {path}: [design] file is looked up beside the study file")
+    given_rows(study.space, _rows_of_file(study)[: table.get("runs")], file=table["file"])
 
 
 WORK = Work(run=_run, inputs=_inputs, lines=design_lines, planned_runs=_planned_runs, check=_check_file)
@@ -185,21 +185,46 @@ def _ignored_columns(study: Study, table: Mapping[str, Any]) -> list[str]:
 
 def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
     """The design that a table of runs is."""
-    if table["kind"] != "table":
-        raise StudyError(
-            f"design kind {table['kind']!r} needs a model that can be run; a table has its runs: leave it out"
-        )
+    check_kind_of_table(table)
     model = TableModel.opened(campaign.spec)
     return _given_design(campaign, model.inputs, table, str(campaign.study.model["file"]))
 
 
+def check_kind_of_table(table: Mapping[str, Any]) -> None:
+    """Refuse a design of another kind where the model is a table of runs."""
+    if table["kind"] != "table":
+        raise StudyError(
+            f"design kind {table['kind']!r} needs a model that can be run; a table has its runs: leave it out"
+        )
+
+
 def _design_from_file(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
     """The design in a CSV of parameters."""
-    _check_file(campaign.study)
-    space = campaign.study.space
+    return _given_design(campaign, _rows_of_file(campaign.study), table, table["file"])
+
+
+def _rows_of_file(study: Study) -> list[dict[str, Any]]:
+    """The rows of the CSV that a `[design]` of kind "table" names."""
+    assert study.design is not None
+    path, space = study.folder / study.design["file"], study.space
+    with placed(study.text, study.where, ("design", "file")):
+        if not path.is_file():
+            raise StudyError(f"no table {path}: [design] file is looked up beside the study file")
     words = [p.name for p in space.parameters if not p.is_numeric]
-    rows = read_table(campaign.study.folder / table["file"], space.names, (), words=words)
-    return _given_design(campaign, rows, table, table["file"])
+    return read_table(path, space.names, (), words=words)
+
+
+def given_rows(space: "Space", rows: Sequence[Mapping[str, Any]], *, file: str) -> list[dict[str, Any]]:
+    """Rows of a CSV as points of the space; a StudyError for one that lies outside."""
+    chosen = []
+    for k, row in enumerate(rows):
+        try:
+            chosen.append(space.canonical(row))
+        except StudyError as exc:
+            raise StudyError(
+                f"{file}, row {k + 1} below the header: {exc}. Mend it, widen the range or leave the row out"
+            ) from None
+    return chosen
 
 
 def _given_design(
@@ -211,14 +236,7 @@ def _given_design(
     wanted = table.get("runs", len(rows))
     if wanted > len(rows):
         raise StudyError(f"[design] runs = {wanted}, but the table {file} offers {len(rows)} rows")
-    chosen = []
-    for k, row in enumerate(rows[:wanted]):
-        try:
-            chosen.append(space.canonical(row))
-        except StudyError as exc:
-            raise StudyError(
-                f"{file}, row {k + 1} below the header: {exc}. Mend it, widen the range or leave the row out"
-            ) from None
+    chosen = given_rows(space, rows[:wanted], file=file)
     made = Design(
         space=space,
         unit=space.unit(chosen),

@@ -12,6 +12,7 @@ from workbench.models.table import TableModel, table_digest
 from workbench.report.lines.tables import fitted
 from workbench.space.streams import stream
 from workbench.space.units import counted
+from workbench.stages.design import check_kind_of_table, design_table, given_rows
 from workbench.stages.table import asked_stages
 from workbench.study.messages import placed
 from workbench.study.record import Study
@@ -63,15 +64,19 @@ def check_model(study: Study) -> None:
 
 
 def _check_table(study: Study) -> None:
-    """The table of runs can be read, and offers as many rows as the design wants."""
+    """The table of runs can be read, and offers as many rows as the design wants, inside the space."""
     file = study.model["file"]
     with placed(study.text, study.where, ("model", "file")):
         version = table_digest(study.folder / file)
-    offered = len(TableModel.opened(study.spec(version=version)).rows)
-    runs = (study.design or {}).get("runs")
+    inputs = TableModel.opened(study.spec(version=version)).inputs
+    runs, offered = (study.design or {}).get("runs"), len(inputs)
     if runs is not None and runs > offered:
         with placed(study.text, study.where, ("design", "runs")):
             raise StudyError(f"[design] runs = {runs}, but the table {file} offers {offered} rows")
+    with placed(study.text, study.where, ("design", "kind")):
+        check_kind_of_table(design_table(study))
+    with placed(study.text, study.where, ("model", "file")):
+        given_rows(study.space, inputs[:runs], file=file)
 
 
 def _open_elsewhere(spec: ModelSpec) -> None:

@@ -283,6 +283,8 @@ def test_tables_that_do_not_fit(tmp_path):
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"', '[design]\nkind = "ihs"\nruns = 2')
     with Campaign.from_file(path) as campaign, pytest.raises(StudyError, match="a table has its runs"):
         run_stage(campaign, "design")
+    with pytest.raises(StudyError, match=r"line \d+: design kind 'ihs' needs a model that can be run"):
+        check_study(load_study(path))
     (tmp_path / "runs.csv").write_text("a,b,y\n1,2,3\n2,2,4.5\n30,2,5\n")
     path = study(tmp_path, 'kind = "table"\nfile = "runs.csv"')
     with Campaign.from_file(path) as campaign:
@@ -291,6 +293,10 @@ def test_tables_that_do_not_fit(tmp_path):
             match=r"runs.csv, row 3 below the header: parameter 'a' lies between 0 and 10 N, got 30",
         ):
             run_stage(campaign, "design")
+        with pytest.raises(
+            StudyError, match=r"line \d+: runs.csv, row 3 below the header: .*got 30. Mend it"
+        ):
+            check_study(campaign.study)
 
 
 def test_points_of_a_design_may_come_from_a_file(tmp_path):

@@ -65,3 +65,15 @@ def test_a_cluster_may_have_a_model_that_is_not_here(tmp_path):
     path = path.rename(tmp_path / "other.toml")
     with opened_campaign(path, None, dask="tcp://there:1", runs_model=True) as campaign:
         assert campaign.folder.exists()
+
+
+def test_points_of_a_file_that_lie_outside_are_refused_by_validate(tmp_path, capsys):
+    path = written(tmp_path, 'kind = "ask"')
+    (tmp_path / "points.csv").write_text("a\n0.5\n0.25\n3\n")
+    text = path.read_text().replace("runs = 4", 'kind = "table"\nfile = "points.csv"')
+    path.write_text(text)
+    code, _, err = in_process("validate", path, capsys=capsys)
+    assert code == 2
+    assert "points.csv, row 3 below the header: parameter 'a' lies between 0 and 1, got 3. Mend it" in err
+    path.write_text(text.replace("[worst_case]", "runs = 2\n[worst_case]"))
+    assert in_process("validate", path, capsys=capsys)[0] == 0
