@@ -134,9 +134,9 @@ def _refuse_loss(left_out: Mapping[str, int]) -> None:
     for reason, count in left_out.items():
         if "--at-baseline" in reason or "no baseline" in reason:
             runs = counted(count, "stored run does", "stored runs do")
+            cure = "Say so" if "--at-baseline" in reason else "Give it a baseline and --at-baseline"
             raise StudyError(
-                f"{runs} not serve: {reason}. Give it a baseline and --at-baseline, "
-                "or choose another --folder for a campaign of its own"
+                f"{runs} not serve: {reason}. {cure}, or choose another --folder for a campaign of its own"
             )
 
 

@@ -30,7 +30,7 @@ from workbench.stages.up_to_date import current_document
 from workbench.study.record import Study
 from workbench.system.atomic import read_json
 
-__all__ = ["duration", "plan_lines", "plan_study"]
+__all__ = ["duration", "plan_lines", "plan_study", "room"]
 
 # batches whose runs are those of the study's model
 TIMED = tuple(stage.name for stage in STAGES if stage.runs_model)
@@ -266,8 +266,8 @@ def _served_lines(document: dict[str, Any]) -> list[str]:
         more = ""
         if "design" in document and document["design"]["new"]:
             new = document["design"]["new"]
-            more = f", about {new * kept['bytes_per_run'] / 1e6:.3g} MB for {new} more"
-        lines.append(f"files kept: {kept['bytes_per_run'] / 1e3:.3g} kB a run{more}")
+            more = f", about {room(new * kept['bytes_per_run'])} for {new} more"
+        lines.append(f"files kept: {room(kept['bytes_per_run'])} a run{more}")
     return lines
 
 
@@ -306,6 +306,18 @@ def _time_lines(document: dict[str, Any]) -> list[str]:
     if left is not None and len(document["time"]) > 1:
         lines.append(f"together at most {duration(left)}")
     return lines
+
+
+def room(size: float) -> str:
+    """Bytes in words that a person plans by.
+
+    >>> room(145.0), room(2180.0), room(3.2e9)
+    ('145 bytes', '2.18 kB', '3.2 GB')
+    """
+    for unit, one in (("bytes", 1.0), ("kB", 1e3), ("MB", 1e6)):
+        if size < 1000.0 * one:
+            return f"{size / one:.3g} {unit}"
+    return f"{size / 1e9:.3g} GB"
 
 
 def duration(seconds: float) -> str:

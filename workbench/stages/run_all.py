@@ -165,6 +165,6 @@ def _table(campaign: StoredRuns, stage: Stage) -> Mapping[str, Any]:
     table: Mapping[str, Any] | None = getattr(campaign.study, stage.name)
     if table is None:
         raise StudyError(
-            f"the study has no [{stage.name}] table; add one, such as [{stage.name}] response = ..."
+            f"the study has no [{stage.name}] table; add one, such as [{stage.name}] {stage.first_key} = ..."
         )
     return table

@@ -26,6 +26,7 @@ class Stage:
     runs_model: whether it has the study's model run; then failed runs are told when it ends.
     workers: whether it shares its runs among worker processes.
     needs_design: whether it can do nothing without the runs of a design.
+    first_key: of its table, what a table cannot do without.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Stage:
     runs_model: bool = False
     workers: bool = False
     needs_design: bool = False
+    first_key: str = "response"
 
     @property
     def command(self) -> str:
@@ -72,6 +74,7 @@ STAGES = (
         name="layout",
         document="layout",
         help="Optimise the layout of the multibody problem. Run it again to continue.",
+        first_key="problem",
     ),
     Stage(
         name="robust",
@@ -85,6 +88,7 @@ STAGES = (
         document="robust_layout",
         help="Layout for the worst cases, and attacks on it, in turn. Run it again to continue.",
         workers=True,
+        first_key="model",
     ),
 )
 

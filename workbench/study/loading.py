@@ -42,6 +42,8 @@ def load_study(path: str | Path) -> Study:
                 f"{path} has {path.stat().st_size} bytes; a study file has at most {LARGEST_FILE}"
             )
         text = path.read_bytes().decode("utf-8")
+    except StudyError:
+        raise
     except FileNotFoundError:
         raise StudyError(f"no study file {path}{_near(path)}") from None
     except UnicodeDecodeError as exc:

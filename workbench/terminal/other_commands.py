@@ -56,7 +56,7 @@ def verify(
 
 @commands.command()
 def plan(
-    study: Annotated[Path | None, typer.Argument(help="The study file.", metavar="[STUDY]")] = None,
+    study: Annotated[Path | None, typer.Argument(help="The study file.", metavar="STUDY")] = None,
     folder: Folder = None,
     factors: Annotated[
         int | None, typer.Option(min=1, help="How many runs does a screening of so many parameters need?")

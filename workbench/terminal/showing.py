@@ -74,7 +74,8 @@ def run_lines(document: dict[str, Any]) -> list[str]:
     if document["model_state"]:
         lines.append(f"made by the model in state {document['model_state'][:10]}")
     lines += [
-        f"attempt {a['attempt']} {a['status']} ({a['reason']}): {a['error']}" for a in document["attempts"]
+        f"attempt {a['attempt']} {a['status']} ({a['reason']})" + (f": {a['error']}" if a["error"] else "")
+        for a in document["attempts"]
     ]
     return [*lines, *document["files"], *document["log"].splitlines()]
 

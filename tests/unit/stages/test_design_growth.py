@@ -100,7 +100,9 @@ def test_wider_bounds_are_filled_where_no_run_lies(study):
 def test_a_new_parameter_keeps_the_runs_at_its_baseline(study):
     first, _ = study.run()
     tilt = [("tilt", -1, 1, "baseline = 0.25")]
-    with pytest.raises(StudyError, match=r"20 stored runs do not serve: 'tilt' is new; --at-baseline takes"):
+    with pytest.raises(
+        StudyError, match=r"20 stored runs do not serve: 'tilt' is new; --at-baseline takes .* Say so, or"
+    ):
         study.run(more=tilt)
     found, made = study.run(more=tilt, permissions=Permissions(at_baseline=True))
     assert [point[:2] for point in found["physical"][:20]] == first["physical"]

@@ -148,7 +148,7 @@ def test_files_that_are_no_study(tmp_path):
     (tmp_path / "other.toml").write_text(GOOD)
     with pytest.raises(StudyError, match=r"no study file .*s.toml; in .* there are other.toml"):
         load_study(tmp_path / "s.toml")
-    with pytest.raises(StudyError, match="is a folder; give a study file"):
+    with pytest.raises(StudyError, match=r"^\S+ is a folder; give a study file"):
         load_study(tmp_path)
     (tmp_path / "b.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(StudyError, match=r"not text in UTF-8 \(byte 0\)"):
