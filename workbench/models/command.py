@@ -32,6 +32,7 @@ LOG = "output.log"
 MOST_SHOWN = 12  # placeholders in a message
 ENDED_BADLY = "ended with exit code"  # in the words of a failure: what such a run left is no result
 BRACED = re.compile(r"\{([^\W\d]\w*)\}")
+INTERPRETER = re.compile(r"(python|perl|ruby|node|julia|octave|Rscript|(ba|da|k|z|c|tc)?sh)[\d.]*")
 # what was meant to be one: {dd.in}, { a }, {a:.3f}, but neither {"a": 1} nor {print $1} nor {2,3}
 LIKE_BRACED = re.compile(r"\{(\s*[^\W\d][\w.:%+-]*\s*)\}")
 
@@ -72,7 +73,7 @@ class CommandModel:
         commands = tuple(tuple(c) for c in _commands(spec.options))
         with spec.placed("command"):
             for command in commands:
-                _check_command(command, spec, study, files)
+                _check_command(command, spec, study, files, first=command is commands[0])
         _check_used(spec, decks, commands)
         for name, rule in spec.options.get("read", {}).items():
             with spec.placed(f"read of {name}"):
@@ -168,7 +169,9 @@ def _commands(options: Mapping[str, Any]) -> Sequence[Sequence[str]]:
     return command if command and not isinstance(command[0], str) else [command]
 
 
-def _check_command(command: Sequence[str], spec: ModelSpec, study: Path, files: Sequence[Path]) -> None:
+def _check_command(
+    command: Sequence[str], spec: ModelSpec, study: Path, files: Sequence[Path], *, first: bool
+) -> None:
     known = ("study", "python", *spec.names)
     for argument in command:
         unknown = next((name for name in LIKE_BRACED.findall(argument) if name not in known), None)
@@ -181,13 +184,38 @@ def _check_command(command: Sequence[str], spec: ModelSpec, study: Path, files: 
             )
         _check_there(argument, study)
     program = command[0].replace("{python}", sys.executable).replace("{study}", str(study))
-    copied = {f"./{path.name}" for path in files}
-    if BRACED.search(program) or program in copied:
+    copied = {path.name: path for path in files}
+    if BRACED.search(program):
         return
-    if shutil.which(program) is None:
+    place = copied.get(program.removeprefix("./")) if program.startswith("./") else None
+    if place is None:
+        if "/" in command[0]:  # else it is looked for on the path
+            _check_in_folder(command[0], study)
+        place = study / program
+    if shutil.which(place if "/" in program else program) is None:
+        if "/" in program and place.is_file():
+            raise StudyError(
+                f"{program!r} may not be executed; allow it by `chmod +x`, or begin the command with what "
+                "runs it, such as '{python}' or 'sh'"
+            )
         raise StudyError(
             f"no program {program!r}; give its path, '{{study}}/...' for one beside the study file"
         )
+    script = command[1] if len(command) > 1 and INTERPRETER.fullmatch(Path(program).name) else ""
+    made = {table["to"] for table in spec.options.get("templates", ())}
+    if first and script and script.removeprefix("./") not in {*copied, *made}:
+        _check_in_folder(script, study)
+
+
+def _check_in_folder(path: str, study: Path) -> None:
+    """Refuse a path from the run's folder to what stands beside the study file."""
+    if path.startswith(("/", "{")) or not (study / path).is_file():
+        return
+    name = path.removeprefix("./")
+    raise StudyError(
+        f"{path!r} is looked for in the folder of each run, where it is not; write '{{study}}/{name}' for "
+        f"the one beside the study file, or have it copied by files = [{name!r}]"
+    )
 
 
 def _check_there(argument: str, study: Path) -> None:

@@ -91,6 +91,19 @@ def test_several_commands_share_decks_files_and_environment(tmp_path):
 @pytest.mark.parametrize(
     ("command", "more", "words"),
     [
+        (
+            ["./solve.py", "{a}"],
+            "",
+            r"line 6: './solve.py' is looked for in the folder of each run, where it is not; write "
+            r"'{study}/solve.py' for the one beside the study file, or have it copied by files = \['solve.p",
+        ),
+        (["sh", "solve.py", "{a}"], "", "line 6: 'solve.py' is looked for in the folder of each run"),
+        (
+            ["{study}/solve.py", "{a}"],
+            "",
+            "solve.py' may not be executed; allow it by `chmod .x`, or begin the",
+        ),
+        (["./solve.py", "{a}"], 'files = ["solve.py"]', "'./solve.py' may not be executed; allow it"),
         (["no_such_program_at_all"], "", "line 6: no program 'no_such_program_at_all'; give its path"),
         (
             ["{python}", "{b}"],
@@ -329,3 +342,18 @@ def test_a_missing_or_broken_script_is_told_by_its_last_telling_line(tmp_path):
         campaign.evaluate([{"a": 0.0}])
         (cause,) = failure_document(campaign.runs(), campaign.study.space)["errors"]
     assert re.search(r"exit code 2: .*can't open file", cause)
+
+
+def test_a_script_that_is_copied_or_made_is_run_in_the_folder_of_the_run(tmp_path):
+    write = '#!/bin/sh\necho "{\\"y\\": $1}" > out.json\n'
+    (tmp_path / "deck.sh").write_text(write)
+    for command, more in (
+        (["./solve.py", "{a}"], 'files = ["solve.py"]'),
+        (["sh", "solve.py", "{a}"], 'files = ["solve.py"]'),
+        (["sh", "deck.sh", "{a}"], 'templates = [{ from = "deck.sh", to = "deck.sh" }]\nversion = "2"'),
+    ):
+        campaign = open_study(tmp_path, command, more, write)
+        (tmp_path / "solve.py").chmod(0o755)
+        with campaign:
+            assert campaign.evaluate([{"a": 3.0}])[0].outputs == {"y": 3.0}
+        shutil.rmtree(tmp_path / "s.holdfast")
