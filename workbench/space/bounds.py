@@ -14,6 +14,18 @@ __all__ = ["Distribution", "finite", "settle_bounds", "settle_levels", "settle_s
 
 TAIL = 1e-3  # bounds left out are these quantiles of the distribution
 MOST_LEVELS = 1_000_000
+CALLED_ELSEWHERE = {  # a law in other programs -> in scipy.stats
+    "normal": "norm",
+    "gauss": "norm",
+    "gaussian": "norm",
+    "lognormal": "lognorm",
+    "triangular": "triang",
+    "exponential": "expon",
+    "weibull": "weibull_min",
+    "gumbel": "gumbel_r",
+    "frechet": "invweibull",
+    "student": "t",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +59,10 @@ class Distribution:
 
         family = getattr(stats, self.name, None)
         if not isinstance(family, stats.rv_continuous):
-            raise StudyError(
-                f"distribution {self.name!r} is no continuous one of scipy.stats, such as 'norm'"
-            )
+            there = CALLED_ELSEWHERE.get(self.name.lower(), self.name.lower())
+            is_there = isinstance(getattr(stats, there, None), stats.rv_continuous)
+            cure = f"there it is called {there!r}" if is_there else "such as 'norm'"
+            raise StudyError(f"distribution {self.name!r} is no continuous one of scipy.stats, {cure}")
         needed = [key.strip() for key in (family.shapes or "").split(",") if key.strip()]
         known = [*needed, "loc", "scale"]
         if not set(needed) <= set(self.parameters) <= set(known):

@@ -15,6 +15,30 @@ __all__ = ["key_path", "placed", "validated"]
 
 MOST_ERRORS = 10
 
+# what other programs call a key -> what it is called here, in whichever table
+ELSEWHERE = {
+    "min": ("lower",),
+    "max": ("upper",),
+    "lower_bound": ("lower",),
+    "upper_bound": ("upper",),
+    "bounds": ("lower",),
+    "nominal": ("baseline",),
+    "initial_point": ("baseline",),
+    "descriptor": ("name",),
+    "marginal": ("distribution",),
+    "samples": ("runs",),
+    "n": ("runs",),
+    "size": ("runs",),
+    "max_function_evaluations": ("budget",),
+    "max_iterations": ("budget",),
+    "evaluations": ("budget",),
+    "concurrency": ("workers",),
+    "evaluation_concurrency": ("workers",),
+    "cores": ("workers",),
+    "driver": ("command",),
+    "analysis_drivers": ("command",),
+}
+
 
 @contextmanager
 def placed(text: str, where: str, path: Sequence[str | int]) -> Iterator[None]:
@@ -84,7 +108,8 @@ def _words(error: Mapping[str, Any], path: Sequence[str | int]) -> tuple[str, st
     kind = error["type"]
     if kind == "extra_forbidden":
         known = _known_keys(path[:-1], error["loc"])
-        close = get_close_matches(str(path[-1]), known, n=1)
+        close = [key for key in ELSEWHERE.get(str(path[-1]).lower(), ()) if key in known]
+        close = close or get_close_matches(str(path[-1]), known, n=1)
         hint = f"Did you mean {close[0]!r}?" if close else f"Known keys here: {', '.join(known)}"
         return f"unknown key {name}. {hint}", "", ""
     if kind == "missing":

@@ -97,6 +97,7 @@ def test_several_commands_share_decks_files_and_environment(tmp_path):
             r"line 6: './solve.py' is looked for in the folder of each run, where it is not; write "
             r"'{study}/solve.py' for the one beside the study file, or have it copied by files = \['solve.p",
         ),
+        (["solve.py", "{a}"], "", "line 6: no program 'solve.py'; give its path, '{study}/...' for one bes"),
         (["sh", "solve.py", "{a}"], "", "line 6: 'solve.py' is looked for in the folder of each run"),
         (
             ["{study}/solve.py", "{a}"],

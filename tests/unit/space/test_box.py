@@ -4,8 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from workbench.errors import StudyError
+from workbench.space.bounds import CALLED_ELSEWHERE
 from workbench.space.box import (
     Distribution,
     Parameter,
@@ -163,7 +165,12 @@ REFUSED = [
         "factor goes with baseline and without lower and upper",
     ),
     ({"factor": (2, 0.5), "baseline": 3}, r"needs factor\[0\] < factor\[1\] and a baseline other than 0"),
-    ({"distribution": Distribution("gauss")}, "no continuous one of scipy.stats"),
+    ({"distribution": Distribution("gauss")}, "no continuous one of scipy.stats, there it is called 'norm'"),
+    (
+        {"distribution": Distribution("Uniform")},
+        "no continuous one of scipy.stats, there it is called 'uniform'",
+    ),
+    ({"distribution": Distribution("bell")}, "no continuous one of scipy.stats, such as 'norm'"),
     ({"distribution": Distribution("norm", {"mean": 3})}, "distribution 'norm' takes loc, scale, got mean"),
     ({"distribution": {"name": "norm", "mu": 3.0}}, "distribution 'norm' takes loc, scale, got mu"),
     (
@@ -275,3 +282,8 @@ def test_a_value_just_outside_is_told_from_bounds_that_lie_close():
         narrow.unit([{"a": -1000000.3}])
     with pytest.raises(StudyError, match=r"lower < upper, got lower=1000000000.5 and upper=1000000000 mm"):
         Parameter("a", lower=1e9 + 0.5, upper=1e9, unit="mm")
+
+
+def test_laws_of_other_programs_are_told_by_names_that_there_are():
+    for there in CALLED_ELSEWHERE.values():
+        assert isinstance(getattr(stats, there), stats.rv_continuous)

@@ -1,13 +1,14 @@
 """Study files: what is read, and which words a wrong one meets."""
 
 import json
+from typing import get_args
 
 import pytest
 
 from workbench.errors import StudyError
 from workbench.study.loading import json_schema, load_study, parse_study
-from workbench.study.messages import key_path
-from workbench.study.schema import PATTERNS
+from workbench.study.messages import ELSEWHERE, key_path
+from workbench.study.schema import PATTERNS, StudySchema
 from workbench.study.toml_lines import find_line
 
 GOOD = """\
@@ -124,8 +125,10 @@ CHANGES = [
     ('kind = "python"\nfunction = "model.py:peak"',
      'kind = "fmu"\nfile = "a.fmu"\nstop_time = 1\nkeep = ["v"]\noutputs = { v = "V", xx = "S" }',
      r"line 10: \[model\] outputs names 'xx', which is none of the study's responses: x, v. Did you mean"),
+    ("baseline = 100.0\nfactor = [0.5, 2.0]", "min = 1\nmax = 5", r"\[1\].min. Did you mean 'lower'\?"),
     ("runs = 20", "runs = 0", "line 28: design.runs needs a number >= 1, got 0"),
     ("[design]", "[design", "study is not TOML: .*line 26"),
+    ("runs = 20", "samples = 20", r"unknown key design.samples. Did you mean 'runs'\?"),
     ("runs = 20", "runs = 20\nbeans = 3", "unknown key design.beans. Known keys here: kind, runs"),
 ]  # fmt: skip
 
@@ -191,3 +194,13 @@ def test_every_pattern_of_the_schema_is_told_in_words():
         return set().union(*map(patterns, inner)) | ({own} if isinstance(own, str) else set())
 
     assert patterns(json_schema()) == set(PATTERNS)
+
+
+def test_words_of_other_programs_lead_to_keys_that_there_are():
+    known = {key for table in StudySchema.model_fields.values() for key in _keys(table.annotation)}
+    assert {key for keys in ELSEWHERE.values() for key in keys} <= known
+
+
+def _keys(annotation):
+    fields = getattr(annotation, "model_fields", {})
+    return {*fields, *(key for part in get_args(annotation) for key in _keys(part))}
