@@ -143,9 +143,8 @@ class TransientObjective:
         self.power = power
         first = self.scenarios[0]
         N = len(first.system.members)
-        n = first.system.size
+        n = max(scenario.system.size for scenario in self.scenarios)
         size = 8.0 * 3 * (first.steps + 1) * n * N * len(self.scenarios)
-        probe = simulate(first.system, np.zeros(N), 1e-3 * first.t_end, 1, scheme=first.scheme)
         for scenario in self.scenarios if variables else ():
             check_variables(scenario.system, variables, scenario.t_end / scenario.steps)
         if variables and sensitivities == "forward":
@@ -153,8 +152,12 @@ class TransientObjective:
         if variables:
             choice, why = "adjoint", "numbers of the laws are design variables too"
         elif sensitivities == "auto":
-            if not probe.goes_forward:
-                choice, why = "adjoint", "the system has internal states, redundant joints or laws in Python"
+            backward = next(
+                (k for k, scenario in enumerate(self.scenarios) if not _goes_forward(scenario)), None
+            )
+            if backward is not None:
+                which = "the system" if backward == 0 else f"that of scenario {backward + 1}"
+                choice, why = "adjoint", f"{which} has internal states, redundant joints or laws in Python"
             elif size > _MEMORY:
                 choice, why = "adjoint", f"forward sensitivities would take {size / 1e6:.0f} MB"
             else:
@@ -227,6 +230,12 @@ class TransientObjective:
             slope[len(self.scenarios[0].system.members) :] = 1.0
             return _powered(evaluation, slope)  # type: ignore[return-value]
         return evaluation
+
+
+def _goes_forward(scenario: Scenario) -> bool:
+    """Whether a run of the scenario has forward sensitivities, by its first step."""
+    nothing = np.zeros(len(scenario.system.members))
+    return simulate(scenario.system, nothing, 1e-3 * scenario.t_end, 1, scheme=scenario.scheme).goes_forward
 
 
 def _threads(scenarios: Sequence[Scenario]) -> int:

@@ -10,7 +10,7 @@ from studies.three_body_layout import problem as three_body
 from studies.two_body import layout_problem
 from studies.two_body_layout import compare_sensitivities, plot_sensitivities
 from studies.two_body_layout import problem as two_body
-from workbench.engine import NotSupported, simulate
+from workbench.engine import Bushing, NotSupported, simulate
 from workbench.engine.layout.formulation.problem import InvalidLayout
 from workbench.engine.layout.formulation.transient import (
     Scenario,
@@ -154,6 +154,24 @@ def test_velocities_and_accelerations_are_differentiated_too():
     ):  # fmt: skip
         expected = (getattr(runs[0], name) - getattr(runs[1], name)) / (2 * h)
         assert table @ direction == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
+def test_one_scenario_that_cannot_go_forward_sends_all_backward():
+    """A grip with a damage stands in the second case alone: the first one says nothing of it."""
+    record = layout_problem("short")
+    name = record.system.bodies[0].name
+    held = replace(record.system, bushings=(Bushing(a=name, b="ground", k=100.0),))
+    cases = [
+        Scenario(system=system, objective=record.objective, t_end=0.1, steps=50, scheme=record.scheme)
+        for system in (record.system, held)
+    ]
+    objective = TransientObjective(cases)
+    evaluation = objective(np.full(1020, 0.1))
+    rows = np.array([20, 30, 40, 50, 71, 81, 91, 101])  # more than "few" of either run
+    alone = [TransientObjective([case], sensitivities="adjoint")(np.full(1020, 0.1)) for case in cases]
+    expected = np.vstack([run.gradients(rows[:4]) for run in alone])
+    assert "that of scenario 2 has internal states" in objective.reason
+    assert evaluation.gradients(rows) == pytest.approx(expected, rel=1e-12)
 
 
 def test_scenarios_stand_side_by_side():
