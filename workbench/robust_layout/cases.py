@@ -9,14 +9,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.engine.errors import EngineError
 from workbench.engine.layout.bound.binding import FEWEST, ByScenario
 from workbench.engine.layout.formulation.even_spread import even_spread
-from workbench.engine.layout.formulation.problem import LayoutProblem
+from workbench.engine.layout.formulation.problem import FAILURES, LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.purify import purify
 from workbench.robust_layout.document import check_gradient, layout_document
-from workbench.robust_layout.model import LayoutModel, layout_name
+from workbench.robust_layout.model import LayoutModel, layout_name, problem_of
 from workbench.system.atomic import read_json, write_json
 
 __all__ = [
@@ -55,9 +54,9 @@ def failing(model: LayoutModel, cases: Sequence[Case]) -> list[int]:
     found = []
     for k, case in enumerate(cases):
         try:
-            problem = model.problem([case])
+            problem = problem_of(model, [case])
             problem.checked(problem.into_budgets(problem.start.copy()))
-        except (EngineError, ArithmeticError):
+        except FAILURES:
             found.append(k)
     return found or [len(cases) - 1]
 
@@ -97,7 +96,7 @@ def _optimise(
     model: LayoutModel, cases: Sequence[Case], start: Array | None, evaluations: int, search: Search
 ) -> dict[str, Any]:
     try:
-        problem = model.problem(cases)
+        problem = problem_of(model, cases)
         given = problem if start is None else replace(problem, start=problem.into_budgets(start.copy()))
         several, more = search == "several starts", search in ("several starts", "one start")
         if len(cases) < FEWEST or not isinstance(problem.evaluate, ByScenario):
@@ -109,7 +108,7 @@ def _optimise(
         )  # fmt: skip
         clean = purify(problem, result.density) if problem.geometry is not None else None
         check = check_gradient(model.problem(cases[:1]))  # one case tells whether gradients are right
-    except (EngineError, ArithmeticError) as error:
+    except FAILURES as error:
         return {"error": f"{type(error).__name__} in {len(cases)} cases, the last {dict(cases[-1])}: {error}"}
     history = [
         {

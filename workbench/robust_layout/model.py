@@ -27,12 +27,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.engine.layout.formulation.problem import LayoutProblem
+from workbench.engine.layout.formulation.problem import FAILURES, LayoutProblem
 from workbench.errors import StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.system.atomic import read_json
 
-__all__ = ["LAYOUT", "LayoutModel", "LayoutRun", "layout_name", "load_layout_model", "load_problem"]
+__all__ = [
+    "LAYOUT", "LayoutModel", "LayoutRun", "layout_name", "load_layout_model", "load_problem", "problem_of",
+    "refuse_empty_budgets",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -134,6 +137,42 @@ def load_layout_model(
             f"it needs {', '.join(NEEDED)}"
         )
     return model  # type: ignore[no-any-return]
+
+
+def problem_of(model: LayoutModel, cases: Sequence[Mapping[str, Any]]) -> LayoutProblem:
+    """The model's problem over these cases.
+
+    Raises what the engine says of cases that cannot be run, which is an answer of theirs, and StudyError for
+    any other error, with the first case that has it alone and the line of the user's code.
+    """
+    try:
+        problem = model.problem(cases)
+    except (*FAILURES, StudyError):
+        raise
+    except Exception as error:
+        for case in cases if len(cases) > 1 else ():
+            problem_of(model, [case])
+        told = f"of {len(cases)} cases" if len(cases) > 1 else f"of the case {dict(cases[0])}"
+        raise StudyError(
+            f"the layout model '{model.title}' makes no problem {told}: {_told(error)}"
+        ) from error
+    if model.members not in (problem.members, problem.densities):
+        raise StudyError(
+            f"the layout model '{model.title}' says that it has {model.members} members, its problem has "
+            f"{problem.densities}"
+        )
+    refuse_empty_budgets(problem)
+    return problem
+
+
+def refuse_empty_budgets(problem: LayoutProblem) -> None:
+    """Raises StudyError for a budget that counts no member, as of a misspelt kind: it would leave the members
+    that it is meant for without any limit."""
+    for name, costs in zip(problem.names, problem.costs, strict=True):
+        if not costs.any():
+            raise StudyError(
+                f"the budget '{name}' of '{problem.title}' counts no member: all of its costs are 0"
+            )
 
 
 def _told(error: Exception) -> str:

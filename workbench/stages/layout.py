@@ -28,7 +28,7 @@ from workbench.errors import Interrupted, StudyError
 from workbench.report.lines.layout import layout_lines
 from workbench.robust_layout.bill import layout_bill, write_bill
 from workbench.robust_layout.document import check_gradient, finite, layout_document
-from workbench.robust_layout.model import load_problem
+from workbench.robust_layout.model import load_problem, refuse_empty_budgets
 from workbench.stages.work import Work
 from workbench.study.messages import placed
 from workbench.study.record import Study
@@ -79,6 +79,7 @@ def run_layout(
         full = as_layout_problem(loaded)
     except InvalidLayout as error:
         raise StudyError(f"layout problem '{name}': {error}") from error
+    refuse_empty_budgets(full)
     kept = _Kept.opened(folder / PARTIAL, identity=_identity(name, options, method, full), problem=full)
     offset = len(kept.history)
 

@@ -8,11 +8,13 @@ looking at) and `robust_layout.json` with the rest.
 
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.view import StoredRuns
+from workbench.engine.layout.formulation.problem import FAILURES
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.models.python import source_digest
@@ -36,7 +38,7 @@ from workbench.robust_layout.loop_documents import (
     shown_motion,
     shown_name,
 )
-from workbench.robust_layout.model import LayoutModel, load_layout_model
+from workbench.robust_layout.model import LayoutModel, load_layout_model, problem_of
 from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
@@ -318,13 +320,32 @@ def _plain_unit(unit: str) -> str:
 
 
 def _check(study: Study) -> None:
-    """The layout model and those of the variants can be made, for a response of the study."""
+    """The layout model and those of the variants can be made, for a response of the study, and make problems
+    of the nominal case and of every word that a parameter may have."""
     table = study.robust_layout or {}
     with placed(study.text, study.where, ("robust_layout", "model")):
-        _model(study, table["options"])
+        _makes_problems(study, _model(study, table["options"]))
     for k, variant in enumerate(table["variant"]):
         with placed(study.text, study.where, ("robust_layout", "variant", k, "options")):
-            _model(study, {**table["options"], **variant["options"]})
+            _makes_problems(study, _model(study, {**table["options"], **variant["options"]}))
+
+
+def _makes_problems(study: Study, model: LayoutModel) -> None:
+    """Raises StudyError where the model has no problem for the nominal case, or code of its own fails where
+    one word or switch of that is another; an answer of the engine, that a case cannot be run, is none."""
+    nominal = study.space.canonical((study.robust_layout or {})["nominal"])
+    try:
+        problem_of(model, [nominal])
+    except FAILURES as error:
+        raise StudyError(f"the layout model has no problem for the nominal case: {error}") from error
+    for parameter in study.space.parameters:
+        if parameter.kind not in ("categorical", "binary"):
+            continue
+        for level in parameter.levels or (0, 1):
+            case = {**nominal, parameter.name: level}
+            if level != nominal[parameter.name] and study.space.violated(case) is None:
+                with suppress(*FAILURES):  # a case that cannot be run is one of many
+                    problem_of(model, [case])
 
 
 def _notes(study: Study) -> list[str]:

@@ -6,7 +6,7 @@ key. Nothing else of the workbench imports this module, because building the mod
 
 from collections.abc import Mapping
 from dataclasses import fields
-from math import isinf, isnan
+from math import inf, isinf, isnan
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model, model_validator
@@ -37,9 +37,12 @@ def _number(limit: float) -> float:
     return limit
 
 
-def _open_side(limit: float) -> float | None:
-    """Infinity leaves a side of a pair of limits open."""
-    return None if isinf(limit) else limit
+def _open_sides(limits: list[float]) -> list[float | None]:
+    """Infinity leaves a side of a pair of limits open: -inf the lower one, inf the upper one."""
+    low, high = limits
+    if low == inf or high == -inf:
+        raise ValueError("[low, high] with -inf for no lower and inf for no upper limit")
+    return [None if isinf(limit) else limit for limit in limits]
 
 
 def _share(tolerance: float) -> float:
@@ -48,9 +51,9 @@ def _share(tolerance: float) -> float:
     return tolerance
 
 
-Limit = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_number), AfterValidator(_open_side)]
+Limit = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_number)]
 Share = Annotated[Positive, AfterValidator(_share)]
-Limits = Annotated[list[Limit], Field(min_length=2, max_length=2)]
+Limits = Annotated[list[Limit], Field(min_length=2, max_length=2), AfterValidator(_open_sides)]
 
 
 class Table(BaseModel):

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 from tests.sample_layout import TwoMembers
+from workbench.errors import StudyError
 from workbench.robust_layout import cases as cases_of
-from workbench.robust_layout.cases import GIVEN, Optimised, optimise_for_cases, trivial_layouts
+from workbench.robust_layout.cases import (
+    GIVEN,
+    Optimised,
+    failing,
+    optimise_for_cases,
+    trivial_layouts,
+)
 
 
 def test_a_layout_is_found_again_whatever_the_order_of_a_cases_parameters(tmp_path, monkeypatch):
@@ -29,6 +36,32 @@ def test_a_layout_is_found_again_whatever_the_order_of_a_cases_parameters(tmp_pa
     assert len(made) == 1
     layout({"u": 1.0, "v": 0.1}, {"u": -1.0, "v": 0.5})
     assert len(made) == 2
+
+
+class OneSided(TwoMembers):
+    """Its code knows no case to the left."""
+
+    def problem(self, scenarios):
+        if any(case["u"] == 0.5 for case in scenarios):
+            raise np.linalg.LinAlgError("singular matrix")
+        return super().problem([{}[case["u"]] if case["u"] == "left" else case for case in scenarios])
+
+
+def test_an_error_of_the_models_own_code_names_its_case_and_line(tmp_path):
+    def made(*cases):
+        return optimise_for_cases(
+            OneSided(), cases, start=None, folder=tmp_path, evaluations=5, identity="one"
+        )
+
+    right, left = {"u": 1.0, "v": 0.0}, {"u": "left", "v": 0.0}
+    said = (
+        r"the layout model 'two members' makes no problem of the case \{'u': 'left', 'v': 0.0\}: KeyError: "
+        r"'left' \(test_cases.py, line \d+"
+    )
+    with pytest.raises(StudyError, match=said):
+        made(right, left)
+    assert "LinAlgError in 2 cases" in made(right, {"u": 0.5, "v": 0.0})  # an answer: it cannot be run
+    assert failing(OneSided(), [right, {"u": 0.5, "v": 0.0}, right]) == [1]
 
 
 def test_the_start_of_the_problem_is_a_trivial_layout_of_its_own_where_it_is_another():

@@ -101,6 +101,10 @@ def test_a_loop_tells_what_is_required_first(tmp_path):
     [
         ("pull = [0, 1]", "no response 'pull'; the responses are push"),
         ("push = [-inf, inf]", r"required.push leaves both sides open. Leave it out"),
+        (
+            "push = [3, -inf]",
+            r"required.push needs \[low, high\] with -inf for no lower and inf for no upper",
+        ),
         ("push = [2, 1]", r"required.push needs \[low, high\], got \[2, 1\]"),
     ],
 )

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from studies import trusses
 from studies.whole_members import random_problem
+from workbench.engine.layout.formulation.problem import static_problem
 from workbench.errors import Interrupted, StudyError
 from workbench.figures.layout import (
     plot_density,
@@ -88,6 +89,15 @@ def test_another_problem_does_not_resume(tmp_path):
 def test_unusable_tables_are_refused(tmp_path, arguments, message):
     with pytest.raises(StudyError, match=message):
         run_layout(tmp_path, **arguments)
+
+
+def test_a_budget_that_counts_no_member_is_refused(tmp_path):
+    """A misspelt kind leaves a row of zeros, and the members that it is meant for without a limit."""
+    ropes = static_problem(
+        lambda a: (float(a @ a), 2 * a), start=np.full(2, 0.5), budgets=[(np.zeros(2), 1.0)], names=("ropes",)
+    )
+    with pytest.raises(StudyError, match="the budget 'ropes' of 'layout' counts no member: all of its costs"):
+        run_layout(tmp_path, problem=ropes)
 
 
 def test_a_function_beside_the_study_file_is_found(tmp_path):

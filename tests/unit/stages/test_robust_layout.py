@@ -86,6 +86,59 @@ def test_an_error_of_the_users_code_is_told_with_their_line(tmp_path):
         load_problem("no_python:f", folder=tmp_path)
 
 
+SIDED = """
+from dataclasses import replace
+from tests.sample_layout import TwoMembers
+from workbench.engine.layout.formulation.problem import InvalidLayout
+SIDES = {"left": -1.0, "right": 1.0, 0: 0.0, 1: 0.5}
+class Sided(TwoMembers):
+    def problem(self, cases):
+        if any(case["side"] == "aloft" for case in cases):
+            raise InvalidLayout("no run there")
+        made = super().problem([{"u": SIDES[case["side"]], "v": SIDES[case["v"]]} for case in cases])
+        return replace(made, costs=made.costs * self.counted)
+def bare(side, v):
+    return {"push": 0.0}
+def model(members=2, budget=1.0, counted=1.0):
+    made = Sided(budget)
+    made.members, made.counted = members, counted
+    return made
+"""
+
+
+def sided(words, options=""):
+    u = f'[[parameter]]\nname = "side"\nkind = "categorical"\nlevels = {words}'
+    text = changed('[[parameter]]\nname = "u"\nlower = -1\nupper = 1', u)
+    text = changed('name = "v"\nlower = 0\nupper = 1', 'name = "v"\nkind = "binary"', text)
+    text = changed('"tests.sample_layout:bare"', '"sided_layouts.py:bare"', text)
+    text = changed('"tests.sample_layout:two_members"', f'"sided_layouts:model"\n{options}', text)
+    return changed("u = 0.9, v = 0.5", 'side = "left", v = 0', text)
+
+
+def test_a_word_that_the_layout_model_does_not_know_is_refused_before_a_run(tmp_path):
+    (tmp_path / "sided_layouts.py").write_text(SIDED)
+    check_study(study(tmp_path, sided('["left", "right", "aloft"]')))  # what cannot be run is an answer
+    with pytest.raises(
+        StudyError,
+        match=rf"two.toml, line {MODEL_LINE - 1}: the layout model 'two members' makes no problem of the "
+        r"case \{'side': 'rihgt', 'v': 0\}: KeyError: 'rihgt' \(sided_layouts.py, line 10",
+    ):
+        check_study(study(tmp_path, sided('["left", "rihgt"]')))
+
+
+def test_a_layout_model_without_a_problem_for_the_nominal_case_is_refused(tmp_path):
+    (tmp_path / "sided_layouts.py").write_text(SIDED)
+    words = '["left", "right"]'
+    with pytest.raises(StudyError, match="no problem for the nominal case: 'all' allows -1 but the lower"):
+        check_study(study(tmp_path, sided(words, "options = { budget = -1 }")))
+    with pytest.raises(StudyError, match="says that it has 3 members, its problem has 2"):
+        check_study(study(tmp_path, sided(words, "options = { members = 3 }")))
+    with pytest.raises(
+        StudyError, match="the budget 'all' of 'layout' counts no member: all of its costs are"
+    ):
+        check_study(study(tmp_path, sided(words, "options = { counted = 0 }")))
+
+
 @pytest.mark.parametrize("table", ["robust_layout", "worst_case"])
 def test_a_tolerance_is_a_share(tmp_path, table):
     text = changed(f"[{table}]", f"[{table}]\ntolerance = 2")

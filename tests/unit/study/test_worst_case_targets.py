@@ -198,6 +198,11 @@ def test_a_table_has_no_quantile():
         ('response = "load"\nwithin = { travel = [0] }', "within.travel needs"),
         ('response = "load"\nwithin = { travel = [nan, 1] }', "a number, -inf or inf, got nan"),
         (
+            'response = "load"\nwithin = { travel = [2, -inf] }',
+            r"within.travel needs \[low, high\] with -inf for no lower and inf for no upper limit, got \[2, ",
+        ),
+        ('response = "load"\nwithin = { travel = [inf, 2] }', r"inf for no upper limit, got \[inf, 2\]"),
+        (
             'response = "load"\nwithin = { travel = [2, 1] }',
             r"within.travel needs \[low, high\], got \[2, 1\]",
         ),
