@@ -112,6 +112,7 @@ def requirement_documents(
                 "met": all(part["within"] == part["runs"] for part in held.values()),
                 "grade": found.grade if name == response else "sampled",
                 "may_reach": _may_reach(found) if name == response and not found.closed else None,
+                "attack_runs": _attack_runs(found) if name == response else None,
                 **held,
             }
         )  # fmt: skip
@@ -122,6 +123,12 @@ def _may_reach(found: RobustLayout) -> float:
     """Where another attack may find the attacked response of a loop that is not closed."""
     worst = found.worst[found.robust].value
     return worst + found.may_exceed * abs(worst)
+
+
+def _attack_runs(found: RobustLayout) -> int:
+    """True runs of the adversary that attacked the layout returned, 0 where none did."""
+    attack = found.worst[found.robust].attack
+    return 0 if attack is None else int(attack["runs"])
 
 
 def _held(name: str, low: float | None, high: float | None, runs: Sequence[Outcome]) -> dict[str, Any]:

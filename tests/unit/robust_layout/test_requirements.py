@@ -14,10 +14,9 @@ from workbench.robust_layout.loop_documents import requirement_documents
 from workbench.stages.campaign import Campaign
 from workbench.study.loading import parse_study
 
-ATTACKED = SimpleNamespace(grade="attacked", closed=True)
-OPEN = SimpleNamespace(
-    grade="searched", closed=False, may_exceed=0.12, robust="r", worst={"r": SimpleNamespace(value=0.28)}
-)
+TRIED = SimpleNamespace(value=0.28, attack={"runs": 480})
+ATTACKED = SimpleNamespace(grade="attacked", closed=True, robust="r", worst={"r": TRIED})
+OPEN = SimpleNamespace(grade="searched", closed=False, may_exceed=0.12, robust="r", worst={"r": TRIED})
 
 
 def runs(*values):
@@ -76,6 +75,13 @@ def test_a_loop_that_is_not_closed_passes_only_so_far():
         "Required, rise at most 0.3 m: pass so far, but another attack may find 0.3136 m, 0.2 to 0.28 m in "
     )
     assert said[1].startswith("Required, rise at most 0.4 m: pass, 0.2 to 0.28 m in")
+    not_closed = "looked for the worst, and the loop is not closed."
+    assert said[1].endswith(f"; searched: 480 true runs of an adversary {not_closed}")
+    untried = SimpleNamespace(**{**vars(OPEN), "worst": {"r": SimpleNamespace(value=0.28, attack=None)}})
+    (alone,) = judged({"rise": (None, 0.4)}, runs_of, runs_of, loop=untried)
+    assert requirement_text(alone, attacked="rise").endswith(f"; searched: no adversary has {not_closed}")
+    del alone["attack_runs"]  # as in a document from before
+    assert requirement_text(alone, attacked="rise").endswith("; searched: the loop is not closed.")
     (failed,) = judged({"rise": (None, 0.25)}, runs_of, runs_of, loop=OPEN)
     assert requirement_text(failed, attacked="rise").startswith("Required, rise at most 0.25 m: fail, 0.2")
 

@@ -11,7 +11,7 @@ __all__ = ["requirement_text"]
 RESTS_ON = {
     "proved": "proved: all cases there are were run",
     "attacked": "attacked: an adversary looked for the worst",
-    "searched": "searched: nobody but the search has looked for the worst",
+    "searched": "searched: the loop is not closed",
     "sampled": "sampled: the adversary looked for the worst of {attacked}, not of this",
 }
 
@@ -37,9 +37,18 @@ def requirement_text(asked: Mapping[str, Any], *, attacked: str) -> str:
         f"in the cases found, as required in {cases['within']} of {cases['runs']} of them and in ",
         f"{samples['within']} of {samples['runs']} samples (with 95 % confidence ",
         f"{_share(samples['share'])} of the uncertainty); ",
-        RESTS_ON[asked["grade"]].format(attacked=attacked),
+        _rests_on(asked, attacked),
     )
     return "".join(parts) + "."
+
+
+def _rests_on(asked: Mapping[str, Any], attacked: str) -> str:
+    """The grade and what it means; a loop may have been attacked and not be closed."""
+    runs = asked.get("attack_runs")  # unknown in documents from before
+    if asked["grade"] == "searched" and runs is not None:
+        who = f"{runs} true runs of an adversary" if runs else "no adversary has"
+        return f"searched: {who} looked for the worst, and the loop is not closed"
+    return RESTS_ON[asked["grade"]].format(attacked=attacked)
 
 
 def _verdict(asked: Mapping[str, Any], unit: str) -> str:
