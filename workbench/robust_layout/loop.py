@@ -203,10 +203,8 @@ class _Loop:
         return self.judged.best(rather=holding, within=self.settings.tolerance / 2)
 
     def round(self, number: int) -> bool:
-        """One layout, looked at and perhaps attacked; True when nothing breaks the bound.
-
-        One as good as what a round could make is attacked at once, and so are all where scouts climb.
-        """
+        """One layout, looked at and perhaps attacked, at once where scouts climb or a round could make none
+        that is better; True when nothing breaks the bound."""
         chosen, looked = self.judged.best(), None
         worst = self.judged.worst(chosen)
         if chosen not in self.bounds and is_as_good(worst, self.rounds, self.settings):
@@ -386,15 +384,16 @@ class _Loop:
         document = self.judged.told(robust)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
         breaks = [excess(worst[name].value, before) for name, before in attacked.items()]
-        idle = len(self.rounds) - self.earlier < self.settings.rounds
-        status = loop_status(found, bound, closed=closed, needed=needed, holds=holds, broke=broke, idle=idle)
-        status += passed_over(self.judged.best(), self.judged.worst, robust)
-        off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds)
+        last = None if bound is None or broke is None else excess(found.value, bound)
+        off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds, last=last)
+        status = loop_status(
+            found, bound, closed=closed, needed=needed, holds=holds, broke=broke, off=off,
+            idle=len(self.rounds) - self.earlier < self.settings.rounds,
+        ) + passed_over(self.judged.best(), self.judged.worst, robust)  # fmt: skip
         return RobustLayout(
-            robust=robust, closed=closed, may_exceed=off, status=status,
+            robust=robust, closed=closed, may_exceed=off, status=status, document=document or {},
             layouts=dict(self.judged.layouts), worst=worst, cases=self.judged.cases,
             values={name: self.judged.values(name) for name in self.judged.layouts},
             rounds=list(self.rounds), failures=self.failures, other_starts=others,
             reasons=reasons_against_green(found, document, others, closed=closed, gained=gained),
-            document=document or {},
         )  # fmt: skip

@@ -18,6 +18,7 @@ What breaks the bound is run again at half the step, where the model can (`refin
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from hashlib import blake2b
+from math import ceil, log, log1p
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ from workbench.space.box import Space
 from workbench.space.streams import stream
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["Found", "LayoutOracle", "is_settled"]
+__all__ = ["Found", "LayoutOracle", "budget_for", "is_settled"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -76,6 +77,17 @@ class Found:
         if before is None or before.attack is None:
             return self
         return replace(before, value=self.value, case=self.case) if self.value > before.value else before
+
+
+def budget_for(beyond: float) -> int:
+    """The budget of an attack whose even draws, none of them beyond, say with 95 % confidence that no larger
+    share of the uncertainty is.
+
+    >>> budget_for(0.01)
+    1246
+    """
+    draws = ceil(log(0.05) / log1p(-beyond))
+    return ceil(draws / (THE_REST.interior * (1 - RAID)))
 
 
 def is_settled(attack: Mapping[str, Any]) -> bool:

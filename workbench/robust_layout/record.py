@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import NotEnoughRuns
-from workbench.robust_layout.oracle import Found
+from workbench.robust_layout.oracle import Found, budget_for
 from workbench.search.evidence.attack.record import attackers
+from workbench.search.evidence.attack.share import at_most
+from workbench.search.evidence.grade import BEYOND
 from workbench.space.units import counted
 
 __all__ = [
@@ -37,6 +39,7 @@ Case = Mapping[str, Any]
 GOING_ON = 3  # attacks after the first, at most
 FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
 IDLE = 3  # rounds one after the other that gained nothing
+AGAIN = 2  # times what the last attack on a layout found, at most, the next may find
 TOLD = 1e-4  # the least excess that is told as it is
 AT_HAND = 5  # tolerances between what the best layout is worth and what the last round was made for
 
@@ -167,16 +170,21 @@ def _percent(share: float) -> str:
 
 
 def may_exceed(
-    rounds: Sequence[Round], breaks: Sequence[float], tolerance: float, *, closed: bool, holds: bool
-) -> float:
+    rounds: Sequence[Round], breaks: Sequence[float], tolerance: float, *, closed: bool, holds: bool,
+    last: float | None = None,
+) -> float:  # fmt: skip
     """By which share of the worst value another attack may find more: as much as attacks found lately.
 
     breaks: what attacks found beyond the bounds of the best layout, or of all where it met none.
+    last: what the last one found on a layout that had broken before and was attacked as it is. By how much
+        a layout is worse than in the cases that it was made for the first attack settles; how far attacks
+        differ the last one tells, and the next may differ by twice as much.
     """
     if closed:
         return tolerance
     lately = [r.gap for r in rounds if r.attacked][-2:]
-    return max([*lately, *breaks, *([tolerance] if holds else [])], default=0.0)
+    off = max([*lately, *breaks, *([tolerance] if holds else [])], default=0.0)
+    return off if last is None else min(off, max(AGAIN * last, tolerance))
 
 
 def is_as_good(worst: float, rounds: Sequence[Round], settings: LoopSettings) -> bool:
@@ -209,7 +217,7 @@ def rounds_are_spent(rounds: Sequence[Round], worst: Callable[[str], float], set
 
 def loop_status(
     found: Found, bound: float | None, *, closed: bool, needed: int, holds: bool = False,
-    broke: float | None = None, idle: bool = False,
+    broke: float | None = None, idle: bool = False, off: float = 0.0,
 ) -> str:  # fmt: skip
     """Whether the loop is closed, in a sentence.
 
@@ -218,6 +226,7 @@ def loop_status(
     holds: nothing was found beyond the tolerance.
     broke: the bound before, of a layout that an attack had broken and that was attacked again as it is.
     idle: rounds were left, of which nothing more was hoped.
+    off: by which share another attack may find more, see `may_exceed`.
     """
     ended = "The last rounds gained nothing" if idle else "The rounds were spent"
     if bound is None:
@@ -233,7 +242,9 @@ def loop_status(
         raised = f"An earlier bound was broken by {by}, and what broke it is the bound now. "
     said = f"{raised}{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
     if closed:
-        return f"{said}: the loop is closed."
+        high = _share_beyond(found)
+        less = f" With 95 % confidence less than {at_most(high)} of the uncertainty lies beyond."
+        return f"{said}: the loop is closed.{less if high else ''}"
     if needed:
         return f"{said}. That is too short an attack to call the loop closed: it takes {needed}."
     if holds and found.attack is not None:
@@ -243,10 +254,20 @@ def loop_status(
             "may end higher. The loop is not closed."
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
+    is_more = bound and off > excess(found.value, bound) + TOLD
+    more = f"{_percent(off)} more" if is_more else "as much again"
     return (
-        f"{raised}{ended}, and {how} found {above} above the bound: another may find as much "
-        "again. The loop is not closed."
+        f"{raised}{ended}, and {how} found {above} above the bound: another may find {more}. "
+        "The loop is not closed."
     )
+
+
+def _share_beyond(found: Found) -> float:
+    """How much of the uncertainty may lie beyond the limit, with 95 % confidence, by the even draws of the
+    attack; 0 where all cases were run, and of an attack from before that tells none."""
+    attack = found.attack or {}
+    share = attack.get("share")
+    return 0.0 if share is None or attack["exhaustive"] else float(share["high"])
 
 
 def passed_over(least: str, worst: Callable[[str], float], robust: str) -> str:
@@ -296,6 +317,11 @@ def reasons_against_green(
     gained: what more evaluations gained over the cases known, where that was too little for another attack.
     """
     said = [] if closed else ["the loop is not closed"]
+    if closed and (high := _share_beyond(worst)) > BEYOND:
+        said.append(
+            f"the attack was short: up to {at_most(high)} of the uncertainty may lie beyond, and less than "
+            f"{at_most(BEYOND)} takes budget = {budget_for(BEYOND)}"
+        )
     if document is not None and promise_of(document) > FIRST_ORDER:
         ended = "ended" if document["converged"] else "stopped at its limit"
         more = "" if gained is None else f" (more evaluations gained {100 * gained:.2g} % in the cases known)"
