@@ -324,7 +324,8 @@ def reasons_against_green(
         )
     if document is not None and promise_of(document) > FIRST_ORDER:
         ended = "ended" if document["converged"] else "stopped at its limit"
-        more = "" if gained is None else f" (more evaluations gained {100 * gained:.2g} % in the cases known)"
+        told = "" if gained is None else f"more evaluations gained {100 * gained:.2g} %"
+        more = f" ({told} in the cases known by then)" if told else ""
         said.append(
             f"the optimiser {ended} where the first-order condition is off by "
             f"{100 * promise_of(document):.2g} %: a better layout may stand nearby{more}"

@@ -127,5 +127,5 @@ def test_what_more_evaluations_gained_is_told():
     )
     assert said == (
         "the optimiser stopped at its limit where the first-order condition is off by 6 %: a better layout "
-        "may stand nearby (more evaluations gained 0.4 % in the cases known)"
+        "may stand nearby (more evaluations gained 0.4 % in the cases known by then)"
     )
