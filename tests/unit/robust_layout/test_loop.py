@@ -99,9 +99,10 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rounds", "raised"), [(1, ""), (2, "An earlier bound was broken by ")])
-def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds, raised):
-    """The layout of the last round breaks; the best over the cases of all layouts is another one."""
+@pytest.mark.parametrize("rounds", [1, 2])
+def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
+    """The layout of the last round breaks; the best over the cases of all layouts is another one, or what
+    more evaluations made of it."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
     text = changed("budget = 60", "budget = 160", text)  # a border of failures takes more runs
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
@@ -113,10 +114,10 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert max(fine) <= found["worst"] * (1 + NEAR)
     assert found["closed"]
     assert found["grade"] == "attacked"
-    assert found["attack"]["runs"] == 160
-    # with two rounds the first attack on the best layout breaks it, and it is attacked as it is
-    said = "160 true runs of an adversary found nothing more than"
-    assert found["status"].startswith(raised or said)
+    runs = found["attack"]["runs"]
+    assert runs in (160, 320)  # twice where no two climbs had arrived
+    said = f"{runs} true runs of an adversary found nothing more than"
+    assert found["status"].startswith((said, "An earlier bound was broken by "))
     assert said in found["status"]
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
