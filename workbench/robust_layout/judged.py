@@ -27,7 +27,8 @@ ROUNDS = "rounds"  # where the layouts of the loop itself come from
 class JudgedLayouts:
     """Layouts by name, and the cases that judge them: a layout is as good as its worst case.
 
-    evaluator: density -> evaluator of its true runs.    model: which of their outputs counts.
+    evaluator: density -> evaluator of its true runs.
+    model: which of their outputs counts, and what the value of a search is as one.
     documents: of the optimised ones, as `layout.json`.    latest: the name of the one made last.
     origins: of the optimised ones: the start that they descend from, ROUNDS for those of the loop itself.
     known: of those that `add` was called for: how many of the cases were known then, the first ones.

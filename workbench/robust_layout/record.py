@@ -243,7 +243,9 @@ def loop_status(
     said = f"{raised}{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
     if closed:
         high = _share_beyond(found)
-        less = f" With 95 % confidence less than {at_most(high)} of the uncertainty lies beyond."
+        less = (
+            f" With 95 % confidence less than {at_most(high)} of the uncertainty lies beyond the tolerance."
+        )
         return f"{said}: the loop is closed.{less if high else ''}"
     if needed:
         return f"{said}. That is too short an attack to call the loop closed: it takes {needed}."
@@ -263,8 +265,8 @@ def loop_status(
 
 
 def _share_beyond(found: Found) -> float:
-    """How much of the uncertainty may lie beyond the limit, with 95 % confidence, by the even draws of the
-    attack; 0 where all cases were run, and of an attack from before that tells none."""
+    """How much of the uncertainty may lie beyond bound and tolerance, with 95 % confidence, by the even draws
+    of the attack; 0 where all cases were run, and of an attack from before that tells none."""
     attack = found.attack or {}
     share = attack.get("share")
     return 0.0 if share is None or attack["exhaustive"] else float(share["high"])
@@ -319,13 +321,14 @@ def reasons_against_green(
     said = [] if closed else ["the loop is not closed"]
     if closed and (high := _share_beyond(worst)) > BEYOND:
         said.append(
-            f"the attack was short: up to {at_most(high)} of the uncertainty may lie beyond, and less than "
-            f"{at_most(BEYOND)} takes budget = {budget_for(BEYOND)}"
+            f"the attack was short: up to {at_most(high)} of the uncertainty may lie beyond the tolerance, "
+            f"and less than {at_most(BEYOND)} takes budget = {budget_for(BEYOND)}"
         )
     if document is not None and promise_of(document) > FIRST_ORDER:
         ended = "ended" if document["converged"] else "stopped at its limit"
-        told = "" if gained is None else f"more evaluations gained {100 * gained:.2g} %"
-        more = f" ({told} in the cases known by then)" if told else ""
+        more = "" if gained is None else (
+            f" (more evaluations gained {100 * gained:.2g} % in the cases known by then)"
+        )  # fmt: skip
         said.append(
             f"the optimiser {ended} where the first-order condition is off by "
             f"{100 * promise_of(document):.2g} %: a better layout may stand nearby{more}"

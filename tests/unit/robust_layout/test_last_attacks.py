@@ -158,14 +158,15 @@ def test_a_closed_loop_says_how_much_of_the_uncertainty_may_lie_beyond():
     found = Found(value=3.0, case={}, runs=300, status="", attack=attack)
     said = loop_status(found, 3.0, closed=True, needed=0)
     assert said.endswith(
-        "the loop is closed. With 95 % confidence less than 4.1 % of the uncertainty lies beyond."
+        "the loop is closed. With 95 % confidence less than 4.1 % of the uncertainty lies beyond the "
+        "tolerance."
     )
     whole = replace(found, attack={**attack, "exhaustive": True})
     assert loop_status(whole, 3.0, closed=True, needed=0).endswith("the loop is closed.")
     (short,) = reasons_against_green(found, None, SimpleNamespace(agrees=True), closed=True)
     assert short == (
-        "the attack was short: up to 4.1 % of the uncertainty may lie beyond, and less than 1 % takes "
-        "budget = 1246"
+        "the attack was short: up to 4.1 % of the uncertainty may lie beyond the tolerance, and less than "
+        "1 % takes budget = 1246"
     )
     long = replace(found, attack={**attack, "share": {"draws": 299, "hits": 0, "high": 0.00997}})
     for quiet in (whole, long):

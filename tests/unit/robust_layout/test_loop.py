@@ -23,8 +23,8 @@ from workbench.stages.validation import check_study
 
 NEAR = 0.02  # the loop's own tolerance
 SHORT = (  # 14 even draws of 60 runs
-    "the attack was short: up to 19 % of the uncertainty may lie beyond, and less than 1 % takes "
-    "budget = 1246"
+    "the attack was short: up to 19 % of the uncertainty may lie beyond the tolerance, and less than 1 % "
+    "takes budget = 1246"
 )
 VARIANT = '\n[[robust_layout.variant]]\nname = "half of it"\noptions = { budget = 0.5 }\n'
 
@@ -99,8 +99,8 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rounds", [1, 2])
-def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
+@pytest.mark.parametrize(("rounds", "raised"), [(1, "An earlier bound was broken by "), (2, "")])
+def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds, raised):
     """The layout of the last round breaks; the best over the cases of all layouts is another one, or what
     more evaluations made of it."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
@@ -114,10 +114,10 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert max(fine) <= found["worst"] * (1 + NEAR)
     assert found["closed"]
     assert found["grade"] == "attacked"
-    runs = found["attack"]["runs"]
-    assert runs in (160, 320)  # twice where no two climbs had arrived
-    said = f"{runs} true runs of an adversary found nothing more than"
-    assert found["status"].startswith((said, "An earlier bound was broken by "))
+    assert found["attack"]["runs"] == 320  # no two climbs of the first 160 arrived
+    # with one round the first attack on the best layout breaks it, and it is attacked as it is
+    said = "320 true runs of an adversary found nothing more than"
+    assert found["status"].startswith(raised or said)
     assert said in found["status"]
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
