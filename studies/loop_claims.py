@@ -13,7 +13,8 @@ once, with as many runs as the loop has made.
 
 `python -m studies.loop_claims 300 8 3000` prints eight loops, with 3 000 runs of the outsider on each layout;
 `python -m studies.loop_claims 9602 3 3000 250 corners` three with steps of 8 ms and the 50 corners;
-with `--rounds 2` a loop is cut short, and what is said of one that did not close is counted.
+with `--rounds 2` a loop is cut short, and what is said of one that did not close is counted;
+with `--further 100` what is said to be left to gain is held against long searches (`studies.left_to_gain`).
 """
 
 import sys
@@ -29,6 +30,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.left_to_gain import Left, left_to_gain
 from studies.loop_rivals import CORNERS, Runs, counting, nominal, sample_approach
 from studies.occupant_braking import restraint
 from workbench.robust_layout.loop import find_robust_layout
@@ -163,7 +165,10 @@ def runs_of_an_outsider(text: str) -> int:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """What a loop said, and what the outsider found.    beaten: share beyond the stated worst."""
+    """What a loop said, and what the outsider found.    beaten: share beyond the stated worst.
+
+    left: what more evaluations gained, None where none were spent.
+    """
 
     closed: bool
     stated: float
@@ -174,6 +179,7 @@ class Claim:
     others: Mapping[str, float]  # uniform, nominal only, perhaps 50 corners: over all cases found by anybody
     robust: float
     reasons: tuple[str, ...]
+    left: Left | None = None
 
     @property
     def holds(self) -> bool:
@@ -203,12 +209,13 @@ def attacked(
 
 def claim_of(
     seed: int, *, budget: int, steps: int = STEPS, rounds: int | None = None, corners: bool = False,
-    tell: Any = lambda text: None,
+    further: int | None = None, tell: Any = lambda text: None,
 ) -> tuple[Claim, float]:  # fmt: skip
     """What the loop of one box claims, tried with `budget` runs, and the processor seconds of the loop.
 
     rounds: at most, None for the demo's.
     corners: also make the layout for 50 random corners, with as many runs.
+    further: evaluations of searches over all cases found, against what is said to be left to gain.
     """
     settings = settings_of_the_demo(seed)
     settings = settings if rounds is None else replace(settings, rounds=rounds)
@@ -228,7 +235,11 @@ def claim_of(
     if corners:
         evaluations = (runs.made + simulated[0]) // (CORNERS + 1)
         rivals["50 corners"] = sample_approach(model, space, evaluations=evaluations, seed=seed)
-    return attacked(found, runs, space, budget=budget, seed=seed, rivals=rivals), spent
+    claim = attacked(found, runs, space, budget=budget, seed=seed, rivals=rivals)
+    if further is not None:
+        left = left_to_gain(model, found, Runs(model), evaluations=further, seed=seed)
+        claim = replace(claim, left=left)
+    return claim, spent
 
 
 def counted(made: list[Claim]) -> str:
@@ -245,12 +256,28 @@ def counted(made: list[Claim]) -> str:
         f"{name} is worse by {100 * np.median(b):.0f} % in the median, better in {sum(x < 0 for x in b)}"
         for name, b in better.items()
     ]
+    lefts = [(c.left, not c.reasons) for c in made if c.left is not None]
+    if lefts:
+        green = [left.gained for left, is_green in lefts if is_green]
+        lines.append(
+            f"no more was gained than is said to be left in {sum(left.holds for left, _ in lefts)} of "
+            f"{len(lefts)}; {len(green)} are green, of which {sum(gain > ALLOWED for gain in green)} gained "
+            f"more than {100 * ALLOWED:.0f} %"
+        )
     return "\n".join(lines)
+
+
+def _second_line(claim: Claim) -> str:
+    """Why a loop is not green, after what was said to be left and what was gained."""
+    if claim.left is None:
+        return "; ".join(claim.reasons)
+    said = "unknown" if claim.left.said is None else f"{100 * claim.left.said:.2f} %"
+    return "; ".join([f"left {said}, gained {100 * claim.left.gained:.2f} %", *claim.reasons])
 
 
 def main(
     first: int, loops: int, budget: int, steps: int = STEPS, rounds: int | None = None, *,
-    corners: bool = False,
+    corners: bool = False, further: int | None = None,
 ) -> None:  # fmt: skip
     """Print two lines for every loop, and what they count up to."""
     beside = "  50 corners" if corners else ""
@@ -260,7 +287,9 @@ def main(
     )
     made = []
     for seed in range(first, first + loops):
-        claim, spent = claim_of(seed, budget=budget, steps=steps, rounds=rounds, corners=corners)
+        claim, spent = claim_of(
+            seed, budget=budget, steps=steps, rounds=rounds, corners=corners, further=further
+        )
         made.append(claim)
         print(
             f"{seed:4d}  {'yes' if claim.closed else 'no':6s}  {claim.arrived:7d}  "
@@ -271,7 +300,7 @@ def main(
             + f"{spent:5.0f}",
             flush=True,
         )
-        print("      " + "; ".join(claim.reasons), flush=True)
+        print("      " + _second_line(claim), flush=True)
     print(counted(made))
 
 
@@ -287,8 +316,9 @@ def arguments(words: Sequence[str]) -> Namespace:
     parser.add_argument("steps", default=STEPS, help="of a run of two seconds", **number)
     parser.add_argument("beside", nargs="?", choices=["corners"], help="the layout of 50 corners, too")
     parser.add_argument("--rounds", type=int, help="of every loop, fewer than the demo's", default=None)
+    parser.add_argument("--further", type=int, help="evaluations of searches over all cases", default=None)
     asked = parser.parse_args(words)
-    for name in ("loops", "steps", "rounds"):
+    for name in ("loops", "steps", "rounds", "further"):
         value = getattr(asked, name)
         if value is not None and value < 1:
             parser.error(f"{name} needs to be 1 or more, got {value}")
@@ -297,4 +327,7 @@ def arguments(words: Sequence[str]) -> Namespace:
 
 if __name__ == "__main__":
     said = arguments(sys.argv[1:])
-    main(said.first, said.loops, said.budget, said.steps, said.rounds, corners=said.beside == "corners")
+    main(
+        said.first, said.loops, said.budget, said.steps, said.rounds,
+        corners=said.beside == "corners", further=said.further,
+    )  # fmt: skip

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from studies import loop_claims
+from studies.left_to_gain import Left
 from studies.loop_claims import (
     Claim,
     arguments,
@@ -96,27 +97,41 @@ def test_claims_are_counted():
     ]
 
 
+def test_what_was_gained_is_counted_and_told():
+    said, beaten = Left(said=0.012, gained=0.01), Left(said=0.01, gained=0.021)
+    made = [claim(left=said), claim(left=beaten), claim(left=beaten, reasons=("why not",))]
+    assert counted(made).splitlines()[-1] == (
+        "no more was gained than is said to be left in 1 of 3; 2 are green, of which 1 gained more than 2 %"
+    )
+    assert loop_claims._second_line(made[2]) == "left 1.00 %, gained 2.10 %; why not"
+    assert loop_claims._second_line(claim(left=Left(said=None, gained=0.0))) == "left unknown, gained 0.00 %"
+    assert loop_claims._second_line(claim(reasons=("why not",))) == "why not"
+
+
 @pytest.mark.slow
 def test_a_short_loop_is_attacked(monkeypatch):
     short = replace(settings_of_the_demo(2), scenarios=4, evaluations=3, budget=100, corners=6, rounds=1)
     monkeypatch.setattr(loop_claims, "settings_of_the_demo", lambda seed: short)
-    made, spent = claim_of(2, budget=120, steps=250, corners=True)
+    made, spent = claim_of(2, budget=120, steps=250, corners=True, further=2)
     assert spent > 0.0
     assert list(made.others) == ["uniform", "nominal only", "50 corners"]
     assert min(made.others.values()) > 0.0
     assert made.robust >= made.stated * (1 - 1e-12)
     assert made.beaten >= 0.0
+    assert made.left is not None
+    assert made.left.gained >= 0.0
 
 
 def test_the_command_line_is_checked(capsys):
-    asked = arguments(["9602", "3", "3000", "250", "corners", "--rounds", "2"])
+    asked = arguments(["9602", "3", "3000", "250", "corners", "--rounds", "2", "--further", "9"])
     assert (asked.first, asked.loops, asked.budget, asked.steps, asked.rounds) == (9602, 3, 3000, 250, 2)
-    assert asked.beside == "corners"
+    assert (asked.beside, asked.further) == ("corners", 9)
     assert (arguments([]).loops, arguments([]).rounds) == (8, None)
     for words, said in (
         (["1", "0"], "loops needs to be 1 or more, got 0"),
         (["1", "1", "2"], "an outsider takes at least 3 runs, got 2"),
         (["--rounds", "0"], "rounds needs to be 1 or more, got 0"),
+        (["--further", "0"], "further needs to be 1 or more, got 0"),
         (["one"], "invalid int value: 'one'"),
     ):
         with pytest.raises(SystemExit):
