@@ -49,13 +49,14 @@ def trivial_layouts(problem: LayoutProblem) -> dict[str, Array]:
     return found
 
 
-def failing(model: LayoutModel, cases: Sequence[Case]) -> list[int]:
-    """Which of these cases the optimiser cannot run on their own; the last of them where it can run each."""
+def failing(model: LayoutModel, cases: Sequence[Case], start: Array | None) -> list[int]:
+    """Which of these cases the optimiser cannot run on their own where it begins, at `start` or the problem's
+    own; the last of them where it can run each."""
     found = []
     for k, case in enumerate(cases):
         try:
             problem = problem_of(model, [case])
-            problem.checked(problem.into_budgets(problem.start.copy()))
+            problem.checked(problem.into_budgets((problem.start if start is None else start).copy()))
         except FAILURES:
             found.append(k)
     return found or [len(cases) - 1]

@@ -256,7 +256,7 @@ class _Loop:
                 origin = self.judged.origins.get(best, ROUNDS)  # a trivial layout is where rounds begin
                 self.judged.add(f"round {number}", made, origin=origin)
                 return len(usable), str(made.document["status"]), note
-            culprits = failing(self.model, [self.judged.cases[k] for k in usable])
+            culprits = failing(self.model, [self.judged.cases[k] for k in usable], start)
             self.unusable |= {usable[k] for k in culprits}  # they still judge every layout by true runs
             note = self.failures[-1]
             if len(usable) == 1:

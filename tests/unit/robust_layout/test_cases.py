@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.sample_layout import TwoMembers
+from workbench.engine.layout.formulation.problem import InvalidLayout
 from workbench.errors import StudyError
 from workbench.robust_layout import cases as cases_of
 from workbench.robust_layout.cases import (
@@ -61,7 +62,29 @@ def test_an_error_of_the_models_own_code_names_its_case_and_line(tmp_path):
     with pytest.raises(StudyError, match=said):
         made(right, left)
     assert "LinAlgError in 2 cases" in made(right, {"u": 0.5, "v": 0.0})  # an answer: it cannot be run
-    assert failing(OneSided(), [right, {"u": 0.5, "v": 0.0}, right]) == [1]
+    assert failing(OneSided(), [right, {"u": 0.5, "v": 0.0}, right], None) == [1]
+
+
+class Slack(TwoMembers):
+    """A case to the left cannot be run where the second member holds almost nothing."""
+
+    def problem(self, scenarios):
+        problem = super().problem(scenarios)
+        if all(case["u"] > 0 for case in scenarios):
+            return problem
+
+        def evaluate(density):
+            if density[1] < 0.1:
+                raise InvalidLayout("nothing holds to the left")
+            return problem.evaluate(density)
+
+        return replace(problem, evaluate=evaluate)
+
+
+def test_a_case_that_fails_where_a_search_begins_is_told_from_those_that_run_there():
+    left, right = {"u": -1.0, "v": 0.0}, {"u": 1.0, "v": 0.0}
+    assert failing(Slack(), [left, right], np.array([0.95, 0.05])) == [0]
+    assert failing(Slack(), [left, right], None) == [1]  # each runs at the problem's own start: the last one
 
 
 def test_the_start_of_the_problem_is_a_trivial_layout_of_its_own_where_it_is_another():
