@@ -98,7 +98,8 @@ class NewtonSystem:
         q = len(jacobian)
         self.state, self.jacobian, self.n_rows, self.residual = state, jacobian, n_rows, residual
         self.basis = basis
-        self.below, self.above = state.d - lo, hi - state.d
+        least = np.finfo(float).eps * (hi - lo)  # a step that ends at a bound but for rounding
+        self.below, self.above = np.maximum(state.d - lo, least), np.maximum(hi - state.d, least)
         self.unit = np.r_[np.ones(n_rows), np.zeros(q - n_rows)]
         self.dual_residual = self._to_members(jacobian.T @ state.y) - state.zl + state.zu
         self.weight = state.zl / self.below + state.zu / self.above

@@ -86,6 +86,19 @@ def test_equal_rows_share_their_load_where_rounding_leaves_a_zero_pivot():
     assert bound.bound == pytest.approx(-3.0, abs=1e-8)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_variable_that_is_at_its_bound_to_the_last_digit_has_a_direction():
+    state = BoundState(
+        d=np.array([-1.0, 1.0, 0.0]), t=0.0, s=np.ones(2), y=np.full(2, 0.5), zl=np.full(3, 0.1),
+        zu=np.full(3, 0.1),
+    )  # fmt: skip
+    rows = np.array([[1.0, 2.0, 0.5], [-1.0, 0.0, 3.0]])
+    system = NewtonSystem(state, -np.ones(3), np.ones(3), np.zeros((3, 0)), rows, 2, np.zeros(2))
+    step = system.direction(0.0)
+    assert all(np.isfinite(part).all() for part in (step.d, step.y, step.zl, step.zu))
+    assert abs(step.d[:2]).max() < 1e-12  # held there by multipliers that are not nothing
+
+
 def test_budgets_that_no_free_variable_draws_on_change_nothing():
     """Variables 2 and 3 are held; the second budget is theirs alone, the third one nobody's."""
     r = np.random.default_rng(5)
