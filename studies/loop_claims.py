@@ -14,6 +14,7 @@ once, with as many runs as the loop has made.
 `python -m studies.loop_claims 300 8 3000` prints eight loops, with 3 000 runs of the outsider on each layout;
 `python -m studies.loop_claims 9602 3 3000 250 corners` three with steps of 8 ms and the 50 corners;
 with `--rounds 2` a loop is cut short, and what is said of one that did not close is counted;
+with `--attack 200` its attacks are as short as that, which is too short to close it;
 with `--further 100` what is said to be left to gain is held against long searches (`studies.left_to_gain`).
 """
 
@@ -208,17 +209,18 @@ def attacked(
 
 
 def claim_of(
-    seed: int, *, budget: int, steps: int = STEPS, rounds: int | None = None, corners: bool = False,
-    further: int | None = None, tell: Any = lambda text: None,
+    seed: int, *, budget: int, steps: int = STEPS, rounds: int | None = None, attack: int | None = None,
+    corners: bool = False, further: int | None = None, tell: Any = lambda text: None,
 ) -> tuple[Claim, float]:  # fmt: skip
     """What the loop of one box claims, tried with `budget` runs, and the processor seconds of the loop.
 
-    rounds: at most, None for the demo's.
+    rounds: at most, None for the demo's.    attack: runs of every attack, None for the demo's.
     corners: also make the layout for 50 random corners, with as many runs.
     further: evaluations of searches over all cases found, against what is said to be left to gain.
     """
     settings = settings_of_the_demo(seed)
     settings = settings if rounds is None else replace(settings, rounds=rounds)
+    settings = settings if attack is None else replace(settings, budget=attack)
     rng = np.random.default_rng([seed, 41])
     space = drawn_space(rng)
     model = restraint(belts=float(rng.integers(4, 10)), airbags=float(rng.integers(4, 10)), steps=steps)
@@ -277,7 +279,7 @@ def _second_line(claim: Claim) -> str:
 
 def main(
     first: int, loops: int, budget: int, steps: int = STEPS, rounds: int | None = None, *,
-    corners: bool = False, further: int | None = None,
+    attack: int | None = None, corners: bool = False, further: int | None = None,
 ) -> None:  # fmt: skip
     """Print two lines for every loop, and what they count up to."""
     beside = "  50 corners" if corners else ""
@@ -288,7 +290,7 @@ def main(
     made = []
     for seed in range(first, first + loops):
         claim, spent = claim_of(
-            seed, budget=budget, steps=steps, rounds=rounds, corners=corners, further=further
+            seed, budget=budget, steps=steps, rounds=rounds, attack=attack, corners=corners, further=further
         )
         made.append(claim)
         print(
@@ -316,9 +318,12 @@ def arguments(words: Sequence[str]) -> Namespace:
     parser.add_argument("steps", default=STEPS, help="of a run of two seconds", **number)
     parser.add_argument("beside", nargs="?", choices=["corners"], help="the layout of 50 corners, too")
     parser.add_argument("--rounds", type=int, help="of every loop, fewer than the demo's", default=None)
+    parser.add_argument(
+        "--attack", type=int, help="runs of every attack, other than the demo's", default=None
+    )
     parser.add_argument("--further", type=int, help="evaluations of searches over all cases", default=None)
     asked = parser.parse_args(words)
-    for name in ("loops", "steps", "rounds", "further"):
+    for name in ("loops", "steps", "rounds", "attack", "further"):
         value = getattr(asked, name)
         if value is not None and value < 1:
             parser.error(f"{name} needs to be 1 or more, got {value}")
@@ -329,5 +334,5 @@ if __name__ == "__main__":
     said = arguments(sys.argv[1:])
     main(
         said.first, said.loops, said.budget, said.steps, said.rounds,
-        corners=said.beside == "corners", further=said.further,
+        attack=said.attack, corners=said.beside == "corners", further=said.further,
     )  # fmt: skip

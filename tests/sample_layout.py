@@ -114,7 +114,7 @@ model = "tests.sample_layout:two_members"
 nominal = { u = 0.9, v = 0.5 }
 scenarios = 4
 evaluations = 30
-budget = 60
+budget = 1300
 corners = 8
 rounds = 5
 samples = 30

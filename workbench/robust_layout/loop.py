@@ -33,7 +33,7 @@ from workbench.robust_layout.cases import Optimised, Search, failing, optimise_f
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.judged import ROUNDS, JudgedLayouts
 from workbench.robust_layout.model import LayoutModel
-from workbench.robust_layout.oracle import Found, LayoutOracle, is_settled
+from workbench.robust_layout.oracle import Found, LayoutOracle, is_settled, is_too_short
 from workbench.robust_layout.other_starts import OtherStarts, starts_of
 from workbench.robust_layout.record import (
     LoopSettings,
@@ -378,16 +378,16 @@ class _Loop:
         """Every layout judged over all cases found; `robust` is the best of them."""
         worst = self.judged.with_all_cases(self.worst)
         found, bound, holds = worst[robust], self.bounds.get(robust), self.holds(robust)
-        needed = self.oracle.missing(found) if holds else 0
-        closed = holds and not needed and found.attack is not None and is_settled(found.attack)
+        held = found.attack if holds else None
+        closed = held is not None and is_settled(held) and not is_too_short(held)
         broke, gained = self.broke.get(robust), self.gained.get(robust)
         document = self.judged.told(robust)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
         breaks = [excess(worst[name].value, before) for name, before in attacked.items()]
         last = None if bound is None or broke is None else excess(found.value, bound)
-        off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, holds=holds, last=last)
+        off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, held=held, last=last)
         status = loop_status(
-            found, bound, closed=closed, needed=needed, holds=holds, broke=broke, off=off,
+            found, bound, closed=closed, holds=holds, broke=broke, off=off,
             idle=len(self.rounds) - self.earlier < self.settings.rounds,
         ) + passed_over(self.judged.best(), self.judged.worst, robust)  # fmt: skip
         return RobustLayout(

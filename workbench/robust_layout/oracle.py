@@ -34,13 +34,13 @@ from workbench.search.evidence.attack.adversary import DEFAULT_SPLIT, Split, att
 from workbench.search.evidence.attack.belief import Believing
 from workbench.search.evidence.attack.record import Attack
 from workbench.search.evidence.attack.strata import Strata
-from workbench.search.evidence.grade import ARRIVED, fewest_runs
+from workbench.search.evidence.grade import ARRIVED, BEYOND, fewest_runs
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.space.box import Space
 from workbench.space.streams import stream
 from workbench.system.atomic import read_json, write_json
 
-__all__ = ["Found", "LayoutOracle", "budget_for", "is_settled"]
+__all__ = ["Found", "LayoutOracle", "budget_for", "is_settled", "is_too_short", "share_beyond"]
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
@@ -94,6 +94,17 @@ def is_settled(attack: Mapping[str, Any]) -> bool:
     """Whether another attack would say no more: all cases were run, or climbs from elsewhere arrived at the
     worst."""
     return bool(attack["exhaustive"]) or attack["arrived"] >= ARRIVED
+
+
+def share_beyond(attack: Mapping[str, Any]) -> float:
+    """How much of the uncertainty may lie beyond the limit that an attack did not break, with 95 %
+    confidence, by its even draws; 0 where all cases were run."""
+    return 0.0 if attack["exhaustive"] else float(attack["share"]["high"])
+
+
+def is_too_short(attack: Mapping[str, Any]) -> bool:
+    """Whether the silence of an attack says too little to close a loop."""
+    return share_beyond(attack) > BEYOND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,12 +174,6 @@ class LayoutOracle:
             lambda: asdict(self._attacked(density, cases, limit=limit, turn=turn, to_the_end=to_the_end)),
         )
         return Found(**attacked)
-
-    def missing(self, found: Found) -> int:
-        """Runs that an attack takes to close the loop; 0 where it made as many, or all that there are."""
-        needed, attack = fewest_runs(self.space.dimension), found.attack
-        enough = attack is not None and (attack["exhaustive"] or attack["runs"] >= needed)
-        return 0 if enough else needed
 
     def _kept(self, what: str, text: str, make: Callable[[], Any]) -> Any:
         """What was made once and is a function of `text`, in `folder`."""

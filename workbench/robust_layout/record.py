@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import NotEnoughRuns
-from workbench.robust_layout.oracle import Found, budget_for
+from workbench.robust_layout.oracle import Found, budget_for, is_too_short, share_beyond
 from workbench.search.evidence.attack.record import attackers
 from workbench.search.evidence.attack.share import at_most
 from workbench.search.evidence.grade import BEYOND
@@ -39,6 +39,7 @@ Case = Mapping[str, Any]
 GOING_ON = 3  # attacks after the first, at most
 FIRST_ORDER = 0.02  # relative promise of the linearised rows below which a layout is settled
 IDLE = 3  # rounds one after the other that gained nothing
+BROKEN = 3  # rounds that broke, the latest, tell what a short attack may have missed
 AGAIN = 2  # times what the last attack on a layout found, at most, the next may find
 TOLD = 1e-4  # the least excess that is told as it is
 AT_HAND = 5  # tolerances between what the best layout is worth and what the last round was made for
@@ -111,8 +112,8 @@ class OtherStartsFound:
 class RobustLayout:
     """What the loop found. `layouts`: name -> densities; `worst`: name -> the worst true run known.
 
-    closed: the best layout was attacked, nothing was found beyond its bound and the tolerance, and climbs
-    from elsewhere arrived at its worst case.
+    closed: the best layout was attacked, nothing was found beyond its bound and the tolerance, less than 1 %
+    of the uncertainty lies beyond them, and climbs from elsewhere arrived at its worst case.
     may_exceed: by which share of the worst value another attack may find more, an estimate.
     reasons: what keeps the verdict from being green, in sentences.
     """
@@ -170,8 +171,8 @@ def _percent(share: float) -> str:
 
 
 def may_exceed(
-    rounds: Sequence[Round], breaks: Sequence[float], tolerance: float, *, closed: bool, holds: bool,
-    last: float | None = None,
+    rounds: Sequence[Round], breaks: Sequence[float], tolerance: float, *, closed: bool,
+    held: Mapping[str, Any] | None = None, last: float | None = None,
 ) -> float:  # fmt: skip
     """By which share of the worst value another attack may find more: as much as attacks found lately.
 
@@ -179,11 +180,16 @@ def may_exceed(
     last: what the last one found on a layout that had broken before and was attacked as it is. By how much
         a layout is worse than in the cases that it was made for the first attack settles; how far attacks
         differ the last one tells, and the next may differ by twice as much.
+    held: the attack on the best layout, where it broke nothing. What one missed that was too short to close
+        the loop may be as bad as what broke the layouts of the last rounds; the first layout knew the cases
+        of the start alone, and its break says nothing of that.
     """
     if closed:
         return tolerance
+    if held is not None and is_too_short(held):
+        return max([r.gap for r in rounds[1:] if r.gap > tolerance][-BROKEN:], default=tolerance)
     lately = [r.gap for r in rounds if r.attacked][-2:]
-    off = max([*lately, *breaks, *([tolerance] if holds else [])], default=0.0)
+    off = max([*lately, *breaks, *([] if held is None else [tolerance])], default=0.0)
     return off if last is None else min(off, max(AGAIN * last, tolerance))
 
 
@@ -216,13 +222,12 @@ def rounds_are_spent(rounds: Sequence[Round], worst: Callable[[str], float], set
 
 
 def loop_status(
-    found: Found, bound: float | None, *, closed: bool, needed: int, holds: bool = False,
-    broke: float | None = None, idle: bool = False, off: float = 0.0,
+    found: Found, bound: float | None, *, closed: bool, holds: bool = False, broke: float | None = None,
+    idle: bool = False, off: float = 0.0,
 ) -> str:  # fmt: skip
     """Whether the loop is closed, in a sentence.
 
     found: of the best layout.    bound: over the known cases when it was attacked, None if it was not.
-    needed: runs that an attack takes to close the loop, 0 where it made enough.
     holds: nothing was found beyond the tolerance.
     broke: the bound before, of a layout that an attack had broken and that was attacked again as it is.
     idle: rounds were left, of which nothing more was hoped.
@@ -241,15 +246,17 @@ def loop_status(
         by = f"{100 * excess(bound, broke):.3g} %"
         raised = f"An earlier bound was broken by {by}, and what broke it is the bound now. "
     said = f"{raised}{attackers(found.runs, scouts)} found nothing more than {above} above the bound"
-    if closed:
-        high = _share_beyond(found)
-        less = (
-            f" With 95 % confidence less than {at_most(high)} of the uncertainty lies beyond the tolerance."
-        )
-        return f"{said}: the loop is closed.{less if high else ''}"
-    if needed:
-        return f"{said}. That is too short an attack to call the loop closed: it takes {needed}."
     if holds and found.attack is not None:
+        high = share_beyond(found.attack)
+        if closed:
+            less = f" With 95 % confidence less than {at_most(high)} of the uncertainty lies beyond"
+            return f"{said}: the loop is closed.{f'{less} the tolerance.' if high else ''}"
+        if is_too_short(found.attack):
+            return (
+                f"{said}. That is too short an attack to call the loop closed: another may find "
+                f"{_percent(off)} more. Up to {at_most(high)} of the uncertainty may lie beyond the "
+                f"tolerance; less than {at_most(BEYOND)} takes budget = {budget_for(BEYOND)}."
+            )
         arrived, climbs = found.attack["arrived"] or "none", found.attack["climbs"]
         return (
             f"{said}, but {arrived} of {climbs} climbs from elsewhere arrived at the worst of them: another "
@@ -262,14 +269,6 @@ def loop_status(
         f"{raised}{ended}, and {how} found {above} above the bound: another may find {more}. "
         "The loop is not closed."
     )
-
-
-def _share_beyond(found: Found) -> float:
-    """How much of the uncertainty may lie beyond bound and tolerance, with 95 % confidence, by the even draws
-    of the attack; 0 where all cases were run, and of an attack from before that tells none."""
-    attack = found.attack or {}
-    share = attack.get("share")
-    return 0.0 if share is None or attack["exhaustive"] else float(share["high"])
 
 
 def passed_over(least: str, worst: Callable[[str], float], robust: str) -> str:
@@ -319,11 +318,6 @@ def reasons_against_green(
     gained: what more evaluations gained over the cases known, where that was too little for another attack.
     """
     said = [] if closed else ["the loop is not closed"]
-    if closed and (high := _share_beyond(worst)) > BEYOND:
-        said.append(
-            f"the attack was short: up to {at_most(high)} of the uncertainty may lie beyond the tolerance, "
-            f"and less than {at_most(BEYOND)} takes budget = {budget_for(BEYOND)}"
-        )
     if document is not None and promise_of(document) > FIRST_ORDER:
         ended = "ended" if document["converged"] else "stopped at its limit"
         more = "" if gained is None else (

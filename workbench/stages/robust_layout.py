@@ -39,10 +39,12 @@ from workbench.robust_layout.loop_documents import (
     shown_name,
 )
 from workbench.robust_layout.model import LayoutModel, load_layout_model, problem_of
+from workbench.robust_layout.oracle import budget_for
 from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
-from workbench.search.evidence.grade import fewest_runs
+from workbench.search.evidence.attack.share import at_most
+from workbench.search.evidence.grade import BEYOND
 from workbench.search.runs.unit_space import SearchSpace
 from workbench.stages.work import Work
 from workbench.study.messages import placed
@@ -350,12 +352,12 @@ def _makes_problems(study: Study, model: LayoutModel) -> None:
 
 def _notes(study: Study) -> list[str]:
     """What is allowed and worth a word."""
-    budget, needed = (study.robust_layout or {})["budget"], fewest_runs(study.space.dimension)
+    budget, needed = (study.robust_layout or {})["budget"], budget_for(BEYOND)
     if budget >= min(needed, SearchSpace.of(study.space).size):  # or runs all that there are
         return []
     return [
-        f"[robust_layout] budget = {budget} is too short an attack to call the loop closed: over "
-        f"{study.space.dimension} parameters it takes {needed} true runs"
+        f"[robust_layout] budget = {budget} is too short an attack to call the loop closed: that takes "
+        f"{needed} true runs, which leave less than {at_most(BEYOND)} of the uncertainty beyond"
     ]
 
 

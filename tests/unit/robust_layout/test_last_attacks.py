@@ -1,7 +1,6 @@
 """Attacks when the rounds of a robust loop are spent: how many, and what is said of what none is left for."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 
@@ -9,8 +8,8 @@ from tests.sample_layout import changed, run
 from workbench.robust_layout import loop as loop_module
 from workbench.robust_layout.loop import _Loop
 from workbench.robust_layout.model import layout_name
-from workbench.robust_layout.oracle import RAID, THE_REST, Found, LayoutOracle, budget_for
-from workbench.robust_layout.record import Round, loop_status, may_exceed, reasons_against_green
+from workbench.robust_layout.oracle import RAID, THE_REST, Found, LayoutOracle, budget_for, is_too_short
+from workbench.robust_layout.record import Round, loop_status, may_exceed
 from workbench.search.evidence.attack.share import counted_share
 from workbench.search.evidence.grade import BEYOND
 
@@ -108,10 +107,13 @@ def test_an_open_loop_may_be_off_by_what_the_last_attack_found(tmp_path, monkeyp
 
 def test_the_status_and_the_estimate_of_an_open_loop_are_one_number():
     found = Found(value=3.3, case={}, runs=60, status="", attack={"arrived": 0, "climbs": 5})
-    said = loop_status(found, 3.0, closed=False, needed=0, off=0.1)
+    said = loop_status(found, 3.0, closed=False, off=0.1)
     assert "the last attack found 10 % above the bound: another may find as much again. The loop" in said
-    more = loop_status(found, 3.0, closed=False, needed=0, off=0.255)
+    more = loop_status(found, 3.0, closed=False, off=0.255)
     assert "the last attack found 10 % above the bound: another may find 25.5 % more. The loop" in more
+
+
+LONG, SHORT = ({"exhaustive": False, "share": {"high": high}} for high in (0.0099, 0.09))
 
 
 def test_another_attack_may_find_as_much_as_attacks_found_lately():
@@ -122,55 +124,59 @@ def test_another_attack_may_find_as_much_as_attacks_found_lately():
         )  # fmt: skip
 
     rounds = [made(1, 0.5), made(2, 0.2), made(3, 0.9, attacked=False), made(4, 0.1)]
-    assert may_exceed(rounds, [0.05], 0.02, closed=False, holds=False) == 0.2
-    assert may_exceed(rounds, [0.3], 0.02, closed=False, holds=True) == 0.3
-    assert may_exceed([], [0.0], 0.02, closed=False, holds=True) == 0.02
-    assert may_exceed(rounds, [0.3], 0.02, closed=True, holds=True) == 0.02
+    assert may_exceed(rounds, [0.05], 0.02, closed=False) == 0.2
+    assert may_exceed(rounds, [0.3], 0.02, closed=False, held=LONG) == 0.3
+    assert may_exceed([], [0.0], 0.02, closed=False, held=LONG) == 0.02
+    assert may_exceed(rounds, [0.3], 0.02, closed=True, held=LONG) == 0.02
     for last, expected in ((0.0, 0.02), (0.015, 0.03), (0.05, 0.1), (0.4, 0.5)):  # attacked again as it is
-        assert may_exceed(rounds, [0.5], 0.02, closed=False, holds=last <= 0.02, last=last) == expected
+        held = LONG if last <= 0.02 else None
+        assert may_exceed(rounds, [0.5], 0.02, closed=False, held=held, last=last) == expected
+    # the last one held and was short: as much as the last three rounds that broke, but the first
+    assert may_exceed(rounds, [0.0], 0.02, closed=False, held=SHORT) == 0.9
+    assert may_exceed(rounds[:2], [0.0], 0.02, closed=False, held=SHORT) == 0.2
+    assert may_exceed(rounds[:1], [0.0], 0.02, closed=False, held=SHORT) == 0.02
+    later = [*rounds, made(5, 0.3), made(6, 0.01), made(7, 0.04), made(8, 0.0)]
+    assert may_exceed(later, [0.0], 0.02, closed=False, held=SHORT) == 0.3
 
 
 def test_a_bound_that_was_raised_is_told():
-    found = Found(value=3.0, case={}, runs=60, status="", attack={"arrived": 2, "climbs": 5})
-    said = loop_status(found, 3.0, closed=True, needed=0, broke=2.4)
+    attack = {"arrived": 2, "climbs": 5, "exhaustive": True}
+    found = Found(value=3.0, case={}, runs=60, status="", attack=attack)
+    said = loop_status(found, 3.0, closed=True, holds=True, broke=2.4)
     assert said.startswith(
         "An earlier bound was broken by 25 %, and what broke it is the bound now. 60 true runs"
     )
     assert said.endswith("the loop is closed.")
-    assert not loop_status(found, 3.0, closed=True, needed=0).startswith("The bound")
-    hardly = loop_status(replace(found, value=3.0 + 1e-6), 3.0, closed=True, needed=0)
+    assert not loop_status(found, 3.0, closed=True, holds=True).startswith("The bound")
+    hardly = loop_status(replace(found, value=3.0 + 1e-6), 3.0, closed=True, holds=True)
     assert "nothing more than 0.01 % above the bound" in hardly
-    again = loop_status(replace(found, value=3.3), 3.0, closed=False, needed=0, broke=2.4)
+    again = loop_status(replace(found, value=3.3), 3.0, closed=False, broke=2.4)
     assert again.startswith(
         "An earlier bound was broken by 25 %, and what broke it is the bound now. The rounds were spent, and "
         "the last attack found 10 % above the bound"
     )
 
 
-def test_a_closed_loop_says_how_much_of_the_uncertainty_may_lie_beyond():
-    attack = {
-        "arrived": 2,
-        "climbs": 5,
-        "exhaustive": False,
-        "failures": {},
-        "share": {"draws": 72, "hits": 0, "high": 0.0408},
-    }
-    found = Found(value=3.0, case={}, runs=300, status="", attack=attack)
-    said = loop_status(found, 3.0, closed=True, needed=0)
+def test_a_loop_is_closed_where_less_than_1_percent_of_the_uncertainty_may_lie_beyond():
+    attack = {"arrived": 2, "climbs": 5, "exhaustive": False}
+    long, short = (
+        Found(value=3.0, case={}, runs=300, status="", attack={**attack, "share": {"high": high}})
+        for high in (0.0099, 0.0408)
+    )
+    assert not is_too_short(long.attack)
+    said = loop_status(long, 3.0, closed=True, holds=True)
     assert said.endswith(
-        "the loop is closed. With 95 % confidence less than 4.1 % of the uncertainty lies beyond the "
+        "the loop is closed. With 95 % confidence less than 0.99 % of the uncertainty lies beyond the "
         "tolerance."
     )
-    whole = replace(found, attack={**attack, "exhaustive": True})
-    assert loop_status(whole, 3.0, closed=True, needed=0).endswith("the loop is closed.")
-    (short,) = reasons_against_green(found, None, SimpleNamespace(agrees=True), closed=True)
-    assert short == (
-        "the attack was short: up to 4.1 % of the uncertainty may lie beyond the tolerance, and less than "
-        "1 % takes budget = 1246"
+    assert is_too_short(short.attack)
+    assert loop_status(short, 3.0, closed=False, holds=True, off=0.255).endswith(
+        "That is too short an attack to call the loop closed: another may find 25.5 % more. Up to 4.1 % of "
+        "the uncertainty may lie beyond the tolerance; less than 1 % takes budget = 1246."
     )
-    long = replace(found, attack={**attack, "share": {"draws": 299, "hits": 0, "high": 0.00997}})
-    for quiet in (whole, long):
-        assert reasons_against_green(quiet, None, SimpleNamespace(agrees=True), closed=True) == []
+    whole = replace(short, attack={**attack, "exhaustive": True})
+    assert not is_too_short(whole.attack)
+    assert loop_status(whole, 3.0, closed=True, holds=True).endswith("the loop is closed.")
 
 
 def test_a_budget_that_leaves_less_than_1_percent_draws_as_many_even_cases():

@@ -22,10 +22,6 @@ from workbench.stages.planning import plan_study
 from workbench.stages.validation import check_study
 
 NEAR = 0.02  # the loop's own tolerance
-SHORT = (  # 14 even draws of 60 runs
-    "the attack was short: up to 19 % of the uncertainty may lie beyond the tolerance, and less than 1 % "
-    "takes budget = 1246"
-)
 VARIANT = '\n[[robust_layout.variant]]\nname = "half of it"\noptions = { budget = 0.5 }\n'
 
 
@@ -99,12 +95,11 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rounds", "raised"), [(1, "An earlier bound was broken by "), (2, "")])
-def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds, raised):
+@pytest.mark.parametrize("rounds", [1, 2])
+def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
     """The layout of the last round breaks; the best over the cases of all layouts is another one, or what
     more evaluations made of it."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
-    text = changed("budget = 60", "budget = 160", text)  # a border of failures takes more runs
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
     last, best = found["rounds"][-1], found["layouts"]["robust"]
     assert last["worst"] > (1 + NEAR) * last["bound"]
@@ -114,11 +109,8 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert max(fine) <= found["worst"] * (1 + NEAR)
     assert found["closed"]
     assert found["grade"] == "attacked"
-    assert found["attack"]["runs"] == 320  # no two climbs of the first 160 arrived
-    # with one round the first attack on the best layout breaks it, and it is attacked as it is
-    said = "320 true runs of an adversary found nothing more than"
-    assert found["status"].startswith(raised or said)
-    assert said in found["status"]
+    assert found["attack"]["runs"] == 1300
+    assert found["status"].startswith("1300 true runs of an adversary found nothing more than")
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
 
@@ -138,8 +130,8 @@ def test_what_an_open_loop_says_rests_on_the_whole_budget(tmp_path, monkeypatch,
     monkeypatch.setattr(_Loop, "attacked_best", seen)
     found, _ = run(tmp_path, changed("rounds = 5", "rounds = 1"))
     assert not found["closed"]
-    assert runs == ([24] if broke_before else [])
-    assert found["attack"]["runs"] == 60
+    assert runs == ([520] if broke_before else [])
+    assert found["attack"]["runs"] == 1300
 
 
 @pytest.mark.slow
@@ -149,13 +141,13 @@ def test_no_verdict_is_green_over_starts_that_disagree(tmp_path, monkeypatch):
     found, folder = run(tmp_path)
     assert found["closed"]
     assert found["verdict"] == "amber"
-    assert found["reasons"] == [SHORT, "layouts from other starts came no nearer to this one than 30 %"]
+    assert found["reasons"] == ["layouts from other starts came no nearer to this one than 30 %"]
     assert "it does not agree within 2 %" in (folder / "report.md").read_text()
     monkeypatch.setattr(OtherStarts, "found", lambda self, beside=None: None)
     (tmp_path / "none").mkdir()
     found, folder = run(tmp_path / "none")
     assert found["reasons"] == [
-        SHORT, "no layout could be made from another start: a better one may stand elsewhere"
+        "no layout could be made from another start: a better one may stand elsewhere"
     ]  # fmt: skip
 
 
@@ -167,7 +159,7 @@ def test_an_open_loop_says_by_how_much_it_may_be_off(standard, tmp_path):
     found = json.loads(place.read_text())
     assert "it may be off" not in (folder / "report.md").read_text()
     worst = Found(value=1.13 * found["bound"], case={}, runs=40, status="", attack=found["attack"])
-    status = loop_status(worst, found["bound"], closed=False, needed=0)
+    status = loop_status(worst, found["bound"], closed=False)
     assert status == (
         "The rounds were spent, and the last attack found 13 % above the bound: another may find as much "
         "again. The loop is not closed."
@@ -293,7 +285,7 @@ def test_densities_outside_their_range_are_refused():
 def test_plan_and_validate_know_the_stage(tmp_path):
     plan = plan_study(study(tmp_path))
     assert plan["stages"][-2:] == ["robust_layout", "report"]
-    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + (5 + 3) * 60 + 3 * 30
+    assert plan["runs"]["robust_layout"] == (5 + 2) * (8 + 4) + (5 + 3) * 1300 + 3 * 30
     assert "robust_layout" in check_study(study(tmp_path))["summary"]
     wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
     with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):
@@ -324,13 +316,17 @@ def test_a_loop_that_a_sample_broke_is_taken_back():
 
 @pytest.mark.slow
 def test_a_short_attack_closes_no_loop(tmp_path):
-    """Two parameters take 50 runs before the silence of an attack says anything."""
-    found, folder = run(tmp_path, changed("budget = 60", "budget = 45"))
+    """Ten of 45 runs are drawn evenly: more than 1 % of the uncertainty may lie beyond what they leave."""
+    found, folder = run(tmp_path, changed("budget = 1300", "budget = 45"))
     assert not found["closed"]
     assert found["grade"] == "searched"
     assert found["verdict"] == "amber"
     assert "the loop is not closed" in found["reasons"]
     assert found["status"].startswith("45 true runs of an adversary found nothing more than")
-    assert found["status"].endswith("That is too short an attack to call the loop closed: it takes 50.")
+    off = f"another may find {100 * found['may_exceed']:.3g} % more"
+    assert found["status"].endswith(
+        f"That is too short an attack to call the loop closed: {off}. Up to 23 % of the uncertainty may lie "
+        "beyond the tolerance; less than 1 % takes budget = 1246."
+    )
     assert found["may_exceed"] >= 0.02
     assert found["status"] in (folder / "report.md").read_text()

@@ -123,10 +123,10 @@ def test_a_loop_that_scouts_have_tried_says_so(tmp_path):
     who = (
         f"{found.runs} true runs of an adversary and its 1200 scouts at a longer step found nothing more than"
     )
-    assert loop_status(found, 3.0, closed=True, needed=0).startswith(who)
-    assert loop_status(found, 3.0, closed=False, needed=9999).startswith(who)
+    assert loop_status(found, 3.0, closed=True, holds=True).startswith(who)
+    assert loop_status(found, 3.0, closed=False, holds=True).startswith(who)
     kept = {key: value for key, value in found.attack.items() if key != "scouts"}
-    before = loop_status(replace(found, attack=kept), 3.0, closed=True, needed=0)
+    before = loop_status(replace(found, attack=kept), 3.0, closed=True, holds=True)
     assert before.startswith(f"{found.runs} true runs of an adversary found nothing more than")
 
 
@@ -230,7 +230,7 @@ def test_the_study_says_how_many_scouts_there_are(tmp_path, monkeypatch, line, s
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scouts", "first"), [(120, "look"), (121, "attack")])
+@pytest.mark.parametrize(("scouts", "first"), [(2600, "look"), (2601, "attack")])
 def test_where_scouts_climb_a_layout_is_attacked_at_once(tmp_path, monkeypatch, scouts, first):
     turns = []
 

@@ -66,10 +66,10 @@ def test_rounds_without_a_layout_do_not_raise_what_others_are_held_to():
 
 def test_what_is_said_of_an_open_loop_does_not_call_rounds_spent_that_are_left():
     found = Found(value=3.3, case={}, runs=60, status="", attack={"arrived": 2, "climbs": 5})
-    assert loop_status(found, 3.0, closed=False, needed=0, idle=True).startswith(
+    assert loop_status(found, 3.0, closed=False, idle=True).startswith(
         "The last rounds gained nothing, and the last attack found 10 % above the bound"
     )
-    assert loop_status(found, None, closed=False, needed=0, idle=True).startswith(
+    assert loop_status(found, None, closed=False, idle=True).startswith(
         "The last rounds gained nothing, and attacks broke the layouts that were better before."
     )
 

@@ -149,17 +149,17 @@ def test_a_tolerance_is_a_share(tmp_path, table):
 
 def test_an_attack_too_short_to_close_a_loop_is_worth_a_word(tmp_path):
     said = (
-        "[robust_layout] budget = 45 is too short an attack to call the loop closed: over 2 parameters it "
-        "takes 50 true runs"
+        "[robust_layout] budget = 45 is too short an attack to call the loop closed: that takes 1246 true "
+        "runs, which leave less than 1 % of the uncertainty beyond"
     )
-    assert check_study(study(tmp_path, changed("budget = 60", "budget = 45")))["notes"] == [said]
+    assert check_study(study(tmp_path, changed("budget = 1300", "budget = 45")))["notes"] == [said]
     shown = CliRunner().invoke(app, ["validate", str(tmp_path / "two.toml")]).output.splitlines()
     assert " ".join(line.strip() for line in shown[1:]) == f"note: {said}"
     assert max(map(len, shown[1:])) <= 80
     assert check_study(study(tmp_path))["notes"] == []
     few = 'kind = "discrete"\nlevels = [0, 0.9]'
     both = changed("lower = -1\nupper = 1", few, changed("lower = 0\nupper = 1", few))
-    both = both.replace("v = 0.5", "v = 0.9").replace("budget = 60", "budget = 45")
+    both = both.replace("v = 0.5", "v = 0.9").replace("budget = 1300", "budget = 45")
     assert check_study(study(tmp_path, both))["notes"] == []  # all four cases are run
 
 

@@ -123,14 +123,17 @@ def test_a_short_loop_is_attacked(monkeypatch):
 
 
 def test_the_command_line_is_checked(capsys):
-    asked = arguments(["9602", "3", "3000", "250", "corners", "--rounds", "2", "--further", "9"])
+    asked = arguments(
+        ["9602", "3", "3000", "250", "corners", "--rounds", "2", "--attack", "130", "--further", "9"]
+    )
     assert (asked.first, asked.loops, asked.budget, asked.steps, asked.rounds) == (9602, 3, 3000, 250, 2)
-    assert (asked.beside, asked.further) == ("corners", 9)
+    assert (asked.beside, asked.attack, asked.further) == ("corners", 130, 9)
     assert (arguments([]).loops, arguments([]).rounds) == (8, None)
     for words, said in (
         (["1", "0"], "loops needs to be 1 or more, got 0"),
         (["1", "1", "2"], "an outsider takes at least 3 runs, got 2"),
         (["--rounds", "0"], "rounds needs to be 1 or more, got 0"),
+        (["--attack", "0"], "attack needs to be 1 or more, got 0"),
         (["--further", "0"], "further needs to be 1 or more, got 0"),
         (["one"], "invalid int value: 'one'"),
     ):
