@@ -136,6 +136,8 @@ class RichProgress:
 def _worst_so_far(best: float, name: str, unit: str) -> str:
     if math.isinf(best):
         return "the worst so far is a run that failed"
+    if math.isnan(best):
+        return "no run has given a value so far"
     return f"worst so far {name} = {format_number(best)}{unit_suffix(unit)}"
 
 

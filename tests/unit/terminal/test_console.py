@@ -15,6 +15,7 @@ def test_plain_progress_is_few_lines():
     progress.search(3, 60, proposal="ei", value=2.0, best=2.0, name="y", unit="mm")
     progress.search(4, 60, proposal="ei", value=1.0, best=2.0, name="y", unit="mm")
     progress.search(10, 60, proposal="even", value=1.0, best=float("inf"), name="y", unit="mm")
+    progress.search(20, 60, proposal="start", value=None, best=float("nan"), name="y", unit="mm")
     progress.note("odd")
     progress.finished()
     lines = out.getvalue().splitlines()
@@ -24,6 +25,7 @@ def test_plain_progress_is_few_lines():
     assert lines[2:] == [
         "  run 3 of at most 60: worst so far y = 2 mm",
         "  run 10 of at most 60: the worst so far is a run that failed",
+        "  run 20 of at most 60: no run has given a value so far",
         "note: odd",
     ]
 
