@@ -100,6 +100,7 @@ def with_known_runs(found: WorstCase, space: Space, asked: Arguments, known: Seq
         budget=found.budget,
         runs=(*found.runs, worst),
         baselines=found.baselines,
+        made_again=found.made_again,
     )
 
 

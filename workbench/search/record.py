@@ -49,7 +49,8 @@ class WorstCase:
 
     `repeated`: where runs have noise, the mean of the runs that were made at the reported point after it was
     chosen; `value` is that mean. `border`: where runs fail, and whether the worst case borders on that.
-    `scale`: on which scale the response was modelled, and why.
+    `scale`: on which scale the response was modelled, and why. `made_again`: runs of the budget that asked
+    whether the model has noise and found none; they are not among `runs`.
     """
 
     response: str
@@ -75,6 +76,7 @@ class WorstCase:
     border: Border | None = None
     scale: UsedScale | None = None
     not_attacked: int = 0
+    made_again: int = 0
 
     @property
     def mean(self) -> float | None:
@@ -193,6 +195,7 @@ class WorstCase:
             "status": self.status.value,
             "evaluations": self.evaluations,
             "budget": self.budget,
+            "made_again": self.made_again,
             "mean": self.mean,
             "interval": None if self.interval is None else list(self.interval),
             "repeats": None if self.repeated is None else self.repeated.count,

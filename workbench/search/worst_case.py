@@ -161,7 +161,7 @@ def search_worst_case(
     if search.is_noisy:
         return _among_noise(evaluate, ledger, asked)
     after = attacked(search, status)
-    return concluded(
+    found = concluded(
         ledger,
         asked,
         status=after.status,
@@ -170,6 +170,7 @@ def search_worst_case(
         attack=after.attack,
         unseen=after.unseen,
     )
+    return replace(found, made_again=int(search.is_checked))
 
 
 def _among_noise(evaluate: RepeatingEvaluator, ledger: Ledger, asked: Arguments) -> WorstCase:

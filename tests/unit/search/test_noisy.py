@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
+from workbench.report.lines.statements import runs_text
 from workbench.search import loop
 from workbench.search import worst_case as module
 from workbench.search.arguments import AMONG_NOISE
 from workbench.search.evidence.grade import Grade
+from workbench.search.record import Status
 from workbench.search.worst_case import worst_case
 from workbench.search.worst_cases import worst_cases
 from workbench.space.box import Parameter, Space
@@ -160,6 +162,23 @@ def test_a_difference_below_the_tolerance_is_no_noise(monkeypatch):
     found = worst_case(noisy(7, noise=1e-6), BOX, budget=20, seed=0)
     assert found.mean is None
     assert found.value == pytest.approx(4.0, abs=1e-4)
+
+
+def test_a_run_made_again_for_nothing_is_told_beside_the_others(monkeypatch):
+    monkeypatch.setattr(loop, "looks_noisy", lambda model, least=0.25: True)
+    calls = []
+
+    def ripple(a, b):
+        calls.append((a, b))
+        return a * a - b + 0.4 * np.sin(400 * a) * np.sin(300 * b)
+
+    found = worst_case(ripple, BOX, budget=16, seed=0)
+    assert found.status is Status.BUDGET
+    assert (len(calls), found.evaluations, found.made_again) == (16, 15, 1)
+    assert runs_text(found.to_dict()) == (
+        "15 runs of at most 16, and the worst run made again to see whether runs have noise"
+    )
+    assert worst_case(ripple, BOX, budget=16, seed=0, noise=False).made_again == 0
 
 
 def test_several_responses_share_the_runs():

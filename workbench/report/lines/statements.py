@@ -95,15 +95,20 @@ def runs_text(worst: Mapping[str, Any]) -> str:
     """How many runs of how many a search made; "" of a table, where none could be.
 
     Cases of the attack that had been run before were not run again, and the budget is spent all the same.
+    So it is by a run made again to ask for noise, which teaches nothing where there is none.
 
     >>> attack = {"runs": 8}
     >>> history = [{"proposal": "start"}] * 12 + [{"proposal": "attack: corner"}] * 6
     >>> runs_text({"evaluations": 18, "budget": 20, "attack": attack, "history": history})
     '18 runs of at most 20, 2 cases of the attack had been run before'
+    >>> runs_text({"evaluations": 11, "budget": 12, "made_again": 1})
+    '11 runs of at most 12, and the worst run made again to see whether runs have noise'
     """
     if not worst["budget"]:
         return ""
     said = f"{worst['evaluations']} runs of at most {worst['budget']}"
+    if worst.get("made_again"):
+        said += ", and the worst run made again to see whether runs have noise"
     attack = worst.get("attack") or {"runs": 0}
     new = sum(str(run.get("proposal")).startswith("attack") for run in worst.get("history") or ())
     again = attack["runs"] - new
