@@ -13,7 +13,7 @@ as x is, from that set.
 Of a response screened by its ranks x, y and all shares are of the variance of the ranks, and every sentence
 says so; what left-out runs leave unexplained of the response itself is said beside them, and keeps it from
 being resolved. Where all inputs are selected nothing is left to hide, whatever stays unexplained, and no
-sentence says what is missing.
+sentence says what is missing; nor does one where the runs are few.
 
 A second witness (`surrogates.screening.witness`) that names an input which the likelihood does not confirm,
 or one that only both together show, keeps a screening from being resolved.
@@ -184,7 +184,9 @@ def judge(
         known = f"inputs {pairs} cannot be told apart from these runs"
     if doubts.reasons:
         advice = "; ".join(part for part in (*dict.fromkeys(doubts.cures), where, known) if part)
-        bound = [*([missing] if x <= PARTLY_SHARE else []), *apart_in_words(e.minor, name), *_of_ranks(e)]
+        # few runs leave few errors to reckon x from, and a chance selection fits them all
+        is_known = x <= PARTLY_SHARE and (e.lists_all or e.n_runs >= fewest_runs(e.n_inputs))
+        bound = [*([missing] if is_known else []), *apart_in_words(e.minor, name), *_of_ranks(e)]
         return Judgement(
             state="not resolved",
             verdict="; ".join(["not resolved: " + doubts.reasons[0], *doubts.reasons[1:], *bound]),

@@ -190,6 +190,16 @@ def test_where_all_inputs_are_selected_none_is_left_to_hide():
     assert one_less.advice == "add about 30 runs to see weaker inputs"
 
 
+def test_few_runs_bound_no_missing_input():
+    """Of few runs a chance selection explains all: what it leaves says nothing of the other inputs."""
+    few = judge(evidence(hidden_share=0.02, n_runs=21))
+    assert few.verdict.startswith("not resolved: 21 runs are few for 6 inputs: weaker ones may be missed")
+    assert "is missing" not in few.verdict
+    enough = judge(evidence(hidden_share=0.02, n_runs=22, starts_at_best=1))
+    assert enough.state == "not resolved"
+    assert "no input above 2.0 % of the variance is missing" in enough.verdict
+
+
 def test_shares_of_ranks_say_so():
     own = HiddenShare(unexplained=0.136, upper=0.4)
     found = judge(evidence(hidden_share=0.093, margin=0.4, open=(3,), open_share=0.05).by_ranks(own))
