@@ -81,7 +81,7 @@ def search_figure(
         ),
         table=Table(
             id="search",
-            title="All runs of the search",
+            title="All runs of the search" if searched else "All runs given",
             columns=(
                 Column(name="run of the search"),
                 Column(name="key"),
@@ -95,7 +95,7 @@ def search_figure(
             ),
             rows=tuple(
                 (
-                    h.get("iteration"),
+                    h.get("iteration") if searched else None,
                     h.get("run_key"),
                     h.get("proposal"),
                     h.get("status", "ok"),

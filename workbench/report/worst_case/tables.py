@@ -108,9 +108,11 @@ def ranked_runs(
     role = "confirms the worst case" if worst.get("mean") is None else "first run of the mean"
     if failure_of(worst) is not None:
         role = "the worst that gave a value"
+    is_searched = any(h.get("iteration") for h in history)  # of a table nothing was
+    of = "true runs of the search" if is_searched else "of the runs given"
     table = Table(
         id="worst-runs",
-        title=f"The {len(ranked)} worst true runs of the search",
+        title=f"The {len(ranked)} worst {of}",
         columns=(
             Column(name="rank"),
             Column(name="run"),
@@ -138,7 +140,8 @@ def ranked_runs(
     )
     if not left_out:
         return [table]
-    text = f"These runs also differ in {names_of(left_out)}: the table of all runs of the search has them."
+    where = "all runs of the search" if is_searched else "all runs given"
+    text = f"These runs also differ in {names_of(left_out)}: the table of {where} has them."
     return [table, Note(text=text)]
 
 

@@ -9,6 +9,8 @@ from workbench.search.surrogate.model import SearchModel
 
 __all__ = ["UsedScale", "used_scale"]
 
+KRIGING = "the Kriging of all parameters"  # that of a screening is of the selected ones
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UsedScale:
@@ -44,9 +46,10 @@ def used_scale(asked: str, model: SearchModel, v: np.ndarray) -> UsedScale:
     else:
         reason = f"Modelled was the response on the scale {used}, as asked."
     if unexplained is not None and unexplained >= 1.0:
-        reason += " Where runs are left out it explains none of its variance."
+        reason += f" Where runs are left out {KRIGING} explains none of the response's variance."
     elif unexplained is not None:
-        reason += f" Of its variance {100 * unexplained:.2g} % stay unexplained where runs are left out."
+        share = f"{100 * unexplained:.2g} % of the response's variance"
+        reason += f" Where runs are left out {KRIGING} leaves {share} unexplained."
     return UsedScale(asked=asked, used=used, reason=reason, unexplained=unexplained)
 
 

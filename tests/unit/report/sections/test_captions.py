@@ -10,7 +10,7 @@ from workbench.report.sections.screening import _why_rejected
 from workbench.report.worst_case.figures import profile_figure, search_figure
 from workbench.report.worst_case.tables import ranked_runs
 from workbench.robust.re_evaluation import re_evaluate
-from workbench.search.worst_case import worst_case
+from workbench.search.worst_case import surrogate_worst_case, worst_case
 from workbench.space.box import Parameter, Space
 
 BOX = Space([Parameter("a", lower=-1.0, upper=2.0, unit="m")])
@@ -57,6 +57,17 @@ def test_a_single_run_does_not_confirm_a_mean(tmp_path):
     table = ranked_runs(folder, worst, history, "height", "m")[0]
     assert {row[2] for row in table.rows} <= {"", "first run of the mean"}
     assert table.title.endswith("worst true runs of the search")
+
+
+def test_runs_of_a_table_are_not_called_runs_of_a_search(tmp_path):
+    start = [{"a": a, "height": a * a} for a in (-1.0, 0.0, 0.5, 1.0, 1.5)]
+    worst = surrogate_worst_case(BOX, start, response="height").to_dict()
+    history, folder = worst["history"], opened(tmp_path)
+    table = ranked_runs(folder, worst, history, "height", "m")[0]
+    assert table.title == "The 5 worst of the runs given"
+    figure = search_figure(folder, worst, history, "height", "m")
+    assert (figure.title, figure.table.title) == ("The runs given", "All runs given")
+    assert {row[0] for row in figure.table.rows} == {None}
 
 
 @pytest.mark.parametrize(
