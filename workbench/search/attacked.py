@@ -12,10 +12,13 @@ itself with runs left goes on where the attack has found a noticeably worse case
 opened the gap again.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from workbench.models.evaluator import Evaluator, Outcome
 from workbench.search.evidence.attack.adversary import attack
 from workbench.search.evidence.attack.record import Attack, Attempt
 from workbench.search.evidence.grade import fewest_runs
@@ -46,7 +49,7 @@ def attacked(search: Loop, status: Status) -> Attacked:
         return Attacked(attack=None, status=status)
     claim = ledger.best_value
     made = attack(
-        search.evaluate,
+        _told(search),
         ledger.where.space,
         value=claim,
         budget=budget,
@@ -56,7 +59,9 @@ def attacked(search: Loop, status: Status) -> Attacked:
         claimed=ledger.best.parameters,
     )
     before = ledger.spent
+    progress, ledger.progress = ledger.progress, None  # which has heard of them
     unseen = _joined(ledger, made)
+    ledger.progress, ledger.apart = progress, len(unseen)
     if asked.attack is not None:
         search.searched += ledger.spent - before
     if status in OPEN and search.searched > ledger.spent:
@@ -66,6 +71,28 @@ def attacked(search: Loop, status: Status) -> Attacked:
     if status is Status.CONSTANT and not ledger.is_flat:
         status = Status.BUDGET  # the attack met other values, and no run is left to follow them
     return Attacked(attack=made.raised_to(ledger.best_value), status=status, unseen=unseen)
+
+
+def _told(search: Loop) -> Evaluator:
+    """What runs the rows of an attack, and tells the progress of the search of every new one as it comes."""
+    ledger, best, made = search.ledger, search.ledger.best_value, search.ledger.spent
+    known = ledger.u
+
+    def evaluate(rows: Sequence[Mapping[str, Any]], *, purpose: str) -> list[Outcome]:
+        nonlocal best, made
+        outcomes = search.evaluate(rows, purpose=purpose)
+        points = ledger.where.unit([dict(row) for row in rows])
+        for point, outcome in zip(points, outcomes, strict=True):
+            if ledger.progress is None or not len(distinct(point[None], known)):
+                continue
+            made += 1
+            run = ledger.run_of(outcome, number=made, proposal=purpose)
+            if run.value is not None and ledger.sign * run.value > ledger.sign * best:
+                best = run.value
+            ledger.progress(run, best)
+        return outcomes
+
+    return evaluate
 
 
 def _budget(search: Loop, status: Status) -> int:

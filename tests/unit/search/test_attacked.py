@@ -43,6 +43,33 @@ def test_a_short_attack_says_what_it_lacks_for_the_word():
     )
 
 
+def test_runs_of_an_attack_are_heard_as_they_come_and_have_numbers_of_their_own():
+    """The search goes on after this attack, with numbers that no run of the attack has."""
+
+    def hidden(x0, x1, x2, x3):
+        inside = min(1 - x0, 1 - x1, x2, x3)
+        higher = 3 * (inside - 0.6) if inside > 0.6 else 0.0
+        return x0 + 0.5 * x1 - x2 + 0.2 * x3 + higher + (4.0 if inside > 0.7 else 0.0)
+
+    made, heard = [], []
+
+    def model(**x):
+        made.append(x)
+        return hidden(**x)
+
+    def hear(run, best):
+        heard.append((run.number, len(made), best))
+
+    found = worst_case(model, BOX, budget=100, attack=200, seed=2, progress=hear)
+    numbers = [run.number for run in found.runs]
+    assert sorted(numbers) == list(range(1, found.evaluations + 1))
+    assert [number for number, _, _ in heard] == list(range(1, found.evaluations + 1))
+    bests = [best for _, _, best in heard]
+    assert bests == sorted(bests)
+    assert found.runs[-1].proposal.startswith("attack")
+    assert max(later - number for number, later, _ in heard) < 60  # a batch, never the whole attack
+
+
 @pytest.mark.parametrize("attack", [0, 300])
 def test_what_is_flat_to_the_search_has_no_bound_and_is_not_called_constant_once_the_attack_met_more(attack):
     def clipped(**x):

@@ -27,7 +27,8 @@ MISPROGRAMMED = ("TypeError", "NameError", "AttributeError", "ImportError", "Mod
 class Ledger:
     """Runs so far; v = +value or -value is what the search maximises.
 
-    `slopes`: number of the run -> dv/du (d,) in the unit cube, NaN where a coordinate has none.
+    `slopes`: number of the run -> dv/du (d,) in the unit cube, NaN where a coordinate has none. `apart`: runs
+    of the search that are kept apart, whose numbers are taken.
     """
 
     where: SearchSpace
@@ -38,6 +39,7 @@ class Ledger:
     slopes: dict[int, np.ndarray] = field(default_factory=dict)
     progress: Callable[[Run, float], None] | None = None
     runs: list[Run] = field(default_factory=list)
+    apart: int = 0
     # the admissible points of a finite space, None when it cannot be enumerated
     points: np.ndarray | None = None
     _u: list[np.ndarray] = field(default_factory=list)
@@ -86,7 +88,8 @@ class Ledger:
     ) -> None:
         """Append outcomes at the points u (m, d); `predicted` and `std` in the response's unit and sign."""
         for i, (outcome, point) in enumerate(zip(outcomes, u, strict=True)):
-            run = self.run_of(outcome, number=0 if given else self.spent + 1, proposal=proposals[i])
+            number = 0 if given else self.spent + self.apart + 1
+            run = self.run_of(outcome, number=number, proposal=proposals[i])
             if run.status != "excluded" and predicted is not None and std is not None:
                 run = replace(run, predicted=float(predicted[i]), std=float(std[i]))
             self.runs.append(run)
