@@ -233,7 +233,7 @@ def judge(
 ROUGH_RUNS = "the runs speak for steps or kinks, where weak inputs are hard to tell"
 ANOVA_RUNS = "found by a correlation in which weak inputs may bend, where those near 1 % are hard to tell"
 NO_MORE_TO_LIST = "no further runs for the list: they would only let the Kriging predict better"
-ROUGH_ADVICE = "the response is rough for so many runs: elementary effects (Morris) need no smoothness"
+ROUGH_ADVICE = "the response is too rough for these runs: elementary effects (Morris) need no smoothness"
 
 
 def _more_runs(n: int) -> int:
@@ -280,32 +280,32 @@ def _unjudged(e: Evidence) -> Judgement | None:
 def _doubts(e: Evidence, x: float, name: Callable[[int], str]) -> _Doubts:
     """What keeps a selection from being certain."""
     assert e.margin is not None
-    doubts, n = _Doubts(), e.n_runs
+    doubts, n, needed = _Doubts(), e.n_runs, fewest_runs(e.n_inputs)
+    more = max(_more_runs(n), needed - n)
     if not x <= PARTLY_SHARE:
         doubts.add(
             f"left-out runs are predicted with Q2 = {e.q2:.2f} only"
             + ("; further inputs may hide in the rest" if not e.lists_all else ", by all inputs"),
-            f"add about {_more_runs(n)} runs, or look for an input that varied but is not in the table",
+            f"add about {more} runs, or look for an input that varied but is not in the table",
         )
         doubts.cures.append(ROUGH_ADVICE)
     if e.own_unexplained > PARTLY_SHARE and not e.lists_all:
         doubts.add(
             f"ranks tell little of this response: of its own variance {percent(e.own_unexplained)} stays "
             "unexplained where runs are left out",
-            "" if doubts.cures else f"add about {_more_runs(n)} runs: what acts in the tail may be missing",
+            "" if doubts.cures else f"add about {more} runs: what acts in the tail may be missing",
         )
     if e.open_share > PARTLY_SHARE:
         doubts.add(
             f"a set without {', '.join(map(name, e.open))} is only {max(e.margin, 0.0):.1f} lower in l, and "
             f"leaves up to {percent(e.open_share)} of {e.whole} unexplained",
-            "" if doubts.cures else f"add about {max(8, n // 4)} runs to the design",
+            "" if doubts.cures else f"add about {max(8, n // 4, needed - n)} runs to the design",
         )
-    needed = fewest_runs(e.n_inputs)
     if n < needed:
         doubts.add(
             f"{n} runs are few for {e.n_inputs} inputs"
             + (": weaker ones may be missed" if not e.lists_all else ""),
-            f"come to {needed} runs",
+            "" if any(doubts.cures) else f"come to {needed} runs",
         )
     if e.starts_at_best <= 1:
         doubts.add("at most one start led to the selected set", "screen again with more starts")

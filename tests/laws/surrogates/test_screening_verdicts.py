@@ -195,6 +195,10 @@ def test_few_runs_bound_no_missing_input():
     few = judge(evidence(hidden_share=0.02, n_runs=21))
     assert few.verdict.startswith("not resolved: 21 runs are few for 6 inputs: weaker ones may be missed")
     assert "is missing" not in few.verdict
+    assert few.advice == "come to 22 runs"
+    rough = judge(evidence(hidden_share=0.4, q2=0.7, n_runs=9))
+    assert rough.advice.startswith("add about 13 runs, or look for")  # which are 22, said once
+    assert "come to" not in rough.advice
     enough = judge(evidence(hidden_share=0.02, n_runs=22, starts_at_best=1))
     assert enough.state == "not resolved"
     assert "no input above 2.0 % of the variance is missing" in enough.verdict
