@@ -19,6 +19,7 @@ from workbench.space.groups import check_selection, chosen
 from workbench.study.messages import placed, validated
 from workbench.study.record import TABLES, Study
 from workbench.study.robust_table import check_robust
+from workbench.study.toml_lines import cure_of_line
 from workbench.study.worst_case_targets import CHECKS
 
 __all__ = ["Study", "json_schema", "load_study", "parse_study"]
@@ -59,7 +60,7 @@ def parse_study(text: str, *, path: Path | None = None) -> Study:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as exc:
-        raise StudyError(f"{where} is not TOML: {exc}") from None
+        raise StudyError(f"{where} is not TOML: {exc}{cure_of_line(text, str(exc))}") from None
     except (RecursionError, ValueError, OverflowError, MemoryError):
         raise StudyError(
             f"{where} is not TOML that can be read: nested too deeply or a number out of range"

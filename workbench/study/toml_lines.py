@@ -8,15 +8,37 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-__all__ = ["find_line"]
+__all__ = ["cure_of_line", "find_line"]
 
 HEADER = re.compile(r"^\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 KEY = re.compile(
     r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
 )
+COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:#.*)?$")
+WORD = re.compile(r"^\s*([\w.-]+)\s*=\s*([^\W\d][^\"'#=\[\]{}]*?)\s*(?:#.*)?$")
 PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 
 Path = tuple[str | int, ...]
+
+
+def cure_of_line(text: str, refused: str) -> str:
+    """What to write in place of the line that tomllib `refused`, in a sentence; "" where that is not known.
+
+    >>> cure_of_line("a = 1\\nupper = 1,5", "Expected newline (at line 2, column 10)")
+    '. Numbers have a decimal point: 1.5'
+    >>> cure_of_line("unit = kN", "Invalid value (at line 1, column 8)")
+    '. Words stand in quotes: unit = "kN"'
+    """
+    at = re.search(r"at line (\d+)", refused)
+    lines = text.splitlines()
+    if at is None or int(at[1]) > len(lines):
+        return ""
+    line = lines[int(at[1]) - 1]
+    if comma := COMMA.search(line):
+        return f". Numbers have a decimal point: {comma[1]}.{comma[2]}"
+    if word := WORD.match(line):
+        return f'. Words stand in quotes: {word[1]} = "{word[2]}"'
+    return ""
 
 
 def find_line(text: str, path: Sequence[str | int]) -> int | None:

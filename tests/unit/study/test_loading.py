@@ -127,7 +127,9 @@ CHANGES = [
      r"line 10: \[model\] outputs names 'xx', which is none of the study's responses: x, v. Did you mean"),
     ("baseline = 100.0\nfactor = [0.5, 2.0]", "min = 1\nmax = 5", r"\[1\].min. Did you mean 'lower'\?"),
     ("runs = 20", "runs = 0", "line 28: design.runs needs a number >= 1, got 0"),
-    ("[design]", "[design", "study is not TOML: .*line 26"),
+    ("[design]", "[design", r"study is not TOML: .*line 26, column 8\)$"),
+    ("baseline = 100.0", "baseline = 100,0", r"not TOML: .*\). Numbers have a decimal point: 100.0$"),
+    ('kind = "python"', "kind = python  # ours", r'not TOML: .*\). Words stand in quotes: kind = "python"$'),
     ("runs = 20", "samples = 20", r"unknown key design.samples. Did you mean 'runs'\?"),
     ("runs = 20", "runs = 20\nbeans = 3", "unknown key design.beans. Known keys here: kind, runs"),
 ]  # fmt: skip
