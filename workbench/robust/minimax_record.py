@@ -60,9 +60,11 @@ class Cycle:
 class Minimax:
     """The design with the lowest worst run, its worst scenario, and all cycles.
 
-    `value` is a true run, but that no scenario is worse is the word of the Kriging, as `lower` is. Scenarios
-    in which a design cannot be run do not count: `failed` holds all runs without a value, `failed_here`
-    those of the returned design. `failure_map` counts them by level of the unordered parameters.
+    `value` is a true run, but that no scenario is worse is the word of the Kriging, as `lower` is: the bound
+    of the last cycle, which holds for the `box` of designs that it looked at, the whole where bounds met.
+    Scenarios in which a design cannot be run do not count: `failed` holds all runs without a value,
+    `failed_here` those of the returned design. `failure_map` counts them by level of the unordered
+    parameters.
     """
 
     design: Mapping[str, Any]
@@ -120,7 +122,10 @@ class Minimax:
     @property
     def _predicted(self) -> str:
         """What the Kriging says of the design and of all others, which an attack may have refuted."""
-        others = f"no design gets below {self.lower:.6g}"
+        box = self.cycles[-1].box if self.cycles else 1.0
+        part = f" in the part that was looked at last, {100 * box:.2g} % of every range,"
+        near = "" if box >= 1.0 else part
+        others = f"no design{near} gets below {self.lower:.6g}"
         if self.status is MinimaxStatus.BEATEN:
             return f"The Kriging knew of no worse scenario, which the attack refuted; by it {others}"
         return f"By the Kriging, which may err, no scenario is worse there and {others}"

@@ -1,6 +1,7 @@
 """Minimax problems with known answers, bounds, resumption and bad input."""
 
 import json
+import re
 
 import pytest
 
@@ -53,6 +54,16 @@ def test_the_coupled_problem_within_one_percent(seed):
 def test_the_value_is_a_true_run_at_the_returned_design():
     result = minimax(coupled, *PLANE, budget=80, seed=2)
     assert coupled(result.design, result.scenario) == pytest.approx(result.value, rel=1e-12)
+
+
+def test_a_lower_bound_says_for_which_designs_it_holds():
+    part = r"no design in the part that was looked at last, (\S+) % of every range, gets below"
+    cut = minimax(coupled, *PLANE, budget=40, seed=2)
+    assert cut.status is MinimaxStatus.BUDGET
+    assert float(re.search(part, cut.sentence)[1]) == pytest.approx(100 * cut.cycles[-1].box, rel=0.05)
+    met = minimax(saddle, *LINE, budget=100, seed=0)
+    assert met.cycles[-1].box == 1.0
+    assert "and no design gets below" in met.sentence
 
 
 def test_a_worst_case_at_a_vertex_of_the_uncertainty():
