@@ -59,3 +59,16 @@ def test_the_rows_of_a_table_are_no_even_sample_of_the_box():
     border = surrogate_worst_case(space, runs, response="y").border
     assert border.counted.draws == 0
     assert "by the classifier alone, as no even sample was run" in border.sentence
+
+
+def test_no_share_of_the_box_is_read_off_failures_that_are_scattered():
+    rng = np.random.default_rng(2)
+    space = Space([Parameter(f"x{i}", lower=0, upper=1) for i in range(4)])
+    rows = space.rows(rng.random((90, 4)))
+    runs = [{**row, "y": row["x0"] + row["x1"] if k % 6 else float("nan")} for k, row in enumerate(rows)]
+    border = surrogate_worst_case(space, runs, response="y").border
+    assert (border.scattered, border.chance) == ((15, 90), 15 / 90)
+    assert border.sentence.endswith(
+        "15 of 90 runs failed and the classifier finds no region where they do, so what share of the box "
+        "fails is not known."
+    )

@@ -9,7 +9,9 @@ The share of the box that fails is counted in the even runs alone, those that fi
 it: k of n with the exact interval of Clopper and Pearson (1934). Runs that a search placed say nothing of it,
 and of n that fill the space evenly k scatters less than of independent ones, so the interval holds. The
 classifier learns from all runs, most of them near the border, and calls too much of the box failing: its
-share is stated only where no even run was made. A run that `within` excludes is no failure.
+share is stated only where no even run was made, and not where it finds no region of failures: of the runs
+themselves it then expects fewer to fail than did, by more than chance. A run that `within` excludes is no
+failure.
 """
 
 from collections.abc import Mapping, Sequence
@@ -51,7 +53,9 @@ class Border:
     `words` of the failed run nearest to the worst one, with its `parameters` and `run_key`; `kinds`: words,
     without the numbers that differ, -> runs. `near`: other runs within a tenth of the box of the worst case
     in every input. `chance`: share of the even runs that failed, by the classifier where there is none;
-    `counted`: its interval. `is_answer`: a failed run counts as worse than any value, by `failures="worst"`.
+    `counted`: its interval. `scattered`: failed runs and all runs where there is no even one and the
+    classifier finds no region of failures; `chance` is their share then. `is_answer`: a failed run counts as
+    worse than any value, by `failures="worst"`.
     """
 
     borders: bool
@@ -64,6 +68,7 @@ class Border:
     chance: float
     counted: Share
     is_answer: bool = False
+    scattered: tuple[int, int] | None = None
 
     @property
     def sentence(self) -> str:
@@ -85,6 +90,12 @@ class Border:
     @property
     def _share(self) -> str:
         n, hits = self.counted.draws, self.counted.hits
+        if self.scattered is not None:
+            lost, known = self.scattered
+            return (
+                f"{lost} of {known} runs failed and the classifier finds no region where they do, so what "
+                "share of the box fails is not known"
+            )
         if not n:
             share = f"{100 * self.chance:.2g} %"
             return f"about {share} of the box fails, by the classifier alone, as no even sample was run"
@@ -148,6 +159,8 @@ def border_of(
     proposals = EVEN if given_are_even else EVEN[1:]
     even = [run for run in (*ledger.runs, *unseen) if run.proposal in proposals]
     counted = counted_share(sum(has_failed(run) for run in even), len(even))
+    scattered = None if even else _scattered(ledger, success, told)
+    share = counted.hits / counted.draws if even else _failing(where, success, rng)
     others = distinct(where.unit([dict(run.parameters) for run in runs]), worst[None])
     return Border(
         borders=borders,
@@ -157,9 +170,10 @@ def border_of(
         run_key=nearest.key,
         kinds=_kinds(lost),
         near=int(_is_near(others, worst).sum()),
-        chance=counted.hits / counted.draws if even else _failing(where, success, rng),
+        chance=share if scattered is None else scattered[0] / scattered[1],
         counted=counted,
         is_answer=is_answer,
+        scattered=scattered,
     )
 
 
@@ -168,6 +182,13 @@ def _growing(ledger: Ledger, model: SearchModel, told: np.ndarray) -> GrowingFai
     features = ledger.where.features(ledger.u)
     grows = growth_of(lambda at: model.predict(at)[0], features[ledger.ok])
     return GrowingFailures.of(features[told], ledger.ok[told], grows)
+
+
+def _scattered(ledger: Ledger, success: SuccessChance, told: np.ndarray) -> tuple[int, int] | None:
+    """How many of how many runs `told` (n,) failed where the classifier expects fewer of them; else None."""
+    lost, known = int((~ledger.ok[told]).sum()), int(told.sum())
+    expected = 1.0 - float(success.probability(ledger.where.features(ledger.u[told])).mean())
+    return (lost, known) if expected < counted_share(lost, known).low else None
 
 
 def _failing(where: SearchSpace, success: SuccessChance, rng: np.random.Generator) -> float:
