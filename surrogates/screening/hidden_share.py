@@ -56,12 +56,13 @@ def hidden_share(errors: Array, y: Array) -> HiddenShare:
     0.012 0.016
     """
     usable = np.isfinite(errors)
-    squares = errors[usable] ** 2
-    spread = float(((y[usable] - y.mean()) ** 2).mean()) if usable.any() else 0.0
-    if spread <= 0.0:
+    away = y[usable] - y.mean()
+    scale = float(np.abs(away).max()) if usable.any() else 0.0
+    if scale <= 0.0:
         return HiddenShare(unexplained=1.0, upper=1.0)
+    squares = (errors[usable] / scale) ** 2  # in units of y their own squares overflow where y is 1e80
     mean = float(squares.mean())
-    u = mean / spread
+    u = mean / float(((away / scale) ** 2).mean())
     if u <= LOWEST:
         return HiddenShare(unexplained=u, upper=LOWEST)
     variation = float(squares.std(ddof=1)) / mean if len(squares) > 1 else 1.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from surrogates import KrigingScreener
-from surrogates.screening.hidden_share import HiddenShare, RoughSide
+from surrogates.screening.hidden_share import HiddenShare, RoughSide, hidden_share
 from surrogates.screening.verdict import judge
 
 NOTICEABLE = 0.02  # total Sobol' index from which on an input matters
@@ -188,6 +188,15 @@ def test_where_all_inputs_are_selected_none_is_left_to_hide():
     one_less = judge(evidence(n_selected=5, hidden_share=0.093))
     assert "9.3 % of the variance may hide further inputs" in one_less.verdict
     assert one_less.advice == "add about 30 runs to see weaker inputs"
+
+
+@pytest.mark.parametrize("unit", [1e100, 1e-100])
+def test_what_may_hide_is_the_same_in_every_unit(unit):
+    """Values of 1e100 are runs that blew up, and values all the same: their fourth powers are no numbers."""
+    rng = np.random.default_rng(0)
+    y, errors = rng.standard_normal((2, 40))
+    found, plain = hidden_share(0.1 * errors * unit, y * unit), hidden_share(0.1 * errors, y)
+    assert (found.unexplained, found.upper) == pytest.approx((plain.unexplained, plain.upper), rel=1e-9)
 
 
 def test_few_runs_bound_no_missing_input():

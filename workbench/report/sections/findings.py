@@ -13,6 +13,7 @@ from workbench.report.lines.statements import (
     regime_text,
     screening_state,
     sentence,
+    share_of_variance,
     variance_text,
 )
 from workbench.report.page.blocks import (
@@ -170,7 +171,7 @@ def _of_the_others(screening: Mapping[str, Any], rest: list[str]) -> str:
     names, state = names_of(rest, at_most=12), screening_state(screening)
     of = variance_text(screening)
     share = screening.get("hidden_share")
-    known = "" if share is None else f"{max(100.0 * float(share), 0.1):.2g} %"
+    known = "" if share is None else share_of_variance(float(share))
     if state == "resolved":
         return f"Of {of} less than {known or 'what stays unexplained'} is due to any of {names}."
     if state == "partly resolved" and known:

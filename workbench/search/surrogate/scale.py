@@ -48,7 +48,7 @@ def used_scale(asked: str, model: SearchModel, v: np.ndarray) -> UsedScale:
     if unexplained is not None and unexplained >= 1.0:
         reason += f" Where runs are left out {KRIGING} explains none of the response's variance."
     elif unexplained is not None:
-        share = f"{100 * unexplained:.2g} % of the response's variance"
+        share = f"{100 * unexplained:.3g} % of the response's variance"
         reason += f" Where runs are left out {KRIGING} leaves {share} unexplained."
     return UsedScale(asked=asked, used=used, reason=reason, unexplained=unexplained)
 

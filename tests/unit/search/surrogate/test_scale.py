@@ -101,7 +101,7 @@ def test_a_kriging_that_explains_nothing_is_told_so_and_not_in_per_cent_beyond_a
         told = used_scale("none", model, noise)
         left_out = "Where runs are left out the Kriging of all parameters"
         nothing = f"{left_out} explains none of the response's variance."
-        some = f"{left_out} leaves {100 * told.unexplained:.2g} % of the response's variance unexplained."
+        some = f"{left_out} leaves {100 * told.unexplained:.3g} % of the response's variance unexplained."
         assert (told.unexplained >= 1.0) == told.reason.endswith(nothing)
         assert (told.unexplained < 1.0) == told.reason.endswith(some)
         said.append(told.unexplained >= 1.0)
