@@ -154,11 +154,12 @@ class Attack:
         told = [self.value, self.raised_from, self._mildest, *([self.largest] if self.is_beaten else [])]
         digits = digits_apart(told)
         value = significant(self.value, digits)
-        if self.raised_from is not None:
+        before = value if self.raised_from is None else significant(self.raised_from, digits)
+        if before != value:  # less than the digits tell is not worth a sentence
             last = (
                 f", and the last {self.since} of them" if self.since < self.runs else " in small steps, and"
             )
-            runs += f" raised the worst from {significant(self.raised_from, digits)}{last}"
+            runs += f" raised the worst from {before}{last}"
         if self.largest is not None and self.is_beaten:
             found = f"found {significant(self.largest, digits)}, beyond {value}"
             return f"{runs} {found}{self._share_words}{self._failed}"

@@ -59,6 +59,13 @@ def test_a_value_that_was_raised_twice_was_raised_from_the_first():
     assert "raised the worst from 0.9" in raised.and_then(later).sentence
 
 
+def test_a_value_raised_by_less_than_its_digits_tell_is_not_told_as_raised():
+    """ "raised the worst from 1 in small steps, and found nothing beyond 1" tells a reader nothing."""
+    raised = replace(_made(1.0, seed=0), raised_from=1.0 - 1e-9)
+    assert "raised" not in raised.sentence
+    assert "found nothing beyond 1;" in raised.sentence
+
+
 @pytest.mark.parametrize("sense", ["max", "min"])
 def test_climbs_have_not_arrived_at_a_value_that_the_attack_did_not_know(sense):
     sign = 1.0 if sense == "max" else -1.0
