@@ -47,7 +47,8 @@ class OutputTransform:
         """The y of w."""
         if self.kind == "identity":
             return w
-        distance = np.exp(np.clip(self._sign * w / self.spread, -700, 700))
+        most = 700 - max(np.log(self.spread), 0.0)  # times the spread it is a number still
+        distance = np.exp(np.clip(self._sign * w / self.spread, -700, most))
         return self.anchor + self._sign * self.spread * (distance - self.offset)
 
     def log_jacobian(self, y: np.ndarray) -> float:

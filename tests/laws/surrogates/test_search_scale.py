@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from surrogates.analysis.search_scale import candidates
+from surrogates.analysis.search_scale import OutputTransform, candidates
 
 ROUNDING = 1e-7  # log and exp of numbers of order one, times a spread
 
@@ -36,3 +36,8 @@ def test_the_jacobian_is_the_derivative(seed):
 
 def test_equal_values_offer_the_identity_alone():
     assert [w.kind for w in candidates(np.ones(5))] == ["identity"]
+
+
+def test_a_prediction_far_beyond_values_that_blew_up_is_a_number():
+    scale = OutputTransform(kind="away", spread=1e100)
+    assert np.isfinite(scale.inverse(np.array([1e103, -1e103]))).all()
