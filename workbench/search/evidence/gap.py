@@ -102,9 +102,10 @@ class Gap:
             )
         if not isfinite(self.width):
             return f"No bound is known on how much worse it could be: {self.note}."
+        hidden = "" if self.subject == "it" else "; of what noise hides from all runs it says nothing"
         return (
             f"By the Kriging with {100 * self.coverage:.0f} % confidence {self.subject} could be at most "
-            f"{width} worse ({self.kind}, not a proof)."
+            f"{width} worse ({self.kind}, not a proof{hidden})."
         )
 
 

@@ -23,6 +23,11 @@ POINT = {"upper": 3.0, "width": 0.123456, "unit": "mm"}
             "(model-based, not a proof).",
         ),
         (
+            Gap(**POINT, coverage=0.9, kind="model-based", subject="the mean"),
+            "By the Kriging with 90 % confidence the mean could be at most 0.1235 mm worse "
+            "(model-based, not a proof; of what noise hides from all runs it says nothing).",
+        ),
+        (
             Gap(**POINT, coverage=1.0, kind="Lipschitz"),
             "With the given Lipschitz constant it is certain that at most 0.1235 mm more is possible.",
         ),
