@@ -16,13 +16,15 @@ ten times the runs of any attack.
     gaps        by how much the layout of each round broke, in per cent
 
 `python -m studies.short_attacks 0 20 130 400` prints twenty loops with attacks of 130 runs, and with 400;
-with `--rounds 3` they are cut short, and most end open.
+with `--rounds 3` they are cut short. `--rivals` adds by how much uniform, nominal only and 50 random corners
+optimised all at once are worse, over all cases found by anybody; the corners get as many runs as the loop
+has made, those of its optimiser included.
 """
 
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -31,8 +33,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.loop_claims import ALLOWED, outsider
-from studies.loop_rivals import Runs
+from studies.loop_rivals import CORNERS, Runs, drawn_case
 from workbench.engine.layout.formulation.problem import LayoutProblem, static_problem
+from workbench.engine.layout.optimise import optimise_layout
 from workbench.robust_layout.loop import find_robust_layout
 from workbench.robust_layout.record import LoopSettings
 from workbench.space.box import Space
@@ -136,7 +139,7 @@ def drawn_loads(seed: int) -> DrawnLoads:
 class Held:
     """What a loop said, and what the outsider found.    beaten: share beyond the stated worst.
 
-    gaps: of the rounds, the last one last.
+    gaps: of the rounds, the last one last.    worse: by which share each rival is, over all cases found.
     """
 
     closed: bool
@@ -146,7 +149,7 @@ class Held:
     may_exceed: float
     beaten: float
     gaps: tuple[float, ...]
-    status: str
+    worse: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def is_true(self) -> bool:
@@ -154,9 +157,40 @@ class Held:
         return self.beaten <= (ALLOWED if self.closed else self.may_exceed)
 
 
-def held(seed: int, *, budget: int, rounds: int = 12) -> Held:
-    """A loop with attacks of so many runs on the model of a seed."""
-    model = drawn_loads(seed)
+def _all_runs_of(model: DrawnLoads) -> tuple[DrawnLoads, list[int]]:
+    """The model, and the number of runs that its problems have made since."""
+    made = [0]
+
+    class Counted(DrawnLoads):
+        """Counts the runs of optimisations."""
+
+        def problem(self, scenarios: Sequence[Case]) -> LayoutProblem:
+            problem = super().problem(scenarios)
+            inner = problem.evaluate
+
+            def evaluate(*args: Any, **options: Any) -> Any:
+                made[0] += len(scenarios)
+                return inner(*args, **options)
+
+            return replace(problem, evaluate=evaluate)
+
+    return Counted(**{one.name: getattr(model, one.name) for one in fields(model)}), made
+
+
+def _corners_at_once(model: DrawnLoads, start: Case, *, runs: int, seed: int) -> Array:
+    """The layout for random corners and the start, optimised all at once by so many runs."""
+    rng = np.random.default_rng([seed, 50])
+    cases = [start, *(drawn_case(model.space, rng, corner=True) for _ in range(CORNERS))]
+    evaluations = max(1, runs // len(cases))
+    return optimise_layout(model.problem(cases), max_evaluations=evaluations).density
+
+
+def held(seed: int, *, budget: int, rounds: int = 12, rivals: bool = False) -> Held:
+    """A loop with attacks of so many runs on the model of a seed.
+
+    rivals: also judge what it is compared with, and 50 corners at once, over all cases found by anybody.
+    """
+    model, optimised = _all_runs_of(drawn_loads(seed))
     space, runs = model.space, Runs(model)
     settings = LoopSettings(
         scenarios=12, evaluations=12, budget=budget, corners=min(60, budget // 2), rounds=rounds, seed=seed
@@ -167,24 +201,32 @@ def held(seed: int, *, budget: int, rounds: int = 12) -> Held:
             model, space, evaluator=runs.of, folder=Path(folder), start=[start], settings=settings,
             identity="drawn loads",
         )  # fmt: skip
-    stated = found.worst[found.robust]
-    worst, _ = outsider(runs, found.layouts[found.robust], space, budget=OUTSIDER, seed=seed)
+    robust, stated = found.layouts[found.robust], found.worst[found.robust]
+    spent = runs.made + optimised[0]
+    worst, case = outsider(runs, robust, space, budget=OUTSIDER, seed=seed)
+    worse = {}
+    if rivals:
+        others = {name: found.layouts[name] for name in ("uniform", "nominal only")}
+        others["50 corners"] = _corners_at_once(model, start, runs=spent, seed=seed)
+        cases = [*found.cases, case]
+        cases += [outsider(runs, it, space, budget=OUTSIDER // 3, seed=seed)[1] for it in others.values()]
+        least = runs.values(robust, cases).max()
+        worse = {name: float(runs.values(it, cases).max() / least - 1.0) for name, it in others.items()}
     return Held(
         closed=found.closed, holds="too short" in found.status or found.closed,
         runs=(stated.attack or {}).get("runs", 0), stated=stated.value, may_exceed=found.may_exceed,
-        beaten=max(0.0, worst / stated.value - 1.0), gaps=tuple(r.gap for r in found.rounds),
-        status=found.status,
+        beaten=max(0.0, worst / stated.value - 1.0), gaps=tuple(r.gap for r in found.rounds), worse=worse,
     )  # fmt: skip
 
 
-def main(first: int, loops: int, budgets: Sequence[int], rounds: int) -> None:
+def main(first: int, loops: int, budgets: Sequence[int], rounds: int, *, rivals: bool) -> None:
     """Print a line for every loop, and what they count up to."""
     for budget in budgets:
         print(f"attacks of {budget} runs")
         print("seed  closed  held   runs  stated  may exceed   beaten  is true  gaps")
         made = []
         for seed in range(first, first + loops):
-            made.append(one := held(seed, budget=budget, rounds=rounds))
+            made.append(one := held(seed, budget=budget, rounds=rounds, rivals=rivals))
             closed, holds, true = ("yes" if said else "no" for said in (one.closed, one.holds, one.is_true))
             gaps = " ".join(f"{100 * gap:.1f}" for gap in one.gaps)
             print(
@@ -192,6 +234,9 @@ def main(first: int, loops: int, budgets: Sequence[int], rounds: int) -> None:
                 f"{100 * one.may_exceed:8.2f} %  {100 * one.beaten:5.1f} %  {true:7s}  {gaps}",
                 flush=True,
             )
+            if rivals:
+                worse = ", ".join(f"{name} {100 * share:.1f} % worse" for name, share in one.worse.items())
+                print(f"      {worse}", flush=True)
         print(counted(made))
 
 
@@ -207,6 +252,12 @@ def counted(made: Sequence[Held]) -> str:
             said = 100 * float(np.median([one.may_exceed for one in among]))
             true = sum(one.is_true for one in among)
             lines.append(f"{title}: true in {true} of {len(among)}, median of what is said {said:.3g} %")
+    for name in made[0].worse:
+        shares = np.array([one.worse[name] for one in made])
+        lines.append(
+            f"{name}: worse by {100 * np.median(shares):.3g} % in the median, at least by "
+            f"{100 * shares.min():.2g} %, better in {(shares < 0).sum()} of {len(made)}"
+        )
     return "\n".join(lines)
 
 
@@ -219,6 +270,7 @@ def arguments(words: Sequence[str]) -> Namespace:
     parser.add_argument("loops", nargs="?", type=int, default=5, help="how many")
     parser.add_argument("budgets", nargs="*", type=int, default=[130, 1500], help="runs of every attack")
     parser.add_argument("--rounds", type=int, default=12, help="of every loop, at most")
+    parser.add_argument("--rivals", action="store_true", help="uniform, nominal only and 50 corners, too")
     asked = parser.parse_args(words)
     for name, value in (
         ("loops", asked.loops),
@@ -232,4 +284,4 @@ def arguments(words: Sequence[str]) -> Namespace:
 
 if __name__ == "__main__":
     said = arguments(sys.argv[1:])
-    main(said.first, said.loops, said.budgets, said.rounds)
+    main(said.first, said.loops, said.budgets, said.rounds, rivals=said.rivals)

@@ -16,10 +16,7 @@ def test_slopes_are_those_of_central_differences(seed):
         value, slopes = model.value(density, case)
         assert value == model.responses(density, case)["load"] > 0
         moved = 1e-6 * np.eye(MEMBERS)
-        step = [
-            (model.value(density + one, case)[0] - model.value(density - one, case)[0]) / 2e-6
-            for one in moved
-        ]
+        step = [model.value(density + d, case)[0] - model.value(density - d, case)[0] for d in moved]
         np.testing.assert_allclose(slopes, np.array(step) / 2e-6, rtol=1e-6, atol=1e-8 * value)
 
 
@@ -42,7 +39,7 @@ def test_some_loads_have_a_cliff_and_each_matters_more_under_a_word():
 def one(**changes):
     same = {
         "closed": False, "holds": True, "runs": 130, "stated": 9.0, "may_exceed": 0.2, "beaten": 0.1,
-        "gaps": (), "status": "",
+        "gaps": (),
     }  # fmt: skip
     return Held(**{**same, **changes})
 
@@ -54,15 +51,20 @@ def test_what_loops_say_is_counted_by_what_they_say():
         "held, too short: true in 1 of 2, median of what is said 20 %",
         "open: true in 1 of 1, median of what is said 20 %",
     ]
+    beside = [one(worse={"50 corners": share}) for share in (0.3, -0.01, 0.12)]
+    assert counted(beside).splitlines()[-1] == (
+        "50 corners: worse by 12 % in the median, at least by -1 %, better in 1 of 3"
+    )
 
 
 @pytest.mark.slow
 def test_a_loop_with_short_attacks_says_that_they_are_short(monkeypatch):
     monkeypatch.setattr(short_attacks, "OUTSIDER", 1500)
-    short = held(309, budget=130, rounds=2)
+    short = held(309, budget=130, rounds=2, rivals=True)
     assert not short.closed
     assert short.runs >= 130
     assert short.stated > 0
+    assert list(short.worse) == ["uniform", "nominal only", "50 corners"]
     if short.holds:
         assert short.may_exceed == max([0.02, *(gap for gap in short.gaps[1:] if gap > 0.02)])
 
@@ -70,7 +72,7 @@ def test_a_loop_with_short_attacks_says_that_they_are_short(monkeypatch):
 def test_the_command_line_is_checked(capsys):
     asked = arguments(["7", "3", "130", "400", "--rounds", "3"])
     assert (asked.first, asked.loops, asked.budgets, asked.rounds) == (7, 3, [130, 400], 3)
-    assert arguments([]).budgets == [130, 1500]
+    assert (arguments([]).budgets, arguments([]).rivals) == ([130, 1500], False)
     for words, said in (
         (["1", "0"], "loops needs to be 1 or more, got 0"),
         (["1", "1", "0"], "budget needs to be 1 or more, got 0"),
