@@ -64,6 +64,7 @@ FLOORS: dict[str, tuple[str, ...]] = {
     "workbench/campaign": ("rescue results", "*", "integrity"),
     "workbench/models": ("stored", "*"),
     "workbench/report": ("*", "sections", "worst_case histories layout", "page", "lines"),
+    "workbench/system": ("*", "processes"),
     "workbench/search": ("*", "evidence proposals", "surrogate", "runs"),
     "workbench/search/evidence": ("*", "attack"),
     "workbench/engine": (

@@ -6,7 +6,6 @@ In arguments `{study}` stands for the study's folder, `{python}` for this interp
 in braces for its value.
 """
 
-import os
 import re
 import shutil
 import subprocess
@@ -24,7 +23,8 @@ from workbench.models.readers import open_reader, read_response
 from workbench.models.template import Deck, compiled, format_value
 from workbench.system.confined import confined
 from workbench.system.log_ends import ends_of
-from workbench.system.process_tree import end_group
+from workbench.system.processes.own_threads import environment_of_the_user
+from workbench.system.processes.process_tree import end_group
 
 __all__ = ["ENDED_BADLY", "LOG", "CommandModel", "command_digest"]
 
@@ -106,7 +106,7 @@ class CommandModel:
 
     def _commands_run(self, row: Mapping[str, Any], workdir: Path) -> Answer | None:
         """None when all commands ended well, else how one of them did not."""
-        environment = {**os.environ, **self.spec.options.get("environment", {})}
+        environment = {**environment_of_the_user(), **self.spec.options.get("environment", {})}
         with open(workdir / LOG, "wb") as log:
             for command in self.commands:
                 arguments = [_filled(a, row, self.spec.folder) for a in command]

@@ -18,8 +18,8 @@ from workbench.errors import EvaluationFailed, StudyError
 from workbench.models.gradients import checked_gradients, parted
 from workbench.models.histories import History, Reduction
 from workbench.models.values import why_no_values
-from workbench.system.interrupts import signals_noted
-from workbench.system.processor_time import processor_time
+from workbench.system.processes.interrupts import signals_noted
+from workbench.system.processes.processor_time import processor_time
 
 __all__ = ["Answer", "Model", "ModelSpec", "call", "settle", "told_answer"]
 

@@ -5,7 +5,6 @@ resumable, 5 the store failed.
 """
 
 import json
-import os
 import signal
 import sys
 from shutil import get_terminal_size
@@ -14,6 +13,7 @@ from typing import Annotated
 import typer
 
 from workbench.errors import HoldfastError
+from workbench.system.processes.own_threads import limit_own_threads
 from workbench.terminal import other_commands, stage_commands
 
 __all__ = ["app", "main"]
@@ -54,9 +54,7 @@ STOPPED = "interrupted; the same command continues"
 
 def main() -> None:
     """The console command."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        # matrices of a few hundred rows: threads cost more than they give, and workers have the other cores
-        os.environ.setdefault(name, "1")
+    limit_own_threads()
     # not the handler of SIGINT: that is "ignore" in the background of a script, where SIGTERM means stop
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 
 from workbench.models.protocol import Answer
-from workbench.system.process_tree import die_with_parent
+from workbench.system.processes.process_tree import die_with_parent
 from workbench.workers.messages import answer_from_dict, answer_to_dict, pack, receive
 
 __all__ = ["answered_apart"]

@@ -14,7 +14,7 @@ from workbench.errors import StoreError
 from workbench.models.command import LOG
 from workbench.models.protocol import ModelSpec
 from workbench.system.log_ends import ends_of
-from workbench.system.process_tree import MARK
+from workbench.system.processes.process_tree import MARK
 from workbench.workers.messages import opened, pack
 
 __all__ = ["WorkerProcess", "start_process"]

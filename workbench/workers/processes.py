@@ -21,8 +21,8 @@ from typing import Any
 from workbench.errors import StoreError, StudyError
 from workbench.models.protocol import Answer, ModelSpec
 from workbench.system.log_ends import ends_of
-from workbench.system.process_tree import Watchdog, end_group, end_marked
-from workbench.system.processor_time import time_of_tree
+from workbench.system.processes.process_tree import Watchdog, end_group, end_marked
+from workbench.system.processes.processor_time import time_of_tree
 from workbench.workers.child_process import WorkerProcess, start_process
 from workbench.workers.messages import answer_from_dict
 

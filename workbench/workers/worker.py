@@ -16,7 +16,7 @@ from typing import Any
 from workbench.errors import StudyError
 from workbench.models.opening import open_model
 from workbench.models.protocol import ModelSpec, call
-from workbench.system.process_tree import die_with_parent
+from workbench.system.processes.process_tree import die_with_parent
 from workbench.workers.messages import answer_to_dict, pack, receive
 
 __all__ = ["main"]

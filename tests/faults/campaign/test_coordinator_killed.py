@@ -15,7 +15,7 @@ import pytest
 
 from tests.faults.seeds import SHIFT
 from workbench.histories.store import HistoryStore
-from workbench.system.process_tree import marked_processes
+from workbench.system.processes.process_tree import marked_processes
 
 DRIVER = Path(__file__).with_name("kill_driver.py")
 ROOT = DRIVER.parent.parent.parent

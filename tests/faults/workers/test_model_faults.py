@@ -11,7 +11,7 @@ import pytest
 from workbench.errors import StudyError
 from workbench.stages.campaign import Campaign
 from workbench.study.loading import load_study
-from workbench.system.process_tree import marked_processes
+from workbench.system.processes.process_tree import marked_processes
 from workbench.workers.processes import ProcessPool
 
 GONE_WITHIN = 5.0  # s: the promise for processes of a killed coordinator

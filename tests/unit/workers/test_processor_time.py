@@ -7,7 +7,7 @@ import time
 import pytest
 
 from workbench.stages.campaign import Campaign
-from workbench.system.processor_time import processor_time, time_of_tree
+from workbench.system.processes.processor_time import processor_time, time_of_tree
 
 BURNT = 0.3  # s, by the solver's own account
 TICKS = 0.05  # s: what a living process has taken is told in steps of 10 ms, some of them one after the other

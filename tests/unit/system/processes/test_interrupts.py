@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from workbench.system.interrupts import STOPPING, signals_noted
+from workbench.system.processes.interrupts import STOPPING, signals_noted
 
 
 @pytest.mark.parametrize("number", STOPPING)
