@@ -138,7 +138,7 @@ MOVED = {
     "plots": "figures.all",
     "polish": "search.proposals.gradient_ascent",
     "portfolio": "search.proposals.portfolio",
-    "process_tree": "system.process_tree",
+    "process_tree": "system.processes.process_tree",
     "processes": "workers.processes",
     "progress": "campaign.progress",
     "proposals": "search.proposals.best_point",
