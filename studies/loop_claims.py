@@ -236,7 +236,9 @@ def claim_of(
     rivals = {}
     if corners:
         evaluations = (runs.made + simulated[0]) // (CORNERS + 1)
-        rivals["50 corners"] = sample_approach(model, space, evaluations=evaluations, seed=seed)
+        rivals["50 corners"] = sample_approach(
+            model, space, start=nominal(space), evaluations=evaluations, seed=seed
+        )
     claim = attacked(found, runs, space, budget=budget, seed=seed, rivals=rivals)
     if further is not None:
         left = left_to_gain(model, found, Runs(model), evaluations=further, seed=seed)

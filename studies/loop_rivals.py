@@ -13,19 +13,20 @@ parameter at a time from the worst. All layouts are judged over all cases found 
 """
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.occupant_braking import NOMINAL, OccupantRestraint, restraint
+from studies.occupant_braking import NOMINAL, restraint
 from workbench.engine.errors import EngineError
+from workbench.engine.layout.bound.binding import ByScenario
 from workbench.engine.layout.formulation.problem import LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.models.evaluator import Evaluator, Outcome
@@ -40,6 +41,7 @@ __all__ = ["CORNERS", "Runs", "box", "counting", "drawn_case", "outsider", "row"
 
 Array = NDArray[np.float64]
 Case = Mapping[str, Any]
+M = TypeVar("M", bound=LayoutModel)
 
 SETTINGS = LoopSettings(scenarios=18, evaluations=12, budget=1500, corners=90, rounds=6, tolerance=0.02)
 CORNERS = 50
@@ -161,31 +163,54 @@ def outsider(runs: Runs, density: Array, space: Space, *, budget: int, seed: int
     return [cases[k] for k in np.argsort(-values)[:10]]
 
 
-def sample_approach(model: OccupantRestraint, space: Space, *, evaluations: int, seed: int) -> Array:
-    """The layout for random corners, optimised all at once."""
+def sample_approach(model: LayoutModel, space: Space, *, start: Case, evaluations: int, seed: int) -> Array:
+    """The layout for the case `start` and random corners, optimised all at once."""
     rng = np.random.default_rng([seed, 50])
-    cases = [nominal(space), *(drawn_case(space, rng, corner=True) for _ in range(CORNERS))]
+    cases = [start, *(drawn_case(space, rng, corner=True) for _ in range(CORNERS))]
     return optimise_layout(model.problem(cases), max_evaluations=evaluations).density
 
 
-def counting(model: OccupantRestraint) -> tuple[OccupantRestraint, list[int]]:
+def counting(model: M) -> tuple[M, list[int]]:
     """The model, and the number of simulations that its problems have made since."""
-    simulated = [0]
+    made = [0]
 
-    class Counted(OccupantRestraint):
-        """Counts the simulations of optimisations."""
+    class Counted:
+        """Counts the simulations of optimisations; all else is the model's."""
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(model, name)
 
         def problem(self, scenarios: Sequence[Case]) -> LayoutProblem:
-            problem = super().problem(scenarios)
-            inner = problem.evaluate
+            problem = model.problem(scenarios)
+            by_scenario = isinstance(problem.evaluate, ByScenario)
+            kind = _CountedByScenario if by_scenario else _CountedObjective
+            return replace(problem, evaluate=kind(problem.evaluate, len(scenarios), made))
 
-            def evaluate(*args: Any, **options: Any) -> Any:
-                simulated[0] += len(scenarios)
-                return inner(*args, **options)
+    return cast(M, Counted()), made
 
-            return replace(problem, evaluate=evaluate)
 
-    return Counted(kinds=model.kinds, limits=model.limits, steps=model.steps), simulated
+@dataclass(slots=True)
+class _CountedObjective:
+    """An objective of so many scenarios, which adds them to `made` at every evaluation."""
+
+    inner: Callable[..., Any]
+    scenarios: int
+    made: list[int]
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        self.made[0] += self.scenarios
+        return self.inner(*args, **options)
+
+
+class _CountedByScenario(_CountedObjective):
+    """One that can be evaluated in some of its scenarios: a search by those that bind stays one."""
+
+    __slots__ = ()
+
+    def of_scenarios(self, chosen: Sequence[int]) -> _CountedObjective:
+        """The objective of these alone."""
+        inner = cast(ByScenario, self.inner)
+        return _CountedObjective(inner.of_scenarios(chosen), len(chosen), self.made)
 
 
 def row(seed: int, *, budget: int, settings: LoopSettings = SETTINGS, steps: int = 500) -> dict[str, Any]:
@@ -202,7 +227,9 @@ def row(seed: int, *, budget: int, settings: LoopSettings = SETTINGS, steps: int
     spent = runs.made + simulated[0]
     layouts = {
         "robust": found.layouts[found.robust],
-        "sample approach": sample_approach(model, space, evaluations=spent // (CORNERS + 1), seed=seed),
+        "sample approach": sample_approach(
+            model, space, start=nominal(space), evaluations=spent // (CORNERS + 1), seed=seed
+        ),
         "uniform": found.layouts["uniform"],
         "nominal only": found.layouts["nominal only"],
     }

@@ -24,7 +24,7 @@ has made, those of its optimiser included.
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -33,9 +33,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.loop_claims import ALLOWED, outsider
-from studies.loop_rivals import CORNERS, Runs, drawn_case
+from studies.loop_rivals import CORNERS, Runs, counting, sample_approach
 from workbench.engine.layout.formulation.problem import LayoutProblem, static_problem
-from workbench.engine.layout.optimise import optimise_layout
 from workbench.robust_layout.loop import find_robust_layout
 from workbench.robust_layout.record import LoopSettings
 from workbench.space.box import Space
@@ -157,49 +156,21 @@ class Held:
         return self.beaten <= (ALLOWED if self.closed else self.may_exceed)
 
 
-def _all_runs_of(model: DrawnLoads) -> tuple[DrawnLoads, list[int]]:
-    """The model, and the number of runs that its problems have made since."""
-    made = [0]
-
-    class Counted(DrawnLoads):
-        """Counts the runs of optimisations."""
-
-        def problem(self, scenarios: Sequence[Case]) -> LayoutProblem:
-            problem = super().problem(scenarios)
-            inner = problem.evaluate
-
-            def evaluate(*args: Any, **options: Any) -> Any:
-                made[0] += len(scenarios)
-                return inner(*args, **options)
-
-            return replace(problem, evaluate=evaluate)
-
-    return Counted(**{one.name: getattr(model, one.name) for one in fields(model)}), made
-
-
-def _corners_at_once(model: DrawnLoads, start: Case, *, runs: int, seed: int) -> Array:
-    """The layout for random corners and the start, optimised all at once by so many runs."""
-    rng = np.random.default_rng([seed, 50])
-    cases = [start, *(drawn_case(model.space, rng, corner=True) for _ in range(CORNERS))]
-    evaluations = max(1, runs // len(cases))
-    return optimise_layout(model.problem(cases), max_evaluations=evaluations).density
-
-
 def held(seed: int, *, budget: int, rounds: int = 12, rivals: bool = False) -> Held:
     """A loop with attacks of so many runs on the model of a seed.
 
     rivals: also judge what it is compared with, and 50 corners at once, over all cases found by anybody.
     """
-    model, optimised = _all_runs_of(drawn_loads(seed))
-    space, runs = model.space, Runs(model)
+    model = drawn_loads(seed)
+    space, runs, (counted_model, optimised) = model.space, Runs(model), counting(model)
     settings = LoopSettings(
         scenarios=12, evaluations=12, budget=budget, corners=min(60, budget // 2), rounds=rounds, seed=seed
     )
     start = space.canonical({**{name: 0.5 for name in model.names}, "word": WORDS[0]})
     with TemporaryDirectory() as folder:
         found = find_robust_layout(
-            model, space, evaluator=runs.of, folder=Path(folder), start=[start], settings=settings,
-            identity="drawn loads",
+            counted_model, space, evaluator=runs.of, folder=Path(folder), start=[start],
+            settings=settings, identity="drawn loads",
         )  # fmt: skip
     robust, stated = found.layouts[found.robust], found.worst[found.robust]
     spent = runs.made + optimised[0]
@@ -207,15 +178,17 @@ def held(seed: int, *, budget: int, rounds: int = 12, rivals: bool = False) -> H
     worse = {}
     if rivals:
         others = {name: found.layouts[name] for name in ("uniform", "nominal only")}
-        others["50 corners"] = _corners_at_once(model, start, runs=spent, seed=seed)
+        evaluations = max(1, spent // (CORNERS + 1))
+        others["50 corners"] = sample_approach(model, space, start=start, evaluations=evaluations, seed=seed)
         cases = [*found.cases, case]
         cases += [outsider(runs, it, space, budget=OUTSIDER // 3, seed=seed)[1] for it in others.values()]
         least = runs.values(robust, cases).max()
         worse = {name: float(runs.values(it, cases).max() / least - 1.0) for name, it in others.items()}
+    attack = stated.attack or {}
     return Held(
-        closed=found.closed, holds="too short" in found.status or found.closed,
-        runs=(stated.attack or {}).get("runs", 0), stated=stated.value, may_exceed=found.may_exceed,
-        beaten=max(0.0, worst / stated.value - 1.0), gaps=tuple(r.gap for r in found.rounds), worse=worse,
+        closed=found.closed, holds=attack.get("excess") == 0.0, runs=attack.get("runs", 0),
+        stated=stated.value, may_exceed=found.may_exceed, beaten=max(0.0, worst / stated.value - 1.0),
+        gaps=tuple(r.gap for r in found.rounds), worse=worse,
     )  # fmt: skip
 
 
@@ -245,7 +218,7 @@ def counted(made: Sequence[Held]) -> str:
     lines = []
     for title, among in (
         ("closed", [one for one in made if one.closed]),
-        ("held, too short", [one for one in made if one.holds and not one.closed]),
+        ("held, not closed", [one for one in made if one.holds and not one.closed]),
         ("open", [one for one in made if not one.holds]),
     ):
         if among:

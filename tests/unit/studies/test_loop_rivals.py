@@ -5,9 +5,11 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from studies.loop_rivals import KEPT, Runs, box, nominal, outsider, row
-from studies.occupant_braking import restraint
+from studies.loop_rivals import KEPT, Runs, box, counting, nominal, outsider, row
+from studies.occupant_braking import NOMINAL, restraint
+from studies.short_attacks import drawn_loads
 from workbench.engine import NotConverged
+from workbench.engine.layout.bound.binding import ByScenario
 from workbench.robust_layout.record import LoopSettings
 from workbench.study.loading import load_study
 
@@ -50,6 +52,27 @@ def test_the_outsider_climbs_to_the_worst_corner_and_failures_are_none():
     assert (np.diff(values) <= 0).all()
     assert runs.made <= 600
     assert not np.isfinite(runs.values(np.zeros(2), [{**worst[0], "hands": "none"}])).any()
+
+
+def test_a_counted_model_counts_what_its_problems_run_and_is_searched_as_it_was():
+    model = restraint(steps=250)
+    counted, made = counting(model)
+    assert (counted.members, counted.response) == (model.members, model.response)
+    cases = [NOMINAL, {**NOMINAL, "mass": 90.0}, {**NOMINAL, "mass": 70.0}]
+    problem = counted.problem(cases)
+    start = problem.into_budgets(problem.start.copy())
+    assert isinstance(problem.evaluate, ByScenario)  # a search by the cases that bind stays one
+    values = problem.evaluate(start).values
+    np.testing.assert_array_equal(values, model.problem(cases).evaluate(start).values)
+    assert made == [3]
+    some = problem.evaluate.of_scenarios([0, 2])(start)
+    np.testing.assert_allclose(some.values, values[[0, 2]], rtol=1e-12)
+    assert made == [5]
+    plain, made = counting(drawn_loads(0))
+    problem = plain.problem([{**{name: 0.5 for name in plain.names}, "word": "low"}])
+    problem.evaluate(problem.start)
+    assert not isinstance(problem.evaluate, ByScenario)
+    assert made == [1]
 
 
 @pytest.mark.slow

@@ -48,7 +48,7 @@ def test_what_loops_say_is_counted_by_what_they_say():
     made = [one(), one(beaten=0.3), one(closed=True, may_exceed=0.02, beaten=0.01), one(holds=False)]
     assert counted(made).splitlines() == [
         "closed: true in 1 of 1, median of what is said 2 %",
-        "held, too short: true in 1 of 2, median of what is said 20 %",
+        "held, not closed: true in 1 of 2, median of what is said 20 %",
         "open: true in 1 of 1, median of what is said 20 %",
     ]
     beside = [one(worse={"50 corners": share}) for share in (0.3, -0.01, 0.12)]
