@@ -95,11 +95,22 @@ def test_cases_that_cannot_be_run_become_data(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rounds", [1, 2])
-def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_path, rounds):
+@pytest.mark.parametrize(
+    ("rounds", "budget", "runs", "raised"),
+    [
+        (1, 160, 320, "An earlier bound was broken by "),  # no two climbs of the first 160 arrived
+        (2, 160, 320, ""),
+        (1, 1300, 1300, ""),
+        (2, 1300, 1300, ""),
+    ],
+)
+def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(
+    tmp_path, rounds, budget, runs, raised
+):
     """The layout of the last round breaks; the best over the cases of all layouts is another one, or what
     more evaluations made of it."""
     text = changed("nominal =", "options = { unrunnable = -0.8 }\nnominal =")
+    text = changed("budget = 1300", f"budget = {budget}", text)  # a border of failures takes more than 60
     found, _ = run(tmp_path, changed("rounds = 5", f"rounds = {rounds}", text))
     last, best = found["rounds"][-1], found["layouts"]["robust"]
     assert last["worst"] > (1 + NEAR) * last["bound"]
@@ -107,10 +118,14 @@ def test_the_best_of_all_layouts_is_attacked_though_the_rounds_are_spent(tmp_pat
     assert found["worst"] == best["worst"] == min(kept["worst"] for kept in found["layouts"].values())
     fine = [value(best["density"], u, v) for u in np.linspace(-0.8, 1, 181) for v in (0.0, 1.0)]
     assert max(fine) <= found["worst"] * (1 + NEAR)
-    assert found["closed"]
-    assert found["grade"] == "attacked"
-    assert found["attack"]["runs"] == 1300
-    assert found["status"].startswith("1300 true runs of an adversary found nothing more than")
+    is_long = budget == 1300  # both hold; the short one leaves more than 1 % of the uncertainty
+    assert found["closed"] == is_long
+    assert found["grade"] == ("attacked" if is_long else "searched")
+    assert found["attack"]["runs"] == runs
+    # with one short round the first attack on the best layout breaks it, and it is attacked as it is
+    said = f"{runs} true runs of an adversary found nothing more than"
+    assert found["status"].startswith(raised or said)
+    assert said in found["status"]
     lost = found["attack"]["failures"]["failed"]
     assert f"{lost} runs of the attack gave no value" in found["reasons"]  # they may hide a worse case
 
