@@ -88,6 +88,19 @@ def test_several_commands_share_decks_files_and_environment(tmp_path):
         assert campaign.evaluate([{"a": 3.0}])[0].outputs == {"y": 121.0}
 
 
+@pytest.mark.parametrize(("more", "threads"), [("", 0.0), ('environment = { OMP_NUM_THREADS = "4" }', 4.0)])
+def test_threads_that_holdfast_sets_for_itself_do_not_reach_a_program(tmp_path, monkeypatch, more, threads):
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    monkeypatch.setenv("HOLDFAST_SET_THREADS", "OMP_NUM_THREADS")
+    code = (
+        "import json, os\n"
+        "y = float(os.environ.get('OMP_NUM_THREADS', 0)) + 10 * ('HOLDFAST_SET_THREADS' in os.environ)\n"
+        "open('out.json', 'w').write(json.dumps({'y': y}))"
+    )
+    with open_study(tmp_path, ["{python}", "{study}/solve.py", "{a}"], more, code) as campaign:
+        assert campaign.evaluate([{"a": 3.0}])[0].outputs == {"y": threads}
+
+
 @pytest.mark.parametrize(
     ("command", "more", "words"),
     [

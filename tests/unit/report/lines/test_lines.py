@@ -1,11 +1,18 @@
 """What is printed of each stage: the screening path like Table 3.1, the worst case, designs side by side."""
 
+from surrogates.screening.hidden_share import percent
 from workbench.report.lines.design import design_lines
 from workbench.report.lines.layout import layout_lines
 from workbench.report.lines.robust import robust_lines
 from workbench.report.lines.robust_layout import robust_layout_lines
 from workbench.report.lines.screening import left_out_text, method_lines, screening_lines
-from workbench.report.lines.statements import border_text, minor_text, open_text, state_text
+from workbench.report.lines.statements import (
+    border_text,
+    minor_text,
+    open_text,
+    share_of_variance,
+    state_text,
+)
 from workbench.report.lines.tables import format_number
 from workbench.report.lines.worst_case import worst_case_lines
 from workbench.screening.named_methods import NAMED_METHODS
@@ -299,3 +306,8 @@ def test_where_all_parameters_are_selected_no_share_is_told_down_to_which_they_a
 def test_one_is_not_told_in_the_plural():
     assert left_out_text(1) == "1 run without a value was left out"
     assert left_out_text(2) == "2 runs without a value were left out"
+
+
+def test_shares_are_said_as_verdicts_say_them():
+    shares = [0.0, 1e-6, 9.4e-4, 0.0042, 0.034, 0.0994, 0.0996, 0.345, 1.0]
+    assert [share_of_variance(share) for share in shares] == [percent(share) for share in shares]
