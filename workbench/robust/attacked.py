@@ -62,6 +62,7 @@ def attacked(game: CuttingSets, found: Minimax, *, budget: int | None, tolerance
         scenario=runs.uncertain.rows(scenario[None])[0],
         value=value,
         lower=min(found.lower, value),
+        predicted=min(found.predicted, value),
         scenarios=tuple(runs.uncertain.rows(np.array(runs.scenarios))) if runs.scenarios else (),
         evaluations=runs.made,
         budget=limit,
@@ -71,7 +72,9 @@ def attacked(game: CuttingSets, found: Minimax, *, budget: int | None, tolerance
     )
     if is_beaten:
         return replace(judged, status=MinimaxStatus.BEATEN)
-    if judged.status is MinimaxStatus.CONVERGED and judged.gap > runs.threshold(value, tolerance):
+    if judged.status is MinimaxStatus.CONVERGED and value - judged.predicted > runs.threshold(
+        value, tolerance
+    ):
         return replace(judged, status=MinimaxStatus.OPENED)
     return replace(judged, status=_unattacked(judged.status)) if judged.grade is Grade.SEARCHED else judged
 

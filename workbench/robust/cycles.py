@@ -10,6 +10,7 @@ from workbench.robust.joint_prediction import fit_near
 from workbench.robust.joint_runs import JointRuns, Region
 from workbench.robust.master import robust_design
 from workbench.robust.minimax_record import (
+    ALLOWED_ERROR,
     Cycle,
     Minimax,
     MinimaxStatus,
@@ -40,6 +41,7 @@ RE_EXAMINED = 4
 RE_EXPECTED = 12
 FAILURES_BEFORE_FILL = 3  # proposed designs without a value in a row
 IDLE_CYCLES = 6  # cycles without a new run before the search stops
+BOUND_STREAM = 2_000_003  # replicate of the last master, apart from the numbers of the cycles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +73,7 @@ class CuttingSets:
         self.proposed: list[Array] = []
         self.cycles: list[Cycle] = []
         self.whole = Region(centre=np.full(runs.dx, 0.5), width=1.0)
-        self.region = self.whole
+        self.region = self.looked_at = self.whole  # of the next cycle, of the last one
         self.looks_everywhere = True  # whether the present cycles look at the whole design space
         self.quiet = 0  # cycles in a row whose bounds met
         self.unconfirmed = 0  # proposed designs in a row without a value
@@ -92,6 +94,11 @@ class CuttingSets:
             status, note = MinimaxStatus.UNMODELLED, str(exc)
             self.tried += [x for x in self.proposed[-1:] if np.isfinite(runs.worst_run(x)[0])]
             value, x, scenario = self.lowest()
+        predicted = lower = min(self.last_lower, value)
+        if status is MinimaxStatus.EXHAUSTED:
+            predicted = lower = value
+        elif status is not MinimaxStatus.UNMODELLED and self.tried:
+            lower = min(lower, self.doubted_lower())
         if not self.tried:
             if note:
                 raise NotEnoughRuns(
@@ -107,7 +114,9 @@ class CuttingSets:
             design=runs.design.rows(runs.worst_design(x)[None])[0],
             scenario=runs.uncertain.rows(scenario[None])[0],
             value=value,
-            lower=value if status is MinimaxStatus.EXHAUSTED else min(self.last_lower, value),
+            lower=lower,
+            predicted=predicted,
+            part=self.part,
             status=status,
             cycles=tuple(self.cycles),
             scenarios=tuple(runs.uncertain.rows(np.array(runs.scenarios))) if runs.scenarios else (),
@@ -123,6 +132,24 @@ class CuttingSets:
     def last_lower(self) -> float:
         """The master's value of the last cycle."""
         return self.cycles[-1].lower if self.cycles else -np.inf
+
+    @property
+    def part(self) -> dict[str, tuple[float, float]]:
+        """Lowest and highest design of the last cycle's region, of the parameters that have an order."""
+        design = self.runs.design
+        low, high = (design.rows(end[None])[0] for end in self.runs.design_box(self.looked_at))
+        ordered = [n for n, word in zip(design.space.names, design.categorical, strict=True) if not word]
+        return {name: (low[name], high[name]) for name in ordered}
+
+    def doubted_lower(self) -> float:
+        """The master's value in the region that the last cycle looked at, where the Kriging of all runs errs
+        by ALLOWED_ERROR standard deviations in favour of every design; inf where it cannot be fitted."""
+        try:
+            with modelling():
+                model = replace(fit_near(self.runs, self.looked_at), doubt=ALLOWED_ERROR)
+                return robust_design(self.runs, model, self.looked_at, BOUND_STREAM)[1]
+        except Unmodelled:
+            return np.inf
 
     @property
     def n_ok(self) -> int:
@@ -180,6 +207,7 @@ class CuttingSets:
     def _cycle(self, tolerance: float) -> _Bounds:
         """One cycle: the master's design, its true worst, and the best design tried so far."""
         runs, region = self.runs, self.region
+        self.looked_at = region
         number = len(self.cycles) + 1
         with modelling():
             model = fit_near(runs, region)

@@ -23,18 +23,24 @@ NUGGETS = (1e-10, 1e-8, 1e-6, 1e-4)  # relative to the process variance; the fir
 @dataclass(frozen=True, slots=True)
 class JointPrediction:
     """A Kriging in the shifted and scaled coordinates of the present box; `feasibility` is None as long as
-    no run has failed."""
+    no run has failed. `doubt`: by how many of its standard deviations its values are taken lower."""
 
     runs: JointRuns
     kriging: Kriging
     shift: Array
     span: Array
     feasibility: Feasibility | None
+    doubt: float = 0.0
 
     def mean(self, z: Array) -> Array:
-        """Predicted values at z (m, dx + du)."""
-        values: Array = self.kriging.predict(self.runs.features((z - self.shift) / self.span))
-        return values
+        """Predicted values at z (m, dx + du), less the doubt."""
+        features = self.runs.features((z - self.shift) / self.span)
+        if not self.doubt:
+            values: Array = self.kriging.predict(features)
+            return values
+        mean, deviation = self.kriging.predict(features, return_std=True)
+        lowered: Array = mean - self.doubt * deviation
+        return lowered
 
     def chance(self, z: Array) -> Array:
         """Chance that a run at z (m, dx + du) gives a value."""

@@ -14,8 +14,9 @@ Each cycle
 
 Scenarios are accumulated, never replaced; `to_dict` keeps them, and a later search may begin with them. The
 returned value is the largest true run at the returned design; that no scenario is worse and no design better
-rests on the Kriging. The search is a function of the seed and of the answers: with an evaluator that
-remembers its runs it resumes by being asked again. A point that was run is not run again and costs nothing.
+rests on the Kriging, which is given two standard deviations to err in the lower bound of the result. The
+search is a function of the seed and of the answers: with an evaluator that remembers its runs it resumes by
+being asked again. A point that was run is not run again and costs nothing.
 
 Where runs fail, the worst case of a design is the worst that can be run. A map of the failures
 (`workbench.search.surrogate.feasibility`) keeps proposals to where runs are as likely to give a value as not,

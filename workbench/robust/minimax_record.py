@@ -13,15 +13,19 @@ from workbench.search.evidence.gap import COVERAGE, Gap
 from workbench.search.evidence.grade import Grade, grade_of
 from workbench.space.units import counted
 
-__all__ = ["Cycle", "FailedRun", "Minimax", "MinimaxStatus"]
+__all__ = ["ALLOWED_ERROR", "Cycle", "FailedRun", "Minimax", "MinimaxStatus"]
+
+ALLOWED_ERROR = 2.0  # standard deviations of the Kriging, in favour of designs that were not run
 
 
 class MinimaxStatus(Enum):
     """Why the search stopped."""
 
-    CONVERGED = "lower and upper bound met within the tolerance, and an attack found nothing worse"
-    MET = "lower and upper bound met within the tolerance; no attack that counts has left them standing"
-    OPENED = "lower and upper bound had met; what an attack found left them further apart than the tolerance"
+    CONVERGED = "predicted and true worst case met within the tolerance, and an attack found nothing worse"
+    MET = (
+        "predicted and true worst case met within the tolerance; no attack that counts has left them standing"
+    )
+    OPENED = "predicted and true worst case had met; what an attack found left them further apart than that"
     BEATEN = "an attack found a worse scenario than the search knew"
     BUDGET = "the budget of runs was spent"
     EXHAUSTED = "every point of design and uncertainty was run"
@@ -60,8 +64,10 @@ class Cycle:
 class Minimax:
     """The design with the lowest worst run, its worst scenario, and all cycles.
 
-    `value` is a true run, but that no scenario is worse is the word of the Kriging, as `lower` is: the bound
-    of the last cycle, which holds for the `box` of designs that it looked at, the whole where bounds met.
+    `value` is a true run, but that no scenario is worse is the word of the Kriging. So is what other designs
+    reach: `predicted`, the master's value of the last cycle, and `lower`, the same where the Kriging errs by
+    ALLOWED_ERROR standard deviations in their favour. Both hold for the `part` of the designs that the last
+    cycle looked at, the whole where bounds met: lowest and highest value of every parameter with an order.
     Scenarios in which a design cannot be run do not count: `failed` holds all runs without a value,
     `failed_here` those of the returned design. `failure_map` counts them by level of the unordered
     parameters.
@@ -77,6 +83,8 @@ class Minimax:
     evaluations: int
     budget: int
     seed: int
+    predicted: float
+    part: Mapping[str, tuple[float, float]]
     failed: tuple[FailedRun, ...] = ()
     failure_map: tuple[LevelFailures, ...] = ()
     note: str = ""  # why no Kriging could be fitted
@@ -93,7 +101,8 @@ class Minimax:
 
     @property
     def gap(self) -> float:
-        """Upper minus lower bound at the end; model-based, as the lower bound is."""
+        """Upper minus lower bound at the end; model-based, as the lower bound is. Bounds that have met left
+        the predicted value within the tolerance; what the Kriging may err by may be more."""
         return max(self.value - self.lower, 0.0)
 
     @property
@@ -126,6 +135,11 @@ class Minimax:
         part = f" in the part that was looked at last, {100 * box:.2g} % of every range,"
         near = "" if box >= 1.0 else part
         others = f"no design{near} gets below {self.lower:.6g}"
+        if f"{self.lower:.6g}" != f"{self.predicted:.6g}":
+            others += (
+                f", where it is given {ALLOWED_ERROR:g} standard deviations to err: "
+                f"it predicts {self.predicted:.6g} for the best"
+            )
         if self.status is MinimaxStatus.BEATEN:
             return f"The Kriging knew of no worse scenario, which the attack refuted; by it {others}"
         return f"By the Kriging, which may err, no scenario is worse there and {others}"

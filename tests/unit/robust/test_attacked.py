@@ -77,7 +77,7 @@ def test_bounds_that_an_attack_has_torn_apart_are_not_said_to_have_met(seed):
     plane = Space([Parameter("u0", lower=0, upper=1), Parameter("u1", lower=0, upper=1)])
     found = minimax(f, CHOICE, plane, budget=60, attack=200, tolerance=1e-2, seed=seed)
     assert found.value == pytest.approx(5.0, abs=0.1)
-    assert found.lower == pytest.approx(1.0, abs=0.1)
+    assert found.predicted == pytest.approx(1.0, abs=0.1)
     assert found.status is MinimaxStatus.OPENED
     assert "had met" in found.sentence
 

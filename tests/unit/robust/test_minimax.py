@@ -3,6 +3,7 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
 from workbench.errors import NotEnoughRuns, StudyError
@@ -61,9 +62,28 @@ def test_a_lower_bound_says_for_which_designs_it_holds():
     cut = minimax(coupled, *PLANE, budget=40, seed=2)
     assert cut.status is MinimaxStatus.BUDGET
     assert float(re.search(part, cut.sentence)[1]) == pytest.approx(100 * cut.cycles[-1].box, rel=0.05)
+    low, high = cut.part["x1"]
+    assert high - low == pytest.approx(10 * cut.cycles[-1].box)
     met = minimax(saddle, *LINE, budget=100, seed=0)
     assert met.cycles[-1].box == 1.0
     assert "and no design gets below" in met.sentence
+    assert met.part == {"x1": (0.0, 10.0)}
+
+
+def test_a_bound_leaves_the_kriging_room_to_err():
+    """With 18 runs it knows too little of a wave to hold its prediction for a bound."""
+
+    def waves(x, u):
+        return 1.5 * np.cos(2.5 * x["x1"]) + 0.1 * (x["x1"] - 5) ** 2 + np.sin(u["u1"])
+
+    found = minimax(waves, *LINE, budget=18, seed=2, attack=0)
+    assert found.lower < found.predicted - 1e-2
+    assert found.predicted <= found.value
+    assert found.gap == found.value - found.lower
+    said = f"gets below {found.lower:.6g}, where it is given 2 standard deviations to err"
+    assert said in found.sentence
+    assert f"it predicts {found.predicted:.6g} for the best" in found.sentence
+    assert found.to_dict()["predicted"] == found.predicted
 
 
 def test_a_worst_case_at_a_vertex_of_the_uncertainty():

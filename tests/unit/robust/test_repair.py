@@ -96,4 +96,4 @@ def test_budget_and_attack_together_are_not_exceeded(seed):
         assert found.status is MinimaxStatus.BEATEN
         assert found.grade is Grade.SEARCHED
     if found.status in (MinimaxStatus.CONVERGED, MinimaxStatus.MET):
-        assert found.gap <= TOLERANCE * abs(found.value)
+        assert found.value - found.predicted <= TOLERANCE * abs(found.value)
