@@ -2,7 +2,8 @@
 
 import math
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from workbench.campaign.runs import CampaignRuns
@@ -13,13 +14,33 @@ from workbench.report.lines.tables import fitted
 from workbench.space.streams import stream
 from workbench.space.units import counted
 from workbench.stages.design import check_kind_of_table, design_table, given_rows
-from workbench.stages.table import asked_stages
+from workbench.stages.table import Stage, asked_stages
 from workbench.study.messages import placed
 from workbench.study.record import Study
 
-__all__ = ["check_model", "check_study", "verification_lines", "verify_runs"]
+__all__ = ["check_before_runs", "check_model", "check_study", "verification_lines", "verify_runs"]
 
 CLOSE = 1e-9  # relative difference that rounding in another order, or on another processor, may leave
+
+
+def check_before_runs(study: Study, folder: Path | None) -> None:
+    """What can be refused before a campaign in `folder` spends a run, as `check_study` refuses it.
+
+    A new campaign is checked whole, but for a model on a cluster, which may not be here. One that is there
+    has opened its model: of it those stages are checked that have no document yet.
+
+    Raises:
+        StudyError: as `check_study`.
+    """
+    place = folder or study.campaign_folder
+    stages = asked_stages(study)
+    if (place / "runs.sqlite").exists():
+        stages = [stage for stage in stages if not (place / f"{stage.document}.json").exists()]
+    else:
+        _check_design_is_there(study)
+        if study.evaluate.get("engine") != "dask":
+            check_model(study)
+    _check_stages(study, stages)
 
 
 def check_study(study: Study) -> dict[str, Any]:
@@ -29,6 +50,29 @@ def check_study(study: Study) -> dict[str, Any]:
         StudyError: the model cannot be opened, or a stage asks for what the model does not offer.
     """
     kind, stages = study.model["kind"], asked_stages(study)
+    _check_design_is_there(study)
+    check_model(study)
+    _check_stages(study, stages)
+    notes: list[str] = []
+    for stage in stages:
+        if stage.work.notes is not None:
+            notes += stage.work.notes(study)
+    names = ", ".join(stage.name for stage in stages)
+    d = study.space.dimension
+    sizes = f"{counted(d, 'parameter')}, {counted(len(study.responses), 'response')}"
+    summary = f"{sizes}, model {kind}, stages {names}"
+    return {"valid": True, "summary": summary, "notes": notes, **study.to_dict()}
+
+
+def _check_stages(study: Study, stages: Sequence[Stage]) -> None:
+    for stage in stages:
+        if stage.work.check is not None:
+            stage.work.check(study)
+
+
+def _check_design_is_there(study: Study) -> None:
+    """Refuse a study that has nothing to run, or stages that wait for a design."""
+    kind, stages = study.model["kind"], asked_stages(study)
     if (
         kind != "table"
         and study.design is None
@@ -37,18 +81,6 @@ def check_study(study: Study) -> dict[str, Any]:
         raise StudyError(
             "the study has no [design] table, so there is nothing to run; add one such as runs = 50"
         )
-    check_model(study)
-    notes: list[str] = []
-    for stage in stages:
-        if stage.work.check is not None:
-            stage.work.check(study)
-        if stage.work.notes is not None:
-            notes += stage.work.notes(study)
-    names = ", ".join(stage.name for stage in stages)
-    d = study.space.dimension
-    sizes = f"{counted(d, 'parameter')}, {counted(len(study.responses), 'response')}"
-    summary = f"{sizes}, model {kind}, stages {names}"
-    return {"valid": True, "summary": summary, "notes": notes, **study.to_dict()}
 
 
 def check_model(study: Study) -> None:

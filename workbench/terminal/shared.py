@@ -8,6 +8,7 @@ import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Annotated, Any
@@ -73,15 +74,19 @@ def opened_campaign(
     dask: str | None = None,
     permissions: "Permissions | None" = None,
     runs_model: bool = False,
+    all_stages: bool = False,
 ) -> Iterator["Campaign"]:
     """The campaign of a study with progress on standard error.
 
     runs_model: the command has the model run, so the folder of a new campaign waits until it can be opened.
+    all_stages: it walks all stages, so what `holdfast validate` refuses is refused before a run is spent.
     """
     from workbench.stages.campaign import Campaign
     from workbench.terminal.console import progress_for
 
-    if runs_model and dask is None:
+    if all_stages:
+        _check_all(study, folder, dask)
+    elif runs_model and dask is None:
         _check_new(study, folder)
     progress = progress_for(sys.stderr)
     try:
@@ -94,6 +99,17 @@ def opened_campaign(
         raise
     finally:
         progress.finished()
+
+
+def _check_all(path: Path, folder: Path | None, dask: str | None) -> None:
+    """Refuse what `holdfast validate` refuses, of the stages that are not done."""
+    from workbench.stages.validation import check_before_runs
+    from workbench.study.loading import load_study
+
+    study = load_study(path)
+    if dask is not None:
+        study = replace(study, evaluate={**study.evaluate, "engine": "dask", "address": dask})
+    check_before_runs(study, folder)
 
 
 def _check_new(path: Path, folder: Path | None) -> None:

@@ -54,7 +54,7 @@ def run(
         same_model=same_model, new_version=new_version, run_again=run_again, at_baseline=at_baseline
     )
     with opened_campaign(
-        study, folder, workers=workers, dask=dask, permissions=allowed, runs_model=True
+        study, folder, workers=workers, dask=dask, permissions=allowed, all_stages=True
     ) as campaign:
         if retry_failed:
             again = counted(campaign.retry(), "failed run is", "failed runs are")
