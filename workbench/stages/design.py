@@ -13,7 +13,7 @@ from workbench.campaign.runs import Asked, CampaignRuns
 from workbench.campaign.view import StoredRuns
 from workbench.errors import StudyError
 from workbench.models.stored.evaluation import UNFINISHED
-from workbench.models.table import TableModel, ignored_columns, read_cells, read_table
+from workbench.models.table import TableModel, read_table
 from workbench.report.lines.design import design_lines
 from workbench.sampling.change import DesignChange, design_change, growth_model
 from workbench.sampling.stored import ROWS, design_head, design_keys, design_points
@@ -21,6 +21,7 @@ from workbench.space.units import counted
 from workbench.stages.work import Work
 from workbench.study.messages import placed
 from workbench.study.record import Study
+from workbench.study.tables_of_runs import columns_left, dwarfing_of
 from workbench.system.atomic import read_json, write_json
 
 if TYPE_CHECKING:
@@ -69,8 +70,7 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
             made, rows, later = _grown_design(campaign, table, stored, change)
     parts = [slice(begin, begin + AT_ONCE) for begin in range(0, len(made), AT_ONCE)]
     keys = [campaign.key(row) for part in parts for row in study.space.canonical_rows(rows(part))]
-    ignored = _ignored_columns(study, table)
-    beside = {"ignored_columns": ignored, "later": later}
+    beside = {"ignored_columns": columns_left(study), "dwarfing": dwarfing_of(study), "later": later}
     head = made.head() | {"run_keys": keys} | {name: value for name, value in beside.items() if value}
     # as given: a table's value would not survive the way to the unit cube and back to the last bit
     physical = ([[row[name] for name in study.space.names] for row in rows(part)] for part in parts)
@@ -167,20 +167,6 @@ def _make(campaign: CampaignRuns, document: Mapping[str, Any], wanted: Sequence[
         left -= len(rows)
         campaign.evaluate(rows, batch=batch, beside=(done, left))
         done += len(rows)
-
-
-def _ignored_columns(study: Study, table: Mapping[str, Any]) -> list[str]:
-    """The columns with numbers of the table of runs, or of points, that the study does not read."""
-    model, used = study.model, set(study.space.names)
-    if model["kind"] == "table":
-        columns = model.get("columns", {})
-        file, names = model["file"], used | {response.name for response in study.responses}
-        used = {columns.get(name, name) for name in names}
-    elif table["kind"] == "table":
-        file = table["file"]
-    else:
-        return []
-    return ignored_columns(*read_cells(study.folder / file), used)
 
 
 def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:

@@ -9,6 +9,7 @@ from typing import Any
 from workbench.campaign.runs import CampaignRuns
 from workbench.errors import StudyError
 from workbench.models.protocol import Answer, ModelSpec
+from workbench.models.stored.dwarfing import dwarfing_sentence
 from workbench.models.table import TableModel, table_digest
 from workbench.report.lines.tables import fitted
 from workbench.space.streams import stream
@@ -17,6 +18,7 @@ from workbench.stages.design import check_kind_of_table, design_table, given_row
 from workbench.stages.table import Stage, asked_stages
 from workbench.study.messages import placed
 from workbench.study.record import Study
+from workbench.study.tables_of_runs import dwarfing_of
 
 __all__ = ["check_before_runs", "check_model", "check_study", "verification_lines", "verify_runs"]
 
@@ -53,7 +55,7 @@ def check_study(study: Study) -> dict[str, Any]:
     _check_design_is_there(study)
     check_model(study)
     _check_stages(study, stages)
-    notes: list[str] = []
+    notes = [dwarfing_sentence(seen) for seen in dwarfing_of(study)]
     for stage in stages:
         if stage.work.notes is not None:
             notes += stage.work.notes(study)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from workbench.models.stored.dwarfing import dwarfing_sentence
 from workbench.models.table import ignored_sentence
 from workbench.report.lines.tables import fitted, format_number, table_lines, wrapped
 from workbench.sampling.verdict import cost_of_design, cost_of_growth
@@ -11,7 +12,7 @@ from workbench.sampling.verdict import cost_of_design, cost_of_growth
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["comparison_lines", "design_lines"]
+__all__ = ["comparison_lines", "design_lines", "table_sentences"]
 
 WIDTH = 79
 QUALITIES = ("min_distance", "cd2", "max_correlation", "d_efficiency")
@@ -19,7 +20,7 @@ QUALITIES = ("min_distance", "cd2", "max_correlation", "d_efficiency")
 
 def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[str]:
     """How good the design is, each measure beside random Latin hypercubes of the same size and levels, and
-    what it costs where it is poor; some measures, or all. Then the columns of a table that are not used."""
+    what it costs where it is poor; some measures, or all. Then what is to be told of a table of runs."""
     quality = document.get("quality") or {}
     rows = []
     for name in quality if whole else QUALITIES:
@@ -31,14 +32,16 @@ def design_lines(document: Mapping[str, Any], *, whole: bool = False) -> list[st
     lines = table_lines(("design quality", "of random Latin hypercubes", "value"), rows) if rows else []
     cost = cost_of_design(document) if rows else None
     lines += fitted(said for said in (cost, cost_of_growth(document)) if said is not None)
-    said = _ignored(document)
-    return [*lines, *wrapped(said, WIDTH)] if said else lines
+    for said in table_sentences(document):
+        lines += wrapped(said, WIDTH)
+    return lines
 
 
-def _ignored(document: Mapping[str, Any]) -> str:
-    """The columns of a table that the study does not read, "" where there is none."""
+def table_sentences(document: Mapping[str, Any]) -> list[str]:
+    """What is to be told of a table of runs: values that dwarf all others, columns that nobody reads."""
+    said = [dwarfing_sentence(seen) for seen in document.get("dwarfing") or ()]
     names = document.get("ignored_columns")
-    return ignored_sentence(names, str(document["options"]["file"])) if names else ""
+    return [*said, ignored_sentence(names, str(document["options"]["file"]))] if names else said
 
 
 def comparison_lines(frame: "pd.DataFrame") -> list[str]:

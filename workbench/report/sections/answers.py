@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from workbench.models.stored.evaluation import FAILED
-from workbench.models.table import ignored_sentence
 from workbench.report.layout.section import improvement_sentence
+from workbench.report.lines.design import table_sentences
 from workbench.report.lines.statements import (
     border_text,
     failure_of,
@@ -321,13 +321,12 @@ def _runs(folder: CampaignFolder) -> Card:
     of_layouts = sum(runs_of_layouts(folder).values())
     looped = f" The robust loop made {of_layouts} further true runs, of layouts." if of_layouts else ""
     design = folder["design"] or {}
-    if design.get("ignored_columns"):
-        said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
-        detail += f" {sentence(said)}"
+    detail += "".join(f" {sentence(said)}" for said in table_sentences(design))
+    enough = not bad and not design.get("dwarfing")
     return Card(
         question="What ran?",
         answer=f"{finished} run{'' if finished == 1 else 's'}" + (f", {bad} without a value" if bad else ""),
         detail=f"{detail} CPU time {number(folder.runs.cpu, 3)} s.{looped}",
         section="runs",
-        level="good" if not bad else "poor" if bad > 0.2 * finished else "fair",
+        level="good" if enough else "poor" if bad > 0.2 * finished else "fair",
     )

@@ -8,7 +8,7 @@ import numpy as np
 import doe
 from workbench.figures.design import plot_distances
 from workbench.figures.runs import beats, plot_percentiles
-from workbench.models.table import ignored_sentence
+from workbench.report.lines.design import table_sentences
 from workbench.report.lines.statements import sentence
 from workbench.report.page.blocks import (
     Block,
@@ -62,9 +62,7 @@ def design_section(folder: CampaignFolder) -> Section | None:
         if cost is not None:
             sentences.append(sentence(cost))
     blocks: list[Block] = []
-    if design.get("ignored_columns"):
-        said = ignored_sentence(design["ignored_columns"], str(design["options"]["file"]))
-        blocks.append(Note(text=sentence(said), level="fair"))
+    blocks += [Note(text=sentence(said), level="fair") for said in table_sentences(design)]
     quality: dict[str, dict[str, Any]] = {
         str(name): dict(q) for name, q in (design.get("quality") or {}).items() if isinstance(q, dict)
     }
