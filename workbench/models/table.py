@@ -16,6 +16,7 @@ from typing import Any
 from workbench.errors import EvaluationFailed, NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.models.values import is_value, number_in, other_separator, what_is_wrong
+from workbench.space.unit_scales import unit_in_header, without_unit
 
 __all__ = [
     "FEWEST_RUNS",
@@ -114,7 +115,7 @@ def read_table(
         path.name,
         header,
         list(wanted.values()),
-        cure=". Rename them in the file or map them in [model] columns",
+        cure=_renaming(header, wanted) or ". Rename them in the file or map them in [model] columns",
     )
     place = {name: header.index(column) for name, column in wanted.items()}
     rows = []
@@ -132,6 +133,24 @@ def read_table(
     if complete:
         _check_rows(path.name, rows, [line for line, _ in lines], parameters, responses)
     return rows
+
+
+def _renaming(header: Sequence[str], wanted: Mapping[str, str]) -> str:
+    """The line that maps every missing name to the one column that is called so but for its unit, "" where
+    one has none.
+
+    >>> _renaming(["mass [kg]", "y"], {"mass": "mass", "y": "y"})
+    '. Write in [model]: columns = { mass = "mass [kg]" }'
+    """
+    alike: dict[str, str] = {}
+    for name, column in wanted.items():
+        if column not in header:
+            found = [own for own in header if unit_in_header(own) and without_unit(own) == column]
+            if len(found) != 1 or column != name:
+                return ""
+            alike[name] = found[0]
+    pairs = ", ".join(f'{name} = "{column}"' for name, column in alike.items())
+    return f". Write in [model]: columns = {{ {pairs} }}" if pairs else ""
 
 
 def read_cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:

@@ -21,7 +21,7 @@ from workbench.space.units import counted
 from workbench.stages.work import Work
 from workbench.study.messages import placed
 from workbench.study.record import Study
-from workbench.study.tables_of_runs import columns_left, dwarfing_of
+from workbench.study.tables_of_runs import check_header_units, columns_left, dwarfing_of
 from workbench.system.atomic import read_json, write_json
 
 if TYPE_CHECKING:
@@ -172,6 +172,7 @@ def _make(campaign: CampaignRuns, document: Mapping[str, Any], wanted: Sequence[
 def _design_of_table(campaign: CampaignRuns, table: Mapping[str, Any]) -> tuple["Design", Rows]:
     """The design that a table of runs is."""
     check_kind_of_table(table)
+    check_header_units(campaign.study)
     model = TableModel.opened(campaign.spec)
     return _given_design(campaign, model.inputs, table, str(campaign.study.model["file"]))
 
@@ -196,6 +197,7 @@ def _rows_of_file(study: Study) -> list[dict[str, Any]]:
     with placed(study.text, study.where, ("design", "file")):
         if not path.is_file():
             raise StudyError(f"no table {path}: [design] file is looked up beside the study file")
+        check_header_units(study)
     words = [p.name for p in space.parameters if not p.is_numeric]
     return read_table(path, space.names, (), words=words)
 

@@ -18,7 +18,7 @@ from workbench.stages.design import check_kind_of_table, design_table, given_row
 from workbench.stages.table import Stage, asked_stages
 from workbench.study.messages import placed
 from workbench.study.record import Study
-from workbench.study.tables_of_runs import dwarfing_of
+from workbench.study.tables_of_runs import check_header_units, dwarfing_of
 
 __all__ = ["check_before_runs", "check_model", "check_study", "verification_lines", "verify_runs"]
 
@@ -102,6 +102,7 @@ def _check_table(study: Study) -> None:
     file = study.model["file"]
     with placed(study.text, study.where, ("model", "file")):
         version = table_digest(study.folder / file)
+        check_header_units(study)
     inputs = TableModel.opened(study.spec(version=version)).inputs
     runs, offered = (study.design or {}).get("runs"), len(inputs)
     if runs is not None and runs > offered:
