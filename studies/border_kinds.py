@@ -10,7 +10,7 @@ fail, between a twelfth and a third of it:
     plane    beyond a plane whose slopes are those of the response, times 0.3 to 1.7
     steep    beyond a plane, and the response is divided by the distance to another a little behind it
 
-The worst of the runs that give a value comes from twenty starts of SLSQP. The search was changed after traces
+The worst of the runs that give a value comes from many starts of SLSQP. The search was changed after traces
 of such problems with numbers below 30; from 30 on nobody had looked at any.
 
 `python -m studies.border_kinds 0 7` prints a line per kind for problems 0 to 6 of each, one search each.

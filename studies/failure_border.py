@@ -146,6 +146,7 @@ MODELS: dict[str, Callable[[], Bordered]] = {
 
 FAILING = (0.05, 0.35)  # share of the box that fails in a drawn problem
 DRAWN_INPUTS = (2, 3, 4, 5, 6, 7)
+BEST, OTHERS = 20, 150  # starts of SLSQP: the largest responses, and others from the largest to the smallest
 CUT = 0.02  # of the worst: a drawn border takes at least so much of the response's range
 
 
@@ -186,16 +187,21 @@ def drawn(number: int) -> Bordered:
 def constrained_worst(
     response: Callable[[Array], float], margin: Callable[[Array], float], even: Array
 ) -> float:
-    """The largest response where `margin` is not negative: twenty starts of SLSQP from the best of `even`."""
+    """The largest response where `margin` is not negative: SLSQP from the best of `even` and others of it.
+
+    The best may all lie in one basin, and from them alone one worst in forty was 0.1 to 1.4 % too small.
+    """
     inside = even[[margin(u) >= 0 for u in even]]
     values = np.array([response(u) for u in inside])
+    order = np.argsort(-values)
+    starts = inside[np.concatenate([order[:BEST], order[BEST :: max(len(order) // OTHERS, 1)]])]
     climb: Any = minimize
     left = {"type": "ineq", "fun": margin}
     ends = [
         climb(
             lambda u: -response(u), start, bounds=[(0, 1)] * even.shape[1], method="SLSQP", constraints=left
         )
-        for start in inside[np.argsort(-values)[:20]]
+        for start in starts
     ]
     return max([float(values.max()), *(-float(end.fun) for end in ends if margin(end.x) >= -1e-9)])
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from studies.border_kinds import FAILING, INPUTS, KINDS, drawn_kind, run
 from studies.failure_border import SolverError
@@ -39,6 +40,21 @@ def test_only_the_inputs_of_a_border_move_it():
         u = rng.random(6)
         moved = [problem.margin(np.where(np.arange(6) == j, 0.9 - 0.8 * u, u)) for j in range(6)]
         assert sum(abs(m - problem.margin(u)) > 1e-9 for m in moved) == count
+
+
+def test_the_worst_is_sought_in_every_basin():
+    """Around an ellipsoid the largest runs of a sample may all lie in one: there 7.424 is the largest."""
+    problem = drawn_kind("corner", 39)
+    even = np.random.default_rng(4).random((200, problem.dimension))
+    reached = []
+    for start in even[[problem.margin(u) >= 0 for u in even]]:
+        climbed = minimize(
+            lambda u: -problem.response(u), start, bounds=[(0, 1)] * problem.dimension, method="SLSQP",
+            constraints={"type": "ineq", "fun": problem.margin},
+        )  # fmt: skip
+        if problem.margin(climbed.x) >= -1e-9:
+            reached.append(problem.response(climbed.x))
+    assert problem.worst == pytest.approx(max(reached), rel=1e-6)
 
 
 @pytest.mark.slow
