@@ -28,6 +28,8 @@ def _pattern(context: Context) -> str:
     return PATTERNS[context["pattern"]]
 
 
+# lists of tables, which are taken for one table of names or written with single brackets
+ONE_EACH = (("parameter",), ("response",))
 # type of an error of pydantic -> what was expected, from the context of the error
 EXPECTED: dict[str, Callable[[Context], str]] = {
     "string_type": lambda c: "text in quotes",
@@ -59,6 +61,11 @@ def expected(error: Mapping[str, Any]) -> str:
 
     >>> expected({"type": "too_short", "ctx": {"field_type": "List", "min_length": 2}, "msg": "..."})
     'at least 2 items'
+    >>> expected({"type": "list_type", "loc": ("parameter",), "input": {"a": {}}, "msg": "..."})
+    'a table [[parameter]] for each, with its name inside'
     """
+    place = error.get("loc", ())
+    if error["type"] == "list_type" and place in ONE_EACH and isinstance(error.get("input"), Mapping):
+        return f"a table [[{place[0]}]] for each, with its name inside"
     words = EXPECTED.get(error["type"])
     return str(error["msg"]) if words is None else words(error.get("ctx", {}))

@@ -8,6 +8,8 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
+from workbench.study.expectations import ONE_EACH
+
 __all__ = ["cure_of_line", "find_line"]
 
 HEADER = re.compile(r"^\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
@@ -36,6 +38,9 @@ def cure_of_line(text: str, refused: str) -> str:
     line = lines[int(at[1]) - 1]
     if comma := COMMA.search(line):
         return f". Numbers have a decimal point: {comma[1]}.{comma[2]}"
+    header = HEADER.match(line)
+    if header and header[1] == "[" and _parts(header[2]) in ONE_EACH:
+        return f". One of several has double brackets: [[{header[2]}]]"
     if word := WORD.match(line):
         return f'. Words stand in quotes: {word[1]} = "{word[2]}"'
     return ""

@@ -100,6 +100,14 @@ def test_no_word_of_the_library_reaches_whoever_writes_a_study():
             {"model": {"kind": "command", "command": "run"}},
             "model.command needs a list in brackets, got 'run'",
         ),
+        (
+            {"parameter": {"a": {"lower": 1.0}}},
+            r"s: parameter needs a table \[\[parameter\]\] for each, with its name inside, got \{'a'",
+        ),
+        (
+            {"response": {"name": "y"}},
+            r"s: response needs a table \[\[response\]\] for each, with its name inside, got",
+        ),
         ({"worst_case": {"weights": {}}}, "worst_case.weights needs at least 1 entry, got {}"),
         ({"evaluate": {"workers": 1.5}}, "evaluate.workers needs a whole number, got 1.5"),
         ({"evaluate": {"timeout": 0.0}}, "evaluate.timeout needs a number > 0, got 0.0"),

@@ -128,6 +128,8 @@ CHANGES = [
     ("baseline = 100.0\nfactor = [0.5, 2.0]", "min = 1\nmax = 5", r"\[1\].min. Did you mean 'lower'\?"),
     ("runs = 20", "runs = 0", "line 28: design.runs needs a number >= 1, got 0"),
     ("[design]", "[design", r"study is not TOML: .*line 26, column 8\)$"),
+    ("[[parameter]]", "[parameter]\nname = 'z'\n[parameter]",
+     r"not TOML: .*line 11, column 11\). One of several has double brackets: \[\[parameter\]\]$"),
     ("baseline = 100.0", "baseline = 100,0", r"not TOML: .*\). Numbers have a decimal point: 100.0$"),
     ('kind = "python"', "kind = python  # ours", r'not TOML: .*\). Words stand in quotes: kind = "python"$'),
     ("runs = 20", "samples = 20", r"unknown key design.samples. Did you mean 'runs'\?"),
