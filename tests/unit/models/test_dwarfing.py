@@ -70,13 +70,13 @@ SEEN = {"response": "y", "unit": "m/s^2", "file": "runs.csv", "low": 0.5, "high"
 
 def test_the_sentence_names_run_value_others_and_what_to_do():
     assert dwarfing_sentence({**SEEN, "lines": [4], "values": [1e30]}) == (
-        "y is 1e+30 m/s² in line 4 of runs.csv and from 0.5 to 3 m/s² in all other runs: what is found of y "
+        "Line 4 of runs.csv gives y = 1e+30 m/s², all other runs from 0.5 to 3 m/s²: what is found of y "
         "rests on that one value. Where it is a placeholder, a run that failed or another unit, mend it or "
         "leave the cell empty; a true value may stay"
     )
     many = dwarfing_sentence({**SEEN, "unit": "1", "lines": [4, 9, 7, 5], "values": [1e30, 1e30, 1e29, 1e28]})
     assert many.startswith(
-        "y is 1e+28 to 1e+30 in lines 4, 9, 7 and 1 more of runs.csv and from 0.5 to 3 in all"
+        "Lines 4, 9, 7 and 1 more of runs.csv give y = 1e+28 to 1e+30, all other runs from 0.5 to 3: what"
     )
     assert "rests on those values. Where they are a placeholder" in many
 
@@ -98,16 +98,16 @@ def study(tmp_path):
 
 def test_terminal_page_and_validate_say_it_and_all_stages_go_on(study):
     path = study(*ROWS[:10], "", "8.9,1e30", *ROWS[10:])
-    assert check_study(load_study(path))["notes"][0].startswith("y is 1e+30 in line 13 of runs.csv")
+    assert check_study(load_study(path))["notes"][0].startswith("Line 13 of runs.csv gives y = 1e+30, all")
     with Campaign.from_file(path) as campaign:
         found = campaign.run()
         assert found["design"]["dwarfing"][0]["lines"] == [13]
         assert found["evaluate"]["counts"] == {"ok": 25}  # no run is dropped
         assert "screen" in found
     page = Path(found["report"]).read_text()
-    assert "y is 1e+30 in line 13 of runs.csv and from" in " ".join(run_lines(found))
+    assert "Line 13 of runs.csv gives y = 1e+30, all other runs from" in " ".join(run_lines(found))
     assert max(map(len, design_lines(found["design"]))) < 80
-    assert page.count("in line 13 of runs.csv") >= 2  # of the card and of the section
+    assert page.count("Line 13 of runs.csv gives y =") >= 2  # of the card and of the section
 
 
 def test_nothing_is_said_of_an_honest_table(study):

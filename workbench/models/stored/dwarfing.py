@@ -114,18 +114,18 @@ def dwarfing_sentence(seen: Mapping[str, Any]) -> str:
 
     >>> seen = {"response": "y", "unit": "N", "file": "runs.csv", "low": 0.5, "high": 3.0}
     >>> dwarfing_sentence({**seen, "lines": [4], "values": [1e30]})[:72]
-    'y is 1e+30 N in line 4 of runs.csv and from 0.5 to 3 N in all other runs'
+    'Line 4 of runs.csv gives y = 1e+30 N, all other runs from 0.5 to 3 N: wh'
     """
     unit = "" if seen["unit"] in ("", "1") else f" {raised(seen['unit'])}"
     lines, values = seen["lines"], list(dict.fromkeys(number(value) for value in seen["values"]))
     one = len(lines) == 1
     more = f" and {len(lines) - SHOWN} more" if len(lines) > SHOWN else ""
-    which = f"line{'' if one else 's'} {', '.join(map(str, lines[:SHOWN]))}{more} of {seen['file']}"
+    which = f"Line{'' if one else 's'} {', '.join(map(str, lines[:SHOWN]))}{more} of {seen['file']}"
     given = f"{values[0]}" if len(values) == 1 else f"{values[-1]} to {values[0]}"
     it, is_it = ("it", "it is") if one else ("them", "they are")
     return (
-        f"{seen['response']} is {given}{unit} in {which} and from {number(seen['low'])} to "
-        f"{number(seen['high'])}{unit} in all other runs: what is found of {seen['response']} rests on "
-        f"{'that one value' if one else 'those values'}. Where {is_it} a placeholder, a run that failed or "
-        f"another unit, mend {it} or leave the cell empty; a true value may stay"
+        f"{which} give{'s' if one else ''} {seen['response']} = {given}{unit}, all other runs from "
+        f"{number(seen['low'])} to {number(seen['high'])}{unit}: what is found of {seen['response']} rests "
+        f"on {'that one value' if one else 'those values'}. Where {is_it} a placeholder, a run that failed "
+        f"or another unit, mend {it} or leave the cell empty; a true value may stay"
     )
