@@ -14,7 +14,7 @@ from workbench.engine.layout.formulation.even_spread import even_spread
 from workbench.engine.layout.formulation.problem import FAILURES, LayoutProblem
 from workbench.engine.layout.optimise import optimise_layout
 from workbench.engine.layout.outcome.purify import purify
-from workbench.robust_layout.document import check_gradient, layout_document
+from workbench.robust_layout.document import check_gradient, finite, layout_document
 from workbench.robust_layout.model import LayoutModel, layout_name, problem_of
 from workbench.system.atomic import read_json, write_json
 
@@ -113,7 +113,7 @@ def _optimise(
         return {"error": f"{type(error).__name__} in {len(cases)} cases, the last {dict(cases[-1])}: {error}"}
     history = [
         {
-            "evaluation": h.evaluation, "value": h.value, "best": h.best if np.isfinite(h.best) else None,
+            "evaluation": h.evaluation, "value": finite(h.value), "best": finite(h.best),
             "active_peaks": h.active,
         }
         for h in result.history

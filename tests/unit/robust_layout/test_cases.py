@@ -87,6 +87,18 @@ def test_a_case_that_fails_where_a_search_begins_is_told_from_those_that_run_the
     assert failing(Slack(), [left, right], None) == [1]  # each runs at the problem's own start: the last one
 
 
+def test_a_search_goes_on_from_densities_that_cannot_be_run(tmp_path):
+    """Its history, which is kept, has no value there."""
+    left, right = {"u": -0.5, "v": 0.0}, {"u": 1.0, "v": 0.0}
+    found = optimise_for_cases(
+        Slack(), [left, right], start=np.array([0.5, 0.5]), folder=tmp_path, evaluations=8, identity="slack"
+    )
+    assert isinstance(found, Optimised)
+    values = [entry["value"] for entry in found.document["history"]]
+    assert None in values
+    assert found.document["value"] == min(v for v in values if v is not None)
+
+
 def test_the_start_of_the_problem_is_a_trivial_layout_of_its_own_where_it_is_another():
     problem = TwoMembers().problem([{"u": 0.0, "v": 0.0}])
     assert list(trivial_layouts(problem)) == ["uniform", "none"]
