@@ -176,8 +176,8 @@ def best_layout_document(model: LayoutModel, found: RobustLayout) -> dict[str, A
         ),
         "history": [
             {
-                **h, "value": model.as_response(h["value"]),
-                "best": None if h["best"] is None else model.as_response(h["best"]),
+                **h,
+                **{key: None if h[key] is None else model.as_response(h[key]) for key in ("value", "best")},
             }
             for h in source["history"]
         ],

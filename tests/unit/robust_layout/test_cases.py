@@ -99,6 +99,20 @@ def test_a_search_goes_on_from_densities_that_cannot_be_run(tmp_path):
     assert found.document["value"] == min(v for v in values if v is not None)
 
 
+def test_a_layout_is_kept_where_its_gradient_cannot_be_checked(tmp_path):
+    """The problem's own start, where it is checked, need not be one that can be run."""
+
+    class Narrow(Slack):
+        def problem(self, scenarios):
+            return replace(super().problem(scenarios), start=np.array([0.95, 0.05]))
+
+    left, right = {"u": -1.0, "v": 0.0}, {"u": 1.0, "v": 0.0}
+    given = {"folder": tmp_path, "evaluations": 5, "identity": "narrow"}
+    found = optimise_for_cases(Narrow(), [left, right], start=np.array([0.8, 0.2]), **given)
+    assert isinstance(found, Optimised)
+    assert found.document["gradient_check"] == {}
+
+
 def test_the_start_of_the_problem_is_a_trivial_layout_of_its_own_where_it_is_another():
     problem = TwoMembers().problem([{"u": 0.0, "v": 0.0}])
     assert list(trivial_layouts(problem)) == ["uniform", "none"]

@@ -103,6 +103,22 @@ def test_a_trivial_layout_that_is_returned_has_its_members_and_one_name():
     assert shown_name(found) == "robust"
 
 
+def test_a_history_has_no_value_where_the_search_could_not_run_a_layout():
+    """`as_response` takes numbers: it is the user's."""
+    found = trivial("round 2", [0.5, 0.25])
+    history = [{"evaluation": 1, "value": 4.0, "best": 4.0}, {"evaluation": 2, "value": None, "best": 4.0}]
+    found.document = {
+        "value": 4.0, "kkt": 0.0, "history": history, "shadow_prices": {}, "verdicts": [], "status": "",
+    }  # fmt: skip
+
+    class Rooted(Tied):
+        def as_response(self, objective):
+            return objective**0.5
+
+    document = best_layout_document(Rooted(), found)
+    assert [(h["value"], h["best"]) for h in document["history"]] == [(2.0, 2.0), (None, 2.0)]
+
+
 def test_samples_call_a_trivial_layout_what_it_is(monkeypatch):
     monkeypatch.setattr(robust_layout_stage, "re_evaluate", lambda run, designs, *a, **others: list(designs))
     campaign = SimpleNamespace(study=SimpleNamespace(space=None, seed=1))

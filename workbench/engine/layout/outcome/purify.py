@@ -31,7 +31,8 @@ _FRACTIONAL = 1e-3
 class PurifiedLayout:
     """density (members,)    value: simulated again    before: value of the given density
     fractional, fractional_before: members off their bounds    excess: of the budgets    rows: equality rows
-    kept accepted: False when the value got worse by more than the tolerance; density is then the given one.
+    kept accepted: False when the value got worse by more than the tolerance, or the vertex cannot be run;
+    density is then the given one.
     """
 
     density: Array
@@ -109,8 +110,9 @@ def purify(
     )
     fractional_before = fractional_members(problem, density)
     vertex = density if solved is None else problem.into_budgets(solved.x)
-    value = before if solved is None else float(np.max(problem.checked(vertex).values))
-    accepted = solved is not None and value <= before + tolerance * abs(before)
+    again = None if solved is None else problem.tried(vertex)
+    value = before if again is None else float(np.max(again.values))
+    accepted = again is not None and value <= before + tolerance * abs(before)
     kept = vertex if accepted else density
     return PurifiedLayout(
         density=kept,

@@ -1,10 +1,13 @@
 """Purified layouts: fewer fractional members with the same sums."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from studies import trusses
 from studies.two_body import layout_problem
+from workbench.engine.errors import NotConverged
 from workbench.engine.layout.formulation.problem import InvalidLayout, MemberGeometry
 from workbench.engine.layout.optimise import as_layout_problem
 from workbench.engine.layout.outcome.purify import fractional_members, purify, rigid_body_sums
@@ -22,6 +25,21 @@ def test_purification_keeps_the_sums_and_the_budget():
     assert clean.excess <= 1e-9
     assert sums @ clean.density == pytest.approx(sums @ density, rel=1e-6, abs=1e-6)
     assert fractional_members(problem, clean.density) == clean.fractional
+
+
+def test_a_purified_layout_that_cannot_be_run_is_not_accepted():
+    problem = as_layout_problem(layout_problem("short"))
+    density = problem.into_budgets(np.random.default_rng(2).uniform(0.0, 0.2, problem.members))
+
+    def evaluate(tried):
+        if not np.array_equal(tried, density):
+            raise NotConverged("Newton steps left too much", time=0.1)
+        return problem.evaluate(tried)
+
+    clean = purify(replace(problem, evaluate=evaluate), density)
+    assert not clean.accepted
+    assert clean.loss == 0.0
+    assert np.array_equal(clean.density, density)
 
 
 def test_spatial_members_have_twenty_one_sums():
