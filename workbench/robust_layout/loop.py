@@ -380,12 +380,12 @@ class _Loop:
         found, bound, holds = worst[robust], self.bounds.get(robust), self.holds(robust)
         held = found.attack if holds else None
         closed = held is not None and is_settled(held) and not is_too_short(held)
-        broke, gained = self.broke.get(robust), self.gained.get(robust)
-        document = self.judged.told(robust)
+        broke, gained, document = self.broke.get(robust), self.gained.get(robust), self.judged.told(robust)
         attacked = self.bounds if bound is None else {robust: bound if broke is None else broke}
         breaks = [excess(worst[name].value, before) for name, before in attacked.items()]
         last = None if bound is None or broke is None else excess(found.value, bound)
         off = may_exceed(self.rounds, breaks, self.settings.tolerance, closed=closed, held=held, last=last)
+        off = np.inf if self.oracle.tells_nothing and not closed else off
         status = loop_status(
             found, bound, closed=closed, holds=holds, broke=broke, off=off,
             idle=len(self.rounds) - self.earlier < self.settings.rounds,

@@ -46,7 +46,7 @@ def loop_document(
         "closed": found.closed,
         "grade": found.grade,
         "worst": found.worst[found.robust].value,
-        "may_exceed": found.may_exceed,
+        "may_exceed": finite(found.may_exceed),  # None: attacks were too short to say
         "attack": found.worst[found.robust].attack,
         "disbelieved": [dict(case) for case in found.worst[found.robust].disbelieved],
         "verdict": "green" if not found.reasons else "amber",
@@ -111,7 +111,7 @@ def requirement_documents(
                 "response": name, "unit": units[name], "low": low, "high": high,
                 "met": all(part["within"] == part["runs"] for part in held.values()),
                 "grade": found.grade if name == response else "sampled",
-                "may_reach": _may_reach(found) if name == response and not found.closed else None,
+                "may_reach": finite(_may_reach(found)) if name == response and not found.closed else None,
                 "attack_runs": _attack_runs(found) if name == response else None,
                 **held,
             }
@@ -120,7 +120,8 @@ def requirement_documents(
 
 
 def _may_reach(found: RobustLayout) -> float:
-    """Where another attack may find the attacked response of a loop that is not closed."""
+    """Where another attack may find the attacked response of a loop that is not closed; infinity where
+    attacks were too short to say."""
     worst = found.worst[found.robust].value
     return worst + found.may_exceed * abs(worst)
 

@@ -147,6 +147,12 @@ class LayoutOracle:
         """Whether scouts are so many that they climb: they tell a round many cases at a time."""
         return self.coarse is not None and self.scouts > SCOUTS * self.budget
 
+    @property
+    def tells_nothing(self) -> bool:
+        """Whether attacks are so short that neither their silence nor what they find says how much worse
+        another case may be."""
+        return self.budget < min(fewest_runs(self.space.dimension), SearchSpace.of(self.space).size)
+
     def look(self, density: Array, cases: Sequence[Case], *, limit: float, turn: int) -> Found:
         """The worst of the known cases and of the random corners of this turn."""
         belief = self._belief(density, limit)

@@ -114,7 +114,8 @@ class RobustLayout:
 
     closed: the best layout was attacked, nothing was found beyond its bound and the tolerance, less than 1 %
     of the uncertainty lies beyond them, and climbs from elsewhere arrived at its worst case.
-    may_exceed: by which share of the worst value another attack may find more, an estimate.
+    may_exceed: by which share of the worst value another attack may find more, an estimate; infinity where
+        attacks were too short for one.
     reasons: what keeps the verdict from being green, in sentences.
     """
 
@@ -182,12 +183,13 @@ def may_exceed(
         differ the last one tells, and the next may differ by twice as much.
     held: the attack on the best layout, where it broke nothing. What one missed that was too short to close
         the loop may be as bad as what broke the layouts of the last rounds; the first layout knew the cases
-        of the start alone, and its break says nothing of that.
+        of the start alone, and breaks by more, but where it was the only one that is all there is.
     """
     if closed:
         return tolerance
     if held is not None and is_too_short(held):
-        return max([r.gap for r in rounds[1:] if r.gap > tolerance][-BROKEN:], default=tolerance)
+        told = rounds[1:] or rounds
+        return max([r.gap for r in told if r.gap > tolerance][-BROKEN:], default=tolerance)
     lately = [r.gap for r in rounds if r.attacked][-2:]
     off = max([*lately, *breaks, *([] if held is None else [tolerance])], default=0.0)
     return off if last is None else min(off, max(AGAIN * last, tolerance))
@@ -231,7 +233,7 @@ def loop_status(
     holds: nothing was found beyond the tolerance.
     broke: the bound before, of a layout that an attack had broken and that was attacked again as it is.
     idle: rounds were left, of which nothing more was hoped.
-    off: by which share another attack may find more, see `may_exceed`.
+    off: by which share another attack may find more, see `may_exceed`; infinity where that is not known.
     """
     ended = "The last rounds gained nothing" if idle else "The rounds were spent"
     if bound is None:
@@ -252,9 +254,13 @@ def loop_status(
             less = f" With 95 % confidence less than {at_most(high)} of the uncertainty lies beyond"
             return f"{said}: the loop is closed.{f'{less} the tolerance.' if high else ''}"
         if is_too_short(found.attack):
+            more = (
+                f": another may find {_percent(off)} more" if np.isfinite(off)
+                else ", or to say how much more another may find"
+            )  # fmt: skip
             return (
-                f"{said}. That is too short an attack to call the loop closed: another may find "
-                f"{_percent(off)} more. Up to {at_most(high)} of the uncertainty may lie beyond the "
+                f"{said}. That is too short an attack to call the loop closed{more}. "
+                f"Up to {at_most(high)} of the uncertainty may lie beyond the "
                 f"tolerance; less than {at_most(BEYOND)} takes budget = {budget_for(BEYOND)}."
             )
         arrived, climbs = found.attack["arrived"] or "none", found.attack["climbs"]
@@ -263,6 +269,11 @@ def loop_status(
             "may end higher. The loop is not closed."
         )
     how = "the last attack" if found.attack is not None else "the last look at random corners"
+    if np.isinf(off):
+        return (
+            f"{raised}{ended}, and {how} found {above} above the bound: attacks as short as these do not say "
+            "how much more another may find. The loop is not closed."
+        )
     is_more = bound and off > excess(found.value, bound) + TOLD
     more = f"{_percent(off)} more" if is_more else "as much again"
     return (

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.sample_layout import changed, run
@@ -113,6 +114,18 @@ def test_the_status_and_the_estimate_of_an_open_loop_are_one_number():
     assert "the last attack found 10 % above the bound: another may find 25.5 % more. The loop" in more
 
 
+def test_attacks_that_say_nothing_give_no_estimate():
+    """Of 32 drawn models that held against 20 runs 26 were beaten by more than was said, by up to 174 %."""
+    held = Found(value=3.0, case={}, runs=20, status="", attack=SHORT)
+    said = loop_status(held, 3.0, closed=False, holds=True, off=np.inf)
+    assert "too short an attack to call the loop closed, or to say how much more another may find. Up" in said
+    broken = loop_status(replace(held, value=3.3), 3.0, closed=False, off=np.inf)
+    assert broken.endswith(
+        "found 10 % above the bound: attacks as short as these do not say how much more another may find. "
+        "The loop is not closed."
+    )
+
+
 LONG, SHORT = ({"exhaustive": False, "share": {"high": high}} for high in (0.0099, 0.09))
 
 
@@ -134,7 +147,7 @@ def test_another_attack_may_find_as_much_as_attacks_found_lately():
     # the last one held and was short: as much as the last three rounds that broke, but the first
     assert may_exceed(rounds, [0.0], 0.02, closed=False, held=SHORT) == 0.9
     assert may_exceed(rounds[:2], [0.0], 0.02, closed=False, held=SHORT) == 0.2
-    assert may_exceed(rounds[:1], [0.0], 0.02, closed=False, held=SHORT) == 0.02
+    assert may_exceed(rounds[:1], [0.0], 0.02, closed=False, held=SHORT) == 0.5  # that is all there is
     later = [*rounds, made(5, 0.3), made(6, 0.01), made(7, 0.04), made(8, 0.0)]
     assert may_exceed(later, [0.0], 0.02, closed=False, held=SHORT) == 0.3
 

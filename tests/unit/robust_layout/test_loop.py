@@ -338,10 +338,12 @@ def test_a_short_attack_closes_no_loop(tmp_path):
     assert found["verdict"] == "amber"
     assert "the loop is not closed" in found["reasons"]
     assert found["status"].startswith("45 true runs of an adversary found nothing more than")
-    off = f"another may find {100 * found['may_exceed']:.3g} % more"
     assert found["status"].endswith(
-        f"That is too short an attack to call the loop closed: {off}. Up to 23 % of the uncertainty may lie "
-        "beyond the tolerance; less than 1 % takes budget = 1246."
+        "That is too short an attack to call the loop closed, or to say how much more another may find. Up "
+        "to 23 % of the uncertainty may lie beyond the tolerance; less than 1 % takes budget = 1246."
     )
-    assert found["may_exceed"] >= 0.02
-    assert found["status"] in (folder / "report.md").read_text()
+    assert found["may_exceed"] is None  # 50 runs are the fewest that say anything of two parameters
+    told = (folder / "report.md").read_text()
+    assert found["status"] in told
+    assert "Treat the worst case as a lower end: by how much it may be off is not known." in told
+    assert "How much more another attack may find is not known." in told

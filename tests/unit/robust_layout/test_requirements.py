@@ -77,6 +77,15 @@ def test_a_loop_that_is_not_closed_passes_only_so_far():
     assert said[1].startswith("Required, rise at most 0.4 m: pass, 0.2 to 0.28 m in")
     not_closed = "looked for the worst, and the loop is not closed."
     assert said[1].endswith(f"; searched: 480 true runs of an adversary {not_closed}")
+    unknown = SimpleNamespace(**{**vars(OPEN), "may_exceed": float("inf")})
+    asked, least = (
+        judged({"rise": ends}, runs_of, runs_of, loop=unknown)[0] for ends in ((None, 9), (0.1, None))
+    )
+    assert asked["may_reach"] is None
+    assert requirement_text(asked, attacked="rise").startswith(
+        "Required, rise at most 9 m: pass so far, but how much more another attack may find is not known, 0.2"
+    )
+    assert "at least 0.1 m: pass, 0.2 to" in requirement_text(least, attacked="rise")
     untried = SimpleNamespace(**{**vars(OPEN), "worst": {"r": SimpleNamespace(value=0.28, attack=None)}})
     (alone,) = judged({"rise": (None, 0.4)}, runs_of, runs_of, loop=untried)
     assert requirement_text(alone, attacked="rise").endswith(f"; searched: no adversary has {not_closed}")

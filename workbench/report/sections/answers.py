@@ -125,7 +125,11 @@ def _no_better_than(loop: Mapping[str, Any] | None, card: Card) -> Card:
         return card
     detail = f"{card.detail} But {'; '.join(loop['reasons'])}."
     if not loop["closed"]:
-        detail += f" Another attack may find {percent(loop['may_exceed'], 1)} more."
+        off = loop["may_exceed"]
+        detail += (
+            " How much more another attack may find is not known." if off is None
+            else f" Another attack may find {percent(off, 1)} more."
+        )  # fmt: skip
     return replace(card, detail=detail, level="fair" if card.level == "good" else card.level)
 
 

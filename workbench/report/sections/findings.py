@@ -65,10 +65,13 @@ def findings_section(folder: CampaignFolder) -> Section | None:
 
 
 def _verdict(loop: Mapping[str, Any]) -> list[Block]:
-    """What keeps the loop from being green: an open one is a lower end, with the share it may be off by."""
+    """What keeps the loop from being green: an open one is a lower end, with the share it may be off by, if
+    attacks were long enough to tell."""
     if loop["closed"] and not loop.get("broken_by_samples"):
         return [Note(text=sentence(said), level="fair") for said in loop["reasons"]]
-    text = f"Treat the worst case as a lower end: it may be off by {100 * loop['may_exceed']:.3g} %."
+    off = loop["may_exceed"]
+    by = "by how much it may be off is not known" if off is None else f"it may be off by {100 * off:.3g} %"
+    text = f"Treat the worst case as a lower end: {by}."
     rest = [said for said in loop["reasons"] if not said.startswith("the loop is not closed")]
     if loop.get("broken_by_samples"):
         rest.append("a sampled case lies beyond it")
