@@ -108,8 +108,9 @@ class LayoutRuns:
         return coarse_runs(self._model, threads=1 if self._inline else int(self._pool["workers"] or 1))  # type: ignore[call-overload]
 
     def counts(self) -> dict[str, int]:
-        """Runs by status."""
-        return dict(Counter(row.status for row in self._store.rows(version=self._spec.version)))
+        """Runs of this model by status; those of one that it took the place of are stored beside them."""
+        rows = self._store.rows(model=self._spec.identity, version=self._spec.version)
+        return dict(Counter(row.status for row in rows))
 
     def _evaluate(self, name: str, rows: Sequence[Mapping[str, Any]], purpose: str) -> list[Outcome]:
         plain = self.space.canonical_rows(rows)

@@ -37,15 +37,19 @@ class Batches(TwoMembers):
         return found
 
 
-def outcomes(folder, model, rows=ROWS, **options):
+def layout_runs(folder, model, identity="two", **options):
     spec = ModelSpec(
         kind="layout",
         options={
             "layouts": str(folder / "layouts"), "model": "tests.sample_layout:two_members", "options": {},
         },
-        folder=".", names=SPACE.names, responses={"push": None}, identity="two", version="1",
+        folder=".", names=SPACE.names, responses={"push": None}, identity=identity, version="1",
     )  # fmt: skip
-    with LayoutRuns(folder, spec=spec, space=SPACE, model=model, seed=0, **options) as runs:
+    return LayoutRuns(folder, spec=spec, space=SPACE, model=model, seed=0, **options)
+
+
+def outcomes(folder, model, rows=ROWS, **options):
+    with layout_runs(folder, model, **options) as runs:
         return [(o.status, dict(o.outputs), o.error) for o in runs.of(LAYOUT)(rows, purpose="test")]
 
 
@@ -64,6 +68,13 @@ def test_runs_that_are_known_are_not_asked_for_again(tmp_path):
     outcomes(tmp_path, model, rows=ROWS[:4])
     outcomes(tmp_path, model)
     assert model.sizes == [4, 2]
+
+
+def test_runs_of_a_model_that_was_mended_are_not_counted_with_those_of_the_new_one(tmp_path):
+    outcomes(tmp_path, Batches())  # one fails
+    with layout_runs(tmp_path, TwoMembers(), "mended", inline=True) as runs:
+        runs.of(LAYOUT)(ROWS[1:], purpose="test")
+        assert runs.counts() == {"ok": 5}
 
 
 @pytest.mark.parametrize(

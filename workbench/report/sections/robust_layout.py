@@ -35,7 +35,8 @@ def robust_layout_section(folder: CampaignFolder) -> Section | None:
     sentences = [
         "In turn, the layout was optimised for the cases known and attacked over the whole uncertainty by "
         "true runs; what broke the bound joined the cases.",
-        f"{sizes}, {counted(runs, 'true run')} of layouts{f', {failed} without a value' if failed else ''}.",
+        f"{sizes}, {counted(runs, 'different true run')} of layouts"
+        f"{f', {failed} without a value' if failed else ''}.",
         str(loop["status"]),
     ]
     blocks: list[Block] = [_rounds(folder, rounds, loop, unit), _cases(folder, loop, unit)]
