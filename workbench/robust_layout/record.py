@@ -252,16 +252,18 @@ def loop_status(
         high = share_beyond(found.attack)
         if closed:
             less = f" With 95 % confidence less than {at_most(high)} of the uncertainty lies beyond"
-            return f"{said}: the loop is closed.{f'{less} the tolerance.' if high else ''}"
+            return (
+                f"{said}: the loop is closed.{f'{less} the tolerance{_lost(found.attack)}.' if high else ''}"
+            )
         if is_too_short(found.attack):
             more = (
                 f": another may find {_percent(off)} more" if np.isfinite(off)
                 else ", or to say how much more another may find"
             )  # fmt: skip
             return (
-                f"{said}. That is too short an attack to call the loop closed{more}. "
-                f"Up to {at_most(high)} of the uncertainty may lie beyond the "
-                f"tolerance; less than {at_most(BEYOND)} takes budget = {budget_for(BEYOND)}."
+                f"{said}. That is too short an attack to call the loop closed{more}. Up to {at_most(high)} of "
+                f"the uncertainty may lie beyond the tolerance{_lost(found.attack)}; less than "
+                f"{at_most(BEYOND)} takes budget = {budget_for(BEYOND)}."
             )
         arrived, climbs = found.attack["arrived"] or "none", found.attack["climbs"]
         return (
@@ -280,6 +282,14 @@ def loop_status(
         f"{raised}{ended}, and {how} found {above} above the bound: another may find {more}. "
         "The loop is not closed."
     )
+
+
+def _lost(attack: Mapping[str, Any]) -> str:
+    """How many of the cases that tell of the uncertainty gave no value, which may be worse cases."""
+    failing = attack.get("failing")  # none in attacks kept from before
+    if not failing or not failing["hits"]:
+        return ""
+    return f" ({failing['hits']} of {failing['draws']} even draws gave no value)"
 
 
 def passed_over(least: str, worst: Callable[[str], float], robust: str) -> str:

@@ -114,6 +114,22 @@ def test_the_status_and_the_estimate_of_an_open_loop_are_one_number():
     assert "the last attack found 10 % above the bound: another may find 25.5 % more. The loop" in more
 
 
+def test_what_is_said_of_the_uncertainty_names_the_draws_that_gave_no_value():
+    for attack, closed, said in (
+        (LONG, True, "lies beyond the tolerance (6 of 313 even draws gave no value)."),
+        (
+            SHORT,
+            False,
+            "may lie beyond the tolerance (6 of 313 even draws gave no value); less than 1 % takes",
+        ),
+    ):
+        some = {**attack, "failing": {"hits": 6, "draws": 313}}
+        held = Found(value=3.0, case={}, runs=1300, status="", attack=some)
+        assert said in loop_status(held, 3.0, closed=closed, holds=True, off=0.02)
+        none = replace(held, attack={**attack, "failing": {"hits": 0, "draws": 313}})
+        assert "even draws" not in loop_status(none, 3.0, closed=closed, holds=True, off=0.02)
+
+
 def test_attacks_that_say_nothing_give_no_estimate():
     """Of 32 drawn models that held against 20 runs 26 were beaten by more than was said, by up to 174 %."""
     held = Found(value=3.0, case={}, runs=20, status="", attack=SHORT)
