@@ -179,7 +179,7 @@ def robust_layout_claims(document: Mapping[str, Any]) -> list[Claim]:
     against = []
     attack, tolerance = document["attack"], document["tolerance"]
     limit = document["bound"] + tolerance * abs(document["bound"])
-    if document["closed"] and (attack is None or document["worst"] > limit * (1 + ROUNDING)):
+    if document["closed"] and (attack is None or document["worst"] > limit + ROUNDING * abs(limit)):
         against.append("it is called closed without an attack that it withstood")
     if document["closed"] and document["broken_by_samples"]:
         against.append("it is called closed although a sample of the uncertainty lies beyond its bound")

@@ -12,7 +12,14 @@ from workbench.robust_layout.cases import SAME, Optimised
 from workbench.robust_layout.cuts import distinct
 from workbench.robust_layout.model import LayoutModel, layout_name
 from workbench.robust_layout.oracle import Found
-from workbench.robust_layout.record import FIRST_ORDER, excess, largest, promise_of, promise_over
+from workbench.robust_layout.record import (
+    FIRST_ORDER,
+    excess,
+    largest,
+    near_the_largest,
+    promise_of,
+    promise_over,
+)
 
 __all__ = ["ROUNDS", "JudgedLayouts"]
 
@@ -171,7 +178,7 @@ class JudgedLayouts:
         """Cases in which one of these layouts reaches a share of the worst of the first of them, and all
         cases from `since` on."""
         values = [self.values(name) for name in names]
-        high = share * largest(values[0])
+        high = near_the_largest(values[0], share)
         return [
             k
             for k, pair in enumerate(zip(*values, strict=True))

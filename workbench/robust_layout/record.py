@@ -26,6 +26,7 @@ __all__ = [
     "largest",
     "loop_status",
     "may_exceed",
+    "near_the_largest",
     "passed_over",
     "promise_of",
     "promise_over",
@@ -261,9 +262,9 @@ def loop_status(
                 else ", or to say how much more another may find"
             )  # fmt: skip
             return (
-                f"{said}. That is too short an attack to call the loop closed{more}. Up to {at_most(high)} of "
-                f"the uncertainty may lie beyond the tolerance{_lost(found.attack)}; less than "
-                f"{at_most(BEYOND)} takes budget = {budget_for(BEYOND)}."
+                f"{said}. That is too short an attack to call the loop closed{more}. "
+                f"Up to {at_most(high)} of the uncertainty may lie beyond the tolerance"
+                f"{_lost(found.attack)}; less than {at_most(BEYOND)} takes budget = {budget_for(BEYOND)}."
             )
         arrived, climbs = found.attack["arrived"] or "none", found.attack["climbs"]
         return (
@@ -313,6 +314,17 @@ def largest(values: Sequence[float | None]) -> float:
     if not there:
         raise NotEnoughRuns("a layout gave a value in none of the cases; look at `holdfast failures`")
     return max(there)
+
+
+def near_the_largest(values: Sequence[float | None], share: float) -> float:
+    """From which value on a case is near the worst: a share of that; of responses that may be negative, as a
+    clearance with its sign turned is, of the way up to it from the smallest of the values.
+
+    >>> near_the_largest([1.0, 5.0, None], 0.6), near_the_largest([-9.0, -4.0], 0.6)
+    (3.0, -6.0)
+    """
+    low = min([0.0, *(value for value in values if value is not None)])
+    return low + share * (largest(values) - low)
 
 
 def promise_of(document: Mapping[str, Any]) -> float:

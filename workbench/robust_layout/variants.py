@@ -8,7 +8,7 @@ from workbench.robust_layout.cases import Optimised, optimise_for_cases
 from workbench.robust_layout.loop import NEAR
 from workbench.robust_layout.loop_documents import response_slope
 from workbench.robust_layout.model import LayoutModel
-from workbench.robust_layout.record import RobustLayout
+from workbench.robust_layout.record import RobustLayout, near_the_largest
 
 __all__ = ["variant_document"]
 
@@ -50,13 +50,19 @@ def _judged(model: LayoutModel, made: Optimised, found: RobustLayout) -> dict[st
         "fractional": document["fractional"],
         "purified": None if clean is None else {
             "value": model.as_response(clean["value"]), "fractional": clean["fractional"],
-            "loss": model.as_response(clean["value"]) / model.as_response(clean["before"]) - 1.0,
+            "loss": _loss(model.as_response(clean["value"]), model.as_response(clean["before"])),
         },
     }  # fmt: skip
+
+
+def _loss(value: float, before: float) -> float:
+    """Relative change of a response, positive when it got worse, whatever its sign; the change from 0."""
+    return (value - before) / (abs(before) or 1.0)
 
 
 def _near_cases(found: RobustLayout) -> list[dict[str, Any]]:
     """The cases in which the robust layout comes near its bound; the others cost time and change nothing."""
     values = found.values[found.robust]
-    near = [c for c, v in zip(found.cases, values, strict=True) if v is None or v >= NEAR * found.bound]
+    high = near_the_largest(values, NEAR)
+    near = [c for c, v in zip(found.cases, values, strict=True) if v is None or v >= high]
     return near or found.cases[:1]

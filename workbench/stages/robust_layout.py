@@ -40,7 +40,7 @@ from workbench.robust_layout.loop_documents import (
 )
 from workbench.robust_layout.model import LayoutModel, load_layout_model, problem_of
 from workbench.robust_layout.oracle import budget_for
-from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout
+from workbench.robust_layout.record import GOING_ON, LoopSettings, RobustLayout, excess
 from workbench.robust_layout.runs import LayoutRuns
 from workbench.robust_layout.variants import variant_document
 from workbench.search.evidence.attack.share import at_most
@@ -194,8 +194,8 @@ def _compared(
 def _broken(compared: ReEvaluation, found: RobustLayout, tolerance: float) -> dict[str, Any] | None:
     """A sampled case that is worse for the robust layout than the bound allows, also where others fail."""
     summary = compared.summaries[-1]
-    known = found.worst[found.robust].value
-    return dict(summary.worst_run_scenario) if summary.worst_run > known * (1 + tolerance) else None
+    above = excess(summary.worst_run, found.worst[found.robust].value)
+    return dict(summary.worst_run_scenario) if above > tolerance else None
 
 
 def _screened(

@@ -8,6 +8,7 @@ import pytest
 from tests.sample_layout import TwoMembers
 from workbench.engine.layout.formulation.problem import InvalidLayout
 from workbench.errors import StudyError
+from workbench.models.evaluator import Outcome
 from workbench.robust_layout import cases as cases_of
 from workbench.robust_layout.cases import (
     GIVEN,
@@ -16,6 +17,7 @@ from workbench.robust_layout.cases import (
     optimise_for_cases,
     trivial_layouts,
 )
+from workbench.robust_layout.judged import JudgedLayouts
 
 
 def test_a_layout_is_found_again_whatever_the_order_of_a_cases_parameters(tmp_path, monkeypatch):
@@ -111,6 +113,23 @@ def test_a_layout_is_kept_where_its_gradient_cannot_be_checked(tmp_path):
     found = optimise_for_cases(Narrow(), [left, right], start=np.array([0.8, 0.2]), **given)
     assert isinstance(found, Optimised)
     assert found.document["gradient_check"] == {}
+
+
+def test_cases_near_a_worst_that_is_below_zero_are_those_in_the_upper_part_of_the_values():
+    """A share of the worst would lie above it, and no case be near."""
+
+    class Clearance(TwoMembers):
+        def responses(self, density, uncertain):
+            return {"push": uncertain["u"] - 2.0}
+
+    def evaluate(rows, *, purpose):
+        outputs = [Clearance().responses(None, row) for row in rows]
+        return [Outcome(parameters=row, status="ok", outputs=o) for row, o in zip(rows, outputs, strict=True)]
+
+    cases = [{"u": u, "v": 0.0} for u in (-1.0, 0.0, 0.9, 1.0)]
+    judged = JudgedLayouts(evaluator=lambda density: evaluate, model=Clearance(), cases=cases)
+    judged.layouts["one"] = np.zeros(2)
+    assert judged.near(["one"], share=0.6, since=4) == [2, 3]  # of -3 to -1 those from -1.8 on
 
 
 def test_the_start_of_the_problem_is_a_trivial_layout_of_its_own_where_it_is_another():

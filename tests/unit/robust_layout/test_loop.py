@@ -315,6 +315,15 @@ def test_a_sample_that_breaks_the_bound_counts_where_another_layout_failed():
     assert robust_layout_stage._broken(compared, found, 0.3) is None
 
 
+@pytest.mark.parametrize(("sampled", "breaks"), [(-0.5, False), (-0.495, False), (-0.48, True), (0.1, True)])
+def test_a_response_below_zero_is_broken_by_what_lies_above_it(sampled, breaks):
+    """As minus a clearance: a worst case of -0.5 m was broken by itself, -0.5 > 1.02 (-0.5)."""
+    summary = SimpleNamespace(worst_run=sampled, worst_run_scenario={"u": 1.0})
+    found = SimpleNamespace(worst={"robust": SimpleNamespace(value=-0.5)}, robust="robust")
+    broken = robust_layout_stage._broken(SimpleNamespace(summaries=[summary]), found, 0.02)
+    assert (broken is not None) == breaks
+
+
 def test_a_loop_that_a_sample_broke_is_taken_back():
     found = RobustLayout(
         robust="best", closed=True, status="closed", layouts={}, cases=[], values={}, rounds=[], failures=[],

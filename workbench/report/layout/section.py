@@ -63,7 +63,7 @@ def improvement_sentence(layout: Mapping[str, Any]) -> str:
     if value >= best:
         return f"That is no better than the {name} layout ({number(best)})."
     # a share of a number that is not positive says nothing
-    gain = f"{100 * (1 - value / best):.1f} %" if best > 0 else number(best - value)
+    gain = f"{100 * (1 - value / best):.1f} %" if min(value, best) > 0 else number(best - value)
     return f"That is {gain} below the best trivial layout ({name}, {number(best)})."
 
 

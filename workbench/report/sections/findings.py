@@ -221,10 +221,10 @@ def _beside(kept: Mapping[str, Any], others: Mapping[str, Any], unit: str) -> st
         if name in others and others[name] is not kept:
             worst, other = float(kept["worst"]), float(others[name]["worst"])
             side = "below" if worst <= other else "above"
-            # a share of a number that is not positive says nothing
+            # a share of a number that is not positive says nothing, nor does a number that is not as one
             far = (
                 f"{abs(100 * (1 - worst / other)):.3g} %"
-                if other > 0
+                if min(worst, other) > 0
                 else quantity(abs(worst - other), unit, 3)
             )
             found.append(f"{far} {side} {what} ({quantity(other, unit, 4)})")
