@@ -18,7 +18,7 @@ from typing import Any
 
 from workbench.provenance.content import ContentCache, digest_of
 
-__all__ = ["Closure", "closure_of", "file_of", "without_docstrings"]
+__all__ = ["Closure", "closure_of", "digest_of_function", "file_of", "without_docstrings"]
 
 HOUSE = frozenset({"workbench", "doe", "surrogates"})  # holdfast's own, known by its version
 LONGEST_NAME = 200
@@ -98,6 +98,16 @@ def file_of(place: str, study: Path) -> Path | None:
         return study / place
     files = _module_files(place, study / "study.toml", [study])
     return files[-1] if files else None
+
+
+def digest_of_function(reference: str, study: Path) -> str:
+    """A digest of what "module:function" runs of the user's own code and data; "" where none of it is."""
+    start = file_of(reference.partition(":")[0], study)
+    if start is None:
+        return ""
+    found = closure_of([start], study, ContentCache(None))
+    text = repr([sorted(found.code.items()), sorted(found.data.items())])
+    return blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def is_study(path: Path) -> bool:

@@ -18,6 +18,7 @@ from workbench.engine.layout.formulation.problem import FAILURES
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
 from workbench.models.python import source_digest
+from workbench.provenance.closure import digest_of_function
 from workbench.report.claims import (
     known_values,
     refuse_contradictions,
@@ -131,8 +132,10 @@ def _known(document: Mapping[str, Any]) -> list[tuple[str, float]]:
 
 
 def _model_identity(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
-    """What makes a run of the layout model what it is: function, its source, options, version."""
-    digest = source_digest(table["model"], campaign.study.folder)
+    """What makes a run of the layout model what it is: function, its code and what that imports and names of
+    the user's own, options, version."""
+    reference, folder = table["model"], campaign.study.folder
+    digest = digest_of_function(reference, folder) or source_digest(reference, folder)
     return json.dumps([table["model"], digest, dict(table["options"]), campaign.spec.version], sort_keys=True)
 
 

@@ -307,6 +307,26 @@ def test_plan_and_validate_know_the_stage(tmp_path):
         check_study(study(tmp_path, wrong))
 
 
+def test_code_and_data_that_a_layout_model_takes_from_elsewhere_are_part_of_it(tmp_path):
+    study = SimpleNamespace(folder=tmp_path)
+    campaign = SimpleNamespace(study=study, spec=SimpleNamespace(version="1"))
+    files = {"lay.py": "import shares\n", "shares.py": "FILE = 'share.csv'\n", "share.csv": "0.3\n"}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+
+    def identity(model="lay:made"):
+        return robust_layout_stage._model_identity(campaign, {"model": model, "options": {}})
+
+    before = {identity()}
+    (tmp_path / "shares.py").write_text("FILE = 'share.csv'  # a comment\n")
+    assert identity() in before
+    for name, text in {"shares.py": "FILE, MORE = 'share.csv', 1\n", "share.csv": "0.1\n"}.items():
+        (tmp_path / name).write_text(text)
+        assert identity() not in before
+        before.add(identity())
+    assert identity("scipy.optimize:linprog") != identity("scipy.stats:norm")  # installed
+
+
 def test_a_sample_that_breaks_the_bound_counts_where_another_layout_failed():
     summary = SimpleNamespace(worst=1.0, worst_run=1.5, worst_run_scenario={"u": 1.0})
     found = SimpleNamespace(worst={"robust": SimpleNamespace(value=1.2)}, robust="robust")
