@@ -16,6 +16,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any
 
+from workbench.models.python import source_digest
 from workbench.provenance.content import ContentCache, digest_of
 
 __all__ = ["Closure", "closure_of", "digest_of_function", "file_of", "without_docstrings"]
@@ -101,10 +102,11 @@ def file_of(place: str, study: Path) -> Path | None:
 
 
 def digest_of_function(reference: str, study: Path) -> str:
-    """A digest of what "module:function" runs of the user's own code and data; "" where none of it is."""
+    """A digest of "module:function" with what it imports and names of the user's own; of its file alone where
+    that is installed."""
     start = file_of(reference.partition(":")[0], study)
     if start is None:
-        return ""
+        return source_digest(reference, study)
     found = closure_of([start], study, ContentCache(None))
     text = repr([sorted(found.code.items()), sorted(found.data.items())])
     return blake2b(text.encode(), digest_size=16).hexdigest()

@@ -25,6 +25,7 @@ from workbench.engine.layout.outcome.purify import purify
 from workbench.engine.layout.outcome.result import HistoryEntry
 from workbench.engine.layout.whole_members import whole_members
 from workbench.errors import Interrupted, StudyError
+from workbench.provenance.closure import digest_of_function
 from workbench.report.lines.layout import layout_lines
 from workbench.robust_layout.bill import layout_bill, write_bill
 from workbench.robust_layout.document import check_gradient, finite, layout_document
@@ -204,7 +205,8 @@ def _run(campaign: CampaignRuns, table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _inputs(campaign: StoredRuns, table: Mapping[str, Any]) -> Iterable[str]:
-    return [json.dumps(_worst_case(campaign, table), sort_keys=True)]
+    code = digest_of_function(table["problem"], campaign.study.folder)
+    return [json.dumps([code, _worst_case(campaign, table)], sort_keys=True)]
 
 
 def _worst_case(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:

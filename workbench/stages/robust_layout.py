@@ -17,7 +17,6 @@ from workbench.campaign.view import StoredRuns
 from workbench.engine.layout.formulation.problem import FAILURES
 from workbench.errors import NotEnoughRuns, StudyError
 from workbench.models.protocol import ModelSpec
-from workbench.models.python import source_digest
 from workbench.provenance.closure import digest_of_function
 from workbench.report.claims import (
     known_values,
@@ -134,8 +133,7 @@ def _known(document: Mapping[str, Any]) -> list[tuple[str, float]]:
 def _model_identity(campaign: StoredRuns, table: Mapping[str, Any]) -> str:
     """What makes a run of the layout model what it is: function, its code and what that imports and names of
     the user's own, options, version."""
-    reference, folder = table["model"], campaign.study.folder
-    digest = digest_of_function(reference, folder) or source_digest(reference, folder)
+    digest = digest_of_function(table["model"], campaign.study.folder)
     return json.dumps([table["model"], digest, dict(table["options"]), campaign.spec.version], sort_keys=True)
 
 

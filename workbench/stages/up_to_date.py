@@ -16,7 +16,9 @@ from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.store import Store
 from workbench.campaign.view import StoredRuns
 from workbench.models.stored.evaluation import UNFINISHED
+from workbench.provenance.closure import digest_of_function
 from workbench.stages.table import Stage
+from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 from workbench.system.witness import has_log
 
@@ -90,6 +92,12 @@ def _store_state(store: Store) -> list[int] | None:
     return [found.st_size, found.st_mtime_ns]
 
 
+def _layout_functions(study: Study) -> list[str]:
+    """What makes the problems of layouts, which is no part of the study's model."""
+    tables = ((study.layout, "problem"), (study.robust_layout, "model"))
+    return [table[key] for table, key in tables if table is not None]
+
+
 def _study_state(campaign: CampaignRuns) -> str:
     """A digest of what decides what stages make of the same runs: study, model's state, reading, version."""
     try:
@@ -104,6 +112,10 @@ def _study_state(campaign: CampaignRuns) -> str:
         campaign.spec.version,
         store.reading_now,
         store.state_now,
+        *(
+            digest_of_function(reference, campaign.study.folder)
+            for reference in _layout_functions(campaign.study)
+        ),
     ]
     return blake2b(json.dumps([*parts, ours, written]).encode(), digest_size=16).hexdigest()
 

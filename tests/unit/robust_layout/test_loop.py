@@ -18,7 +18,9 @@ from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.other_starts import OtherStarts
 from workbench.robust_layout.record import OtherStartsFound, RobustLayout, loop_status
 from workbench.stages import robust_layout as robust_layout_stage
+from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
+from workbench.stages.up_to_date import settled
 from workbench.stages.validation import check_study
 
 NEAR = 0.02  # the loop's own tolerance
@@ -307,9 +309,23 @@ def test_plan_and_validate_know_the_stage(tmp_path):
         check_study(study(tmp_path, wrong))
 
 
+def test_a_loop_whose_layout_model_changed_is_not_up_to_date(tmp_path):
+    """It is no part of the study's model, whose state the store knows."""
+    model = tmp_path / "layout_beside.py"
+    model.write_text("from tests.sample_layout import two_members\n")
+    text = changed("tests.sample_layout:two_members", "layout_beside:two_members")
+    for old, new in (("budget = 1300", "budget = 60"), ("rounds = 5", "rounds = 1")):
+        text = changed(old, new, text)
+    run(tmp_path, text)
+    with Campaign(study(tmp_path, text)) as campaign:
+        assert settled(campaign) is not None
+    model.write_text("from tests.sample_layout import two_members\n\nSHARE = 0.3\n")
+    with Campaign(study(tmp_path, text)) as campaign:
+        assert settled(campaign) is None
+
+
 def test_code_and_data_that_a_layout_model_takes_from_elsewhere_are_part_of_it(tmp_path):
-    study = SimpleNamespace(folder=tmp_path)
-    campaign = SimpleNamespace(study=study, spec=SimpleNamespace(version="1"))
+    campaign = SimpleNamespace(study=SimpleNamespace(folder=tmp_path), spec=SimpleNamespace(version="1"))
     files = {"lay.py": "import shares\n", "shares.py": "FILE = 'share.csv'\n", "share.csv": "0.3\n"}
     for name, text in files.items():
         (tmp_path / name).write_text(text)
