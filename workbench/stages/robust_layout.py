@@ -160,7 +160,13 @@ def _worst_cases(campaign: CampaignRuns, table: Mapping[str, Any]) -> list[dict[
         raise StudyError(
             "[robust_layout] start = 'worst_case' needs a worst case; give the study a [worst_case] table"
         )
-    return [] if found is None else [found]
+    try:
+        return [] if found is None else [campaign.study.space.canonical(found)]
+    except StudyError as error:
+        raise StudyError(
+            f"the worst case that [robust_layout] starts with was found in another space: {error}. "
+            "`holdfast run` looks for it anew"
+        ) from error
 
 
 def _worst_case(campaign: StoredRuns, table: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -309,6 +309,18 @@ def test_plan_and_validate_know_the_stage(tmp_path):
         check_study(study(tmp_path, wrong))
 
 
+def test_a_worst_case_outside_of_the_bounds_that_there_are_is_told_as_that(tmp_path):
+    (tmp_path / "worst_case.json").write_text('{"parameters": {"u": 1.0, "v": 0.5}}')
+    there, narrowed = (study(tmp_path, text) for text in (STUDY, changed("upper = 1\n", "upper = 0.95\n")))
+    table = {"start": "worst_case"}
+    campaign = SimpleNamespace(folder=tmp_path, study=there)
+    assert robust_layout_stage._worst_cases(campaign, table) == [{"u": 1.0, "v": 0.5}]
+    campaign.study = narrowed
+    said = r"starts with was found in another space: .*'u' .*got 1\. `holdfast run` looks for it anew"
+    with pytest.raises(StudyError, match=said):
+        robust_layout_stage._worst_cases(campaign, table)
+
+
 def test_a_loop_whose_layout_model_changed_is_not_up_to_date(tmp_path):
     """It is no part of the study's model, whose state the store knows."""
     model = tmp_path / "layout_beside.py"
