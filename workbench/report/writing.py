@@ -8,6 +8,7 @@ under `default-src 'none'`. The same folder gives the same bytes; there is no da
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +23,14 @@ from workbench.system.atomic import write_text
 __all__ = ["report_numbers", "write_report"]
 
 
-def write_report(folder: Path, *, into: Path | None = None, runs: RunList | None = None) -> Path:
+def write_report(
+    folder: Path, *, into: Path | None = None, runs: RunList | None = None, outdated: str = ""
+) -> Path:
     """Write `report.html`, `report.md` and `tables/*.csv` from what the folder holds.
 
     `into`: the folder they are written into, by default the same.    `runs`: the runs of the folder as they
-    were read just now; without them they are read.
+    were read just now; without them they are read.    `outdated`: a sentence on documents that were made
+    before the study changed.
 
     Returns:
         the path of `report.html`.
@@ -36,7 +40,7 @@ def write_report(folder: Path, *, into: Path | None = None, runs: RunList | None
         StoreError: a document cannot be read, or the disk cannot be written.
     """
     folder = Path(folder)
-    content = page_content(folder, runs=runs)
+    content = replace(page_content(folder, runs=runs), outdated=outdated)
     place = folder if into is None else Path(into)
     _write_tables(place / "tables", content.sections)
     write_text(place / "report.md", markdown_text(content))

@@ -10,7 +10,7 @@ from typing import Any
 
 from workbench.campaign.results.exports import write_all
 from workbench.campaign.runs import CampaignRuns
-from workbench.campaign.view import StoredRuns
+from workbench.campaign.view import StoredRuns, as_of
 from workbench.errors import StudyError
 from workbench.models.stored.evaluation import UNFINISHED
 from workbench.sampling.stored import MOST_ROWS, ROWS, design_head, design_keys
@@ -19,12 +19,22 @@ from workbench.stages.table import STAGES, Stage, asked_stages, stage_named
 from workbench.stages.up_to_date import (
     current_document,
     fingerprint,
+    is_outdated,
     record_fingerprint,
     record_settled,
     settled,
 )
 
-__all__ = ["in_study_order", "report", "run_all", "run_lines", "run_stage", "stage_digest", "take_table"]
+__all__ = [
+    "in_study_order",
+    "outdated_sentence",
+    "report",
+    "run_all",
+    "run_lines",
+    "run_stage",
+    "stage_digest",
+    "take_table",
+]
 
 
 def run_all(campaign: CampaignRuns) -> dict[str, Any]:
@@ -98,10 +108,29 @@ def run_lines(found: Mapping[str, Any]) -> list[str]:
     return [*text, "", f"report: {found['report']}"]
 
 
-def report(campaign: StoredRuns, *, folder: Path | None = None) -> Path:
+def outdated_sentence(campaign: StoredRuns) -> str:
+    """Which documents were made before the study, its model or its runs changed, and what to do; "" where
+    none was, or somebody works on them."""
+    if as_of(campaign.store).holder is not None:
+        return ""
+    old = [
+        stage.command
+        for stage in asked_stages(campaign.study)
+        if is_outdated(campaign, stage, lambda stage=stage: stage_digest(campaign, stage))  # type: ignore[misc]
+    ]
+    if not old:
+        return ""
+    it = "it" if len(old) == 1 else "them"
+    return (
+        f"The study, its model or its runs changed since {' and '.join(old)} ran: what is told of {it}, and "
+        f"of what rests on {it}, was found before. `holdfast run` makes it anew"
+    )
+
+
+def report(campaign: StoredRuns, *, folder: Path | None = None, outdated: str = "") -> Path:
     """Exports of all runs, and the report on what the campaign's folder holds; its path.
 
-    `folder`: where they are written, the campaign's own by default.
+    `folder`: where they are written, the campaign's own by default.    `outdated`: see `outdated_sentence`.
     """
     from workbench.report.page.run_list import RunList
     from workbench.report.writing import write_report  # draws: matplotlib is loaded when it is needed
@@ -110,7 +139,7 @@ def report(campaign: StoredRuns, *, folder: Path | None = None) -> Path:
     spec, names = campaign.spec, campaign.study.space.names
     runs = RunList(campaign.store.path, model=(spec.identity, spec.version, *sorted(names)))
     write_all(campaign, folder=folder, beside=runs.take)  # read once: exports and report see the same
-    return write_report(campaign.folder, into=folder, runs=runs)
+    return write_report(campaign.folder, into=folder, runs=runs, outdated=outdated)
 
 
 def _unless_current(campaign: CampaignRuns, stage: Stage) -> dict[str, Any]:

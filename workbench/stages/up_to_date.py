@@ -15,6 +15,7 @@ from typing import Any
 from workbench.campaign.runs import CampaignRuns
 from workbench.campaign.store import Store
 from workbench.campaign.view import StoredRuns
+from workbench.errors import HoldfastError
 from workbench.models.stored.evaluation import UNFINISHED
 from workbench.provenance.closure import digest_of_function
 from workbench.stages.table import Stage
@@ -22,7 +23,14 @@ from workbench.study.record import Study
 from workbench.system.atomic import read_json, write_json
 from workbench.system.witness import has_log
 
-__all__ = ["current_document", "fingerprint", "record_fingerprint", "record_settled", "settled"]
+__all__ = [
+    "current_document",
+    "fingerprint",
+    "is_outdated",
+    "record_fingerprint",
+    "record_settled",
+    "settled",
+]
 
 FINGERPRINTS = "stages.json"
 SETTLED = ".settled.json"
@@ -55,6 +63,18 @@ def current_document(
         return None
     found = read(campaign.folder / f"{stage.document}.json")
     return None if found is None else dict(found)
+
+
+def is_outdated(campaign: StoredRuns, stage: Stage, digest: Callable[[], str]) -> bool:
+    """Whether the document of a stage was made of another study, or of other runs, than there are now; not
+    where it is not there or nobody wrote down what it was made of."""
+    known = (read_json(campaign.folder / FINGERPRINTS) or {}).get(stage.name)
+    if known is None or not (campaign.folder / f"{stage.document}.json").exists():
+        return False
+    try:
+        return bool(known != digest())
+    except HoldfastError:  # what went into it is not there any more
+        return True
 
 
 def record_fingerprint(campaign: StoredRuns, stage: str, digest: str) -> None:

@@ -254,10 +254,18 @@ for _stage in STAGES:
 def report(study: StudyFile, folder: Folder = None, output: Output = None, json_: Json = False) -> None:
     """Write the report and the exports of what the folder holds. Also while the campaign runs."""
     from workbench.report.writing import report_numbers
+    from workbench.stages.run_all import outdated_sentence
     from workbench.stages.run_all import report as write
 
     with viewed_campaign(study, folder) as view:
-        path = write(view, folder=writable_place(view.folder, output))
+        outdated = outdated_sentence(view)
+        if outdated:
+            view.progress.note(outdated)
+        path = write(view, folder=writable_place(view.folder, output), outdated=outdated)
         numbers = report_numbers(view.folder) if json_ else {}
         looked = view.as_of.to_dict()
-    finish({"report": str(path), "as_of": looked, **numbers}, [f"report: {path}"], as_json=json_)
+    finish(
+        {"report": str(path), "as_of": looked, "outdated": outdated, **numbers},
+        [f"report: {path}"],
+        as_json=json_,
+    )

@@ -22,6 +22,7 @@ class Content:
     """A page: what was asked, the answers on the first screen, the sections, and those there are no data for.
 
     running: in words, when somebody works on the campaign while it is looked at; else empty.
+    outdated: in words, when what the page shows was made before the study or its runs changed; else empty.
     version, seed, study_hash: of the programme and the study, "" or None where the folder does not tell.
     """
 
@@ -34,3 +35,4 @@ class Content:
     seed: Any
     study_hash: str
     running: str = ""
+    outdated: str = ""

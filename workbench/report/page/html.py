@@ -59,6 +59,7 @@ def html_text(content: Content) -> str:
         sections=content.sections,
         missing=content.missing,
         running=content.running,
+        outdated=content.outdated,
         svg=lambda figure: [_svg(figure, k, glyphs) for k in range(len(figure.panels))],
         glyphs=lambda: Markup(glyph_sheet(glyphs)),
         markup=lambda block: Markup(block.markup),

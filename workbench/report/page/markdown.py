@@ -17,6 +17,7 @@ def markdown_text(content: Content) -> str:
     """The page as Markdown: sentences and tables, no figures."""
     lines = [f"# {content.title}", "", content.question, ""]
     lines += [f"> **Not finished.** {content.running}", ""] if content.running else []
+    lines += [f"> **Out of date.** {content.outdated}.", ""] if content.outdated else []
     for card in content.cards:
         lines += [f"**{card.question}** {card.answer}  ", card.detail, ""]
     for section in content.sections:
