@@ -2,7 +2,8 @@
 
 A unit is a product of symbols with powers, `kg m/s^2`, each a base symbol behind a prefix perhaps. It is
 known by its dimension, powers of m, kg, s, A, K, mol, and its size in these. An angle has no dimension, so
-that N m/rad is N m. Nothing is converted by it.
+that N m/rad is N m, and a turn may be told as 1: sizes 2 pi apart are no contradiction, as rpm and 1/min are
+none. Nothing is converted by it.
 """
 
 import re
@@ -132,6 +133,8 @@ def contradiction(column: str, unit: str) -> bool:
     (True, False)
     >>> contradiction("gap_mm", "m"), contradiction("v_ms", "m/s")
     (True, False)
+    >>> contradiction("n [rpm]", "1/min"), contradiction("n [rpm]", "1/s")
+    (False, True)
     """
     theirs = unit_in_header(column)
     if theirs is None or theirs == "1" or unit.strip() in ("", "1"):
@@ -139,7 +142,7 @@ def contradiction(column: str, unit: str) -> bool:
     a, b = scale_of(theirs), scale_of(unit)
     if a is None or b is None:
         return False
-    is_alike = abs(a[1] - b[1]) <= ALIKE * abs(b[1])
+    is_alike = any(abs(a[1] * turn - b[1]) <= ALIKE * b[1] for turn in (1.0, 2 * PI, 1 / (2 * PI)))
     if BRACKETED.search(column):
         return a[0] != b[0] or not is_alike
     return a[0] == b[0] and not is_alike

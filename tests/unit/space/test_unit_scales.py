@@ -44,6 +44,8 @@ DIFFERENT = [
     ("gap_mm", "m"),
     ("F_kN", "N"),
     ("angle_deg", "rad"),
+    ("n [rpm]", "1/s"),
+    ("n [rpm]", "Hz"),
 ]
 
 
@@ -66,6 +68,9 @@ OPEN = [
     ("flow_in", "kg/s"),
     ("run [1]", "N"),  # a number
     ("mass [kg] old", "g"),
+    ("n [rpm]", "1/min"),  # of turns
+    ("n [1/min]", "rpm"),
+    ("T [min^-1]", "rpm"),
 ]
 
 
