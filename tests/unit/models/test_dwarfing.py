@@ -13,7 +13,8 @@ from workbench.stages.run_all import run_lines, run_stage
 from workbench.stages.validation import check_study
 from workbench.study.loading import load_study
 
-TABLES = 240
+TABLES = range(240)
+MANY = range(1000, 7000)
 
 TAILS = {
     "log-normal, half a decade": lambda rng, n: np.exp(rng.normal(0, 1.2, n)),
@@ -36,14 +37,16 @@ def table(number):
     return rng, list(TAILS.values())[number % len(TAILS)](rng, int(rng.integers(8, 60)))
 
 
-def test_no_heavy_tail_is_called_a_dwarfing_run():
-    found = [number for number in range(TABLES) if dwarfing(table(number)[1].tolist())]
-    assert found == []
+@pytest.mark.parametrize("numbers", [TABLES, pytest.param(MANY, marks=pytest.mark.slow)], ids=len)
+def test_no_heavy_tail_is_called_a_dwarfing_run(numbers):
+    assert [number for number in numbers if dwarfing(table(number)[1].tolist())] == []
 
 
-def test_a_placeholder_is_found_in_any_of_them():
+@pytest.mark.parametrize("numbers", [TABLES, pytest.param(MANY, marks=pytest.mark.slow)], ids=len)
+def test_a_placeholder_is_found_in_any_of_them(numbers):
+    """Missed are 20 of 6 000, of a contact that is open but in a few runs: nobody knows a tail of these."""
     missed = 0
-    for number in range(TABLES):
+    for number in numbers:
         rng, y = table(number)
         place = int(rng.integers(len(y)))
         y[place] = rng.choice([-1e30, 1e30])
@@ -52,7 +55,7 @@ def test_a_placeholder_is_found_in_any_of_them():
         if found is not None:
             rest = np.delete(y, list(found.runs))
             assert (found.low, found.high) == (rest.min(), rest.max())
-    assert missed <= 0.02 * TABLES
+    assert missed <= 0.02 * len(numbers)
 
 
 def test_several_placeholders_and_failed_runs():
