@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,10 +16,7 @@ from workbench.robust_layout.model import load_layout_model
 from workbench.robust_layout.oracle import Found, LayoutOracle
 from workbench.robust_layout.other_starts import OtherStarts
 from workbench.robust_layout.record import OtherStartsFound, RobustLayout, loop_status
-from workbench.stages import robust_layout as robust_layout_stage
-from workbench.stages.campaign import Campaign
 from workbench.stages.planning import plan_study
-from workbench.stages.up_to_date import settled
 from workbench.stages.validation import check_study
 
 NEAR = 0.02  # the loop's own tolerance
@@ -307,69 +303,6 @@ def test_plan_and_validate_know_the_stage(tmp_path):
     wrong = STUDY + '\n[[robust_layout.variant]]\nname = "odd"\noptions = { colour = "red" }\n'
     with pytest.raises(StudyError, match=r"two_members' with .*unexpected keyword argument 'colour'"):
         check_study(study(tmp_path, wrong))
-
-
-def test_a_worst_case_outside_of_the_bounds_that_there_are_is_told_as_that(tmp_path):
-    (tmp_path / "worst_case.json").write_text('{"parameters": {"u": 1.0, "v": 0.5}}')
-    there, narrowed = (study(tmp_path, text) for text in (STUDY, changed("upper = 1\n", "upper = 0.95\n")))
-    table = {"start": "worst_case"}
-    campaign = SimpleNamespace(folder=tmp_path, study=there)
-    assert robust_layout_stage._worst_cases(campaign, table) == [{"u": 1.0, "v": 0.5}]
-    campaign.study = narrowed
-    said = r"starts with was found in another space: .*'u' .*got 1\. `holdfast run` looks for it anew"
-    with pytest.raises(StudyError, match=said):
-        robust_layout_stage._worst_cases(campaign, table)
-
-
-def test_a_loop_whose_layout_model_changed_is_not_up_to_date(tmp_path):
-    """It is no part of the study's model, whose state the store knows."""
-    model = tmp_path / "layout_beside.py"
-    model.write_text("from tests.sample_layout import two_members\n")
-    text = changed("tests.sample_layout:two_members", "layout_beside:two_members")
-    for old, new in (("budget = 1300", "budget = 60"), ("rounds = 5", "rounds = 1")):
-        text = changed(old, new, text)
-    run(tmp_path, text)
-    with Campaign(study(tmp_path, text)) as campaign:
-        assert settled(campaign) is not None
-    model.write_text("from tests.sample_layout import two_members\n\nSHARE = 0.3\n")
-    with Campaign(study(tmp_path, text)) as campaign:
-        assert settled(campaign) is None
-
-
-def test_code_and_data_that_a_layout_model_takes_from_elsewhere_are_part_of_it(tmp_path):
-    campaign = SimpleNamespace(study=SimpleNamespace(folder=tmp_path), spec=SimpleNamespace(version="1"))
-    files = {"lay.py": "import shares\n", "shares.py": "FILE = 'share.csv'\n", "share.csv": "0.3\n"}
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
-
-    def identity(model="lay:made"):
-        return robust_layout_stage._model_identity(campaign, {"model": model, "options": {}})
-
-    before = {identity()}
-    (tmp_path / "shares.py").write_text("FILE = 'share.csv'  # a comment\n")
-    assert identity() in before
-    for name, text in {"shares.py": "FILE, MORE = 'share.csv', 1\n", "share.csv": "0.1\n"}.items():
-        (tmp_path / name).write_text(text)
-        assert identity() not in before
-        before.add(identity())
-    assert identity("scipy.optimize:linprog") != identity("scipy.stats:norm")  # installed
-
-
-def test_a_sample_that_breaks_the_bound_counts_where_another_layout_failed():
-    summary = SimpleNamespace(worst=1.0, worst_run=1.5, worst_run_scenario={"u": 1.0})
-    found = SimpleNamespace(worst={"robust": SimpleNamespace(value=1.2)}, robust="robust")
-    compared = SimpleNamespace(summaries=[summary])
-    assert robust_layout_stage._broken(compared, found, 0.02) == {"u": 1.0}
-    assert robust_layout_stage._broken(compared, found, 0.3) is None
-
-
-@pytest.mark.parametrize(("sampled", "breaks"), [(-0.5, False), (-0.495, False), (-0.48, True), (0.1, True)])
-def test_a_response_below_zero_is_broken_by_what_lies_above_it(sampled, breaks):
-    """As minus a clearance: a worst case of -0.5 m was broken by itself, -0.5 > 1.02 (-0.5)."""
-    summary = SimpleNamespace(worst_run=sampled, worst_run_scenario={"u": 1.0})
-    found = SimpleNamespace(worst={"robust": SimpleNamespace(value=-0.5)}, robust="robust")
-    broken = robust_layout_stage._broken(SimpleNamespace(summaries=[summary]), found, 0.02)
-    assert (broken is not None) == breaks
 
 
 def test_a_loop_that_a_sample_broke_is_taken_back():
