@@ -5,6 +5,7 @@ there and what went into it (its table, the space, the seed, the runs it read) i
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -116,7 +117,7 @@ def outdated_sentence(campaign: StoredRuns) -> str:
     old = [
         stage.command
         for stage in asked_stages(campaign.study)
-        if is_outdated(campaign, stage, lambda stage=stage: stage_digest(campaign, stage))  # type: ignore[misc]
+        if is_outdated(campaign, stage, partial(stage_digest, campaign, stage))
     ]
     if not old:
         return ""

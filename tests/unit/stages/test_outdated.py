@@ -5,6 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from tests.unit.stages.test_settled import STUDY as DESIGN_ONLY
 from workbench.campaign.view import AsOf, CampaignView
 from workbench.stages import run_all
 from workbench.stages.campaign import Campaign
@@ -13,27 +14,12 @@ from workbench.study.loading import load_study
 from workbench.system.one_writer import Holder
 from workbench.terminal.cli import app
 
-STUDY = """
-[study]
-name = "s"
-[model]
-kind = "python"
-function = "m.py:f"
-[[parameter]]
-name = "a"
-lower = 0
-upper = 1
-[[response]]
-name = "y"
-[design]
-runs = 9
+STUDY = f"""{DESIGN_ONLY}
 [screen]
 response = "y"
 [worst_case]
 response = "y"
 budget = 12
-[evaluate]
-engine = "inline"
 """
 
 
